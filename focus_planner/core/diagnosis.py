@@ -1,0 +1,142 @@
+"""What is probably wrong when a surface and a rig do not fit each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.geometry import camera_positions
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import FloatArray, Mesh, Rig, Samples, Surface
+from focus_planner.core.visibility import Visibility, visible_pairs
+
+# Real captures stay within a few times the subject's size; millimetres make it hundreds.
+_FARTHEST = 100.0
+_DIRECTIONS = 256
+_ENCLOSED = 0.8
+_TRIAL_SAMPLES = 500
+_SEEN_ENOUGH = 0.2
+
+
+def check_distance(scene: Scene, rig: Rig) -> None:
+    """Raise if the cameras stand absurdly far from the surface.
+
+    They would see it, very small, and the plan would look like one.
+
+    Raises
+    ------
+    InputError
+        Says which unit is suspected.
+    """
+    away = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
+    distance = float(np.median(away))
+    if distance > _FARTHEST * scene.diagonal:
+        raise InputError(
+            "camera poses",
+            f"cameras within {_FARTHEST:g} times the surface's size of it, in metres",
+            f"cameras {distance:.4g} from the middle of a surface {scene.diagonal:.4g} across",
+            "the camera poses are probably in millimetres (divide by 1000), or in another frame",
+        )
+
+
+def check_cameras_outside(scene: Scene, rig: Rig) -> None:
+    """Raise if a camera stands inside the body.
+
+    Raises
+    ------
+    InputError
+        Names the cameras, or the unit that is suspected.
+    """
+    inside = [
+        camera.name
+        for camera in rig.cameras
+        if _is_inside(scene, np.array(camera.position))
+    ]
+    if not inside:
+        return
+    _suspect_units(scene, rig, 0.0)
+    named = ", ".join(inside[:3]) + (", ..." if len(inside) > 3 else "")
+    raise InputError(
+        "camera poses",
+        "cameras outside the body",
+        f"{len(inside)} of {len(rig)} inside it ({named})",
+        "check the frames and units of the poses and of the surface",
+    )
+
+
+def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibility) -> None:
+    """Raise if nothing is seen, or next to nothing and a mistake would explain it.
+
+    Raises
+    ------
+    InputError
+        Says what is suspected: the unit, inverted normals, the frame.
+    """
+    seen = _share_seen(visibility, samples)
+    if seen >= _SEEN_ENOUGH:
+        return
+    _suspect_units(scene, rig, seen)
+    if scene.oriented:
+        turned = Samples(samples.points, -samples.normals, samples.weights)
+        seen_turned = _share_seen(visible_pairs(scene, rig, turned), samples)
+        if seen_turned > max(_SEEN_ENOUGH, 2 * seen):
+            raise InputError(
+                "surface normals",
+                "outward normals (triangles counter-clockwise seen from outside)",
+                f"{seen_turned:.0%} of the surface seen from behind and {seen:.0%} from the front",
+                "the normals are probably inverted: flip the triangles' order or the normals",
+            )
+    if seen == 0:
+        raise InputError(
+            "camera poses",
+            "cameras that see the surface",
+            "none that does",
+            "check that the poses are of optical frames (z forward, x right, y down), in the"
+            " surface's frame, in metres",
+        )
+
+
+def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
+    """Raise if the rig would see a surface 1000 times smaller, or larger, much better."""
+    for factor, what in ((1e-3, "the surface is"), (1e3, "the camera poses are")):
+        scaled = Scene(_scaled(scene.surface, factor))
+        samples = scaled.sample(_TRIAL_SAMPLES, 0)
+        seen_scaled = _share_seen(visible_pairs(scaled, rig, samples), samples)
+        if seen_scaled > max(_SEEN_ENOUGH, 2 * seen):
+            raise InputError(
+                "surface and camera poses",
+                "metres for both",
+                f"a surface {scene.diagonal:.4g} across of which {seen:.0%} can be seen"
+                f" ({seen_scaled:.0%} if the surface were {factor:g} times the size)",
+                f"{what} probably in millimetres: divide by 1000",
+            )
+
+
+def _share_seen(visibility: Visibility, samples: Samples) -> float:
+    seen = np.zeros(len(samples), dtype=np.bool_)
+    seen[visibility.sample_index] = True
+    return float(seen.mean())
+
+
+def _scaled(surface: Surface, factor: float) -> Surface:
+    if isinstance(surface, Mesh):
+        return replace(surface, vertices=surface.vertices * factor)
+    return replace(surface, points=surface.points * factor)
+
+
+def _is_inside(scene: Scene, position: FloatArray) -> bool:
+    """Return whether the surface shows its inner side in nearly every direction."""
+    hit, outer = scene.faces_towards(position, _sphere(_DIRECTIONS))
+    if scene.oriented:
+        hit = hit & ~outer
+    return bool(hit.mean() > _ENCLOSED)
+
+
+def _sphere(count: int) -> FloatArray:
+    """Return (count, 3) directions spread evenly (a Fibonacci spiral)."""
+    z = 1 - (2 * np.arange(count) + 1) / count
+    angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)

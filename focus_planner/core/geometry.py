@@ -1,0 +1,28 @@
+"""Poses of cameras."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from focus_planner.core.types import FloatArray, Rig
+
+
+def rotation_from_quaternion(quaternion: FloatArray) -> FloatArray:
+    """Return (n, 3, 3) rotation matrices of (n, 4) unit quaternions x, y, z, w."""
+    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=np.float64), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def camera_positions(rig: Rig) -> FloatArray:
+    """Return (C, 3) centres of projection in the rig's frame, metres."""
+    return np.array([camera.position for camera in rig.cameras])
+
+
+def camera_rotations(rig: Rig) -> FloatArray:
+    """Return (C, 3, 3) matrices whose columns are each camera's x, y, z axis in the rig's frame."""
+    return rotation_from_quaternion(np.array([camera.orientation for camera in rig.cameras]))

@@ -1,0 +1,155 @@
+"""The exact best cells of two cameras: a sweep over one with a segment tree over the other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floor):
+    """Maximise gain_a[i] + gain_b[j] − Σ of the weights of the rectangles that hold (i, j).
+
+    Parameters
+    ----------
+    gain_a, gain_b : (n,), (m,) arrays of int64
+    rectangles : (r, 4) array of int32
+        First and last i, first and last j, all inclusive. Overwritten.
+    weights : (r,) array of int64
+        Not negative. Overwritten.
+    count : int
+        How many of the rectangles there are.
+    start_a, start_b : int
+        Cells to search from; any will do.
+    floor : int
+        What must be exceeded.
+
+    Returns
+    -------
+    gain, i, j
+        ``(floor, -1, -1)`` if nothing exceeds the floor.
+
+    Notes
+    -----
+    Rectangles only take away, so gain_a[i] + max gain_b bounds what any j can give to i. First
+    one axis at a time is searched until that gains no more, at O(n + m + r) a turn; cells that
+    cannot exceed what it found are cut off at both ends. The sweep over the rest, at
+    O((n + m + r) log m), proves that nothing better is left, or finds it.
+    """
+    most_a, most_b = gain_a.max(), gain_b.max()
+    if most_a + most_b <= floor:
+        return floor, -1, -1
+    best, best_i, best_j = floor, -1, -1
+    i, j = start_a, start_b
+    while True:
+        gain, j = _best_in_line(gain_b, gain_a[i], rectangles, weights, count, i, 0)
+        gain, i = _best_in_line(gain_a, gain_b[j], rectangles, weights, count, j, 2)
+        if gain <= best:
+            break
+        best, best_i, best_j = gain, i, j
+    if most_a + most_b <= best:
+        return best, best_i, best_j
+    floor = best
+    low_a, high_a = _hopeful(gain_a, floor - most_b)
+    low_b, high_b = _hopeful(gain_b, floor - most_a)
+    kept = 0
+    for r in range(count):
+        first_a, last_a = max(rectangles[r, 0], low_a), min(rectangles[r, 1], high_a)
+        first_b, last_b = max(rectangles[r, 2], low_b), min(rectangles[r, 3], high_b)
+        if first_a <= last_a and first_b <= last_b:
+            rectangles[kept, 0], rectangles[kept, 1] = first_a - low_a, last_a - low_a
+            rectangles[kept, 2], rectangles[kept, 3] = first_b - low_b, last_b - low_b
+            weights[kept] = weights[r]
+            kept += 1
+    span = high_a - low_a + 1
+    enter, leave = np.full(span, -1, dtype=np.int32), np.full(span + 1, -1, dtype=np.int32)
+    next_enter, next_leave = np.empty(kept, dtype=np.int32), np.empty(kept, dtype=np.int32)
+    for r in range(kept):
+        next_enter[r] = enter[rectangles[r, 0]]
+        enter[rectangles[r, 0]] = r
+        next_leave[r] = leave[rectangles[r, 1] + 1]
+        leave[rectangles[r, 1] + 1] = r
+    size = 1
+    while size < high_b - low_b + 1:
+        size *= 2
+    tree = np.full(2 * size, -(2**62), dtype=np.int64)
+    lazy = np.zeros(size, dtype=np.int64)
+    tree[size : size + high_b - low_b + 1] = gain_b[low_b : high_b + 1]
+    for node in range(size - 1, 0, -1):
+        tree[node] = max(tree[2 * node], tree[2 * node + 1])
+    for i in range(span):
+        r = leave[i]
+        while r >= 0:
+            _add(tree, lazy, size, rectangles[r, 2], rectangles[r, 3], weights[r])
+            r = next_leave[r]
+        r = enter[i]
+        while r >= 0:
+            _add(tree, lazy, size, rectangles[r, 2], rectangles[r, 3], -weights[r])
+            r = next_enter[r]
+        gain = gain_a[low_a + i] + tree[1]
+        if gain > best:
+            best, best_i = gain, low_a + i
+            node = 1
+            while node < size:
+                node = 2 * node if tree[2 * node] >= tree[2 * node + 1] else 2 * node + 1
+            best_j = low_b + node - size
+    return best, best_i, best_j
+
+
+@njit(cache=True, nogil=True)
+def _best_in_line(gain, offset, rectangles, weights, count, at, axis):
+    """Return the best gain, and its cell, along the other axis of the line ``at`` on ``axis``."""
+    steps = np.zeros(len(gain) + 1, dtype=np.int64)
+    for r in range(count):
+        if rectangles[r, axis] <= at <= rectangles[r, axis + 1]:
+            steps[rectangles[r, 2 - axis]] += weights[r]
+            steps[rectangles[r, 3 - axis] + 1] -= weights[r]
+    taken, best, where = np.int64(0), np.int64(-(2**62)), 0
+    for cell in range(len(gain)):
+        taken += steps[cell]
+        if gain[cell] - taken > best:
+            best, where = gain[cell] - taken, cell
+    return best + offset, where
+
+
+@njit(cache=True, nogil=True)
+def _hopeful(gain, floor):
+    """Return the first and last index whose gain exceeds the floor."""
+    low, high = 0, len(gain) - 1
+    while gain[low] <= floor:
+        low += 1
+    while gain[high] <= floor:
+        high -= 1
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def _add(tree, lazy, size, first, last, value):
+    """Add ``value`` to leaves ``first`` to ``last``; ``tree[1]`` is the maximum of all.
+
+    Bottom-up: ``lazy[v]`` is what v's whole subtree got beyond what its children know, and is
+    part of ``tree[v]``.
+    """
+    left, right = first + size, last + size + 1
+    low, high = left, right - 1
+    while left < right:
+        if left & 1:
+            tree[left] += value
+            if left < size:
+                lazy[left] += value
+            left += 1
+        if right & 1:
+            right -= 1
+            tree[right] += value
+            if right < size:
+                lazy[right] += value
+        left >>= 1
+        right >>= 1
+    low >>= 1
+    high >>= 1
+    while low:
+        tree[low] = max(tree[2 * low], tree[2 * low + 1]) + lazy[low]
+        if high != low:
+            tree[high] = max(tree[2 * high], tree[2 * high + 1]) + lazy[high]
+        low >>= 1
+        high >>= 1

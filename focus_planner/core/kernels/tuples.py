@@ -1,0 +1,148 @@
+"""Which cameras are worth moving together, and which tuples may move at the same time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+
+@njit(cache=True, nogil=True)
+def overlaps(camera_offsets, seen, sample_offsets, camera_index):
+    """Return the graph of cameras that see a common sample.
+
+    Returns
+    -------
+    offsets : (C + 1,) array of int64
+    neighbours : array of int32
+        Camera c's neighbours, ascending, at ``offsets[c]`` to ``offsets[c + 1]``.
+    shared : array of int64
+        How many samples each neighbour shares with c.
+    """
+    cameras = len(camera_offsets) - 1
+    offsets = np.zeros(cameras + 1, dtype=np.int64)
+    neighbours = np.empty(16 * cameras, dtype=np.int32)
+    shared = np.empty(16 * cameras, dtype=np.int64)
+    counts = np.zeros(cameras, dtype=np.int64)
+    for c in range(cameras):
+        for j in range(camera_offsets[c], camera_offsets[c + 1]):
+            p = seen[j]
+            for q in range(sample_offsets[p], sample_offsets[p + 1]):
+                counts[camera_index[q]] += 1
+        counts[c] = 0
+        at = offsets[c]
+        for d in np.flatnonzero(counts):
+            if at == len(neighbours):
+                neighbours = np.append(neighbours, np.empty_like(neighbours))
+                shared = np.append(shared, np.empty_like(shared))
+            neighbours[at] = d
+            shared[at] = counts[d]
+            at += 1
+        counts[:] = 0
+        offsets[c + 1] = at
+    return offsets, neighbours[: offsets[-1]].copy(), shared[: offsets[-1]].copy()
+
+
+@njit(cache=True, nogil=True)
+def colour(tuples, reach_offsets, reach):
+    """Return a colour per tuple such that tuples of one colour do not reach each other.
+
+    A tuple reaches its cameras and, for each of them, ``reach[reach_offsets[c] : ...]``. Greedy,
+    in the tuples' order: each takes the first colour free.
+    """
+    words = 4
+    cameras = len(reach_offsets) - 1
+    used = np.zeros((cameras, words), dtype=np.uint64)
+    colours = np.empty(len(tuples), dtype=np.int32)
+    for t in range(len(tuples)):
+        taken = np.zeros(words, dtype=np.uint64)
+        for c in tuples[t]:
+            taken |= used[c]
+            for j in range(reach_offsets[c], reach_offsets[c + 1]):
+                taken |= used[reach[j]]
+        found = 0
+        while found < 64 * words and (taken[found >> 6] >> np.uint64(found & 63)) & np.uint64(1):
+            found += 1
+        if found == 64 * words:
+            wider = np.zeros((cameras, 2 * words), dtype=np.uint64)
+            wider[:, :words] = used
+            used = wider
+            words *= 2
+        for c in tuples[t]:
+            used[c, found >> 6] |= np.uint64(1) << np.uint64(found & 63)
+        colours[t] = found
+    return colours
+
+
+@njit(cache=True, nogil=True)
+def _next_sample(members, camera_offsets, seen, heads):
+    """Return the least sample at the heads of the members' lists, -1 at their ends."""
+    least = -1
+    for m in range(len(members)):
+        if heads[m] < camera_offsets[members[m] + 1]:
+            p = seen[heads[m]]
+            if least < 0 or p < least:
+                least = p
+    return least
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def count_shared(tuples, camera_offsets, seen):
+    """Return (T,) how many samples at least two cameras of each tuple see."""
+    counts = np.zeros(len(tuples), dtype=np.int64)
+    for t in prange(len(tuples)):
+        members = tuples[t]
+        heads = camera_offsets[members]
+        p = _next_sample(members, camera_offsets, seen, heads)
+        while p >= 0:
+            seeing = 0
+            for m in range(len(members)):
+                if heads[m] < camera_offsets[members[m] + 1] and seen[heads[m]] == p:
+                    heads[m] += 1
+                    seeing += 1
+            if seeing > 1:
+                counts[t] += 1
+            p = _next_sample(members, camera_offsets, seen, heads)
+    return counts
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def list_shared(
+    tuples,
+    camera_offsets,
+    seen,
+    seen_base,
+    seen_first,
+    seen_last,
+    never,
+    offsets,
+    samples,
+    bases,
+    firsts,
+    lasts,
+):
+    """Fill the samples that :func:`count_shared` counted, and what they are to each camera.
+
+    A camera that does not see the sample gets the base cost ``never`` and an empty range.
+    """
+    for t in prange(len(tuples)):
+        members = tuples[t]
+        heads = camera_offsets[members]
+        at = offsets[t]
+        while at < offsets[t + 1]:
+            p = _next_sample(members, camera_offsets, seen, heads)
+            seeing = 0
+            for m in range(len(members)):
+                j = heads[m]
+                if j < camera_offsets[members[m] + 1] and seen[j] == p:
+                    bases[at, m], firsts[at, m], lasts[at, m] = (
+                        seen_base[j],
+                        seen_first[j],
+                        seen_last[j],
+                    )
+                    heads[m] += 1
+                    seeing += 1
+                else:
+                    bases[at, m], firsts[at, m], lasts[at, m] = never, 1, 0
+            if seeing > 1:
+                samples[at] = p
+                at += 1

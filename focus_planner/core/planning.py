@@ -1,0 +1,305 @@
+"""From a scene, a rig and a request to a plan: the one path that every user takes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from focus_planner.core import kernels
+from focus_planner.core.checks import InputError, check_choice, check_number, check_whole
+from focus_planner.core.diagnosis import (
+    check_cameras_outside,
+    check_distance,
+    explain_unseen,
+)
+from focus_planner.core.optics import depth_of_field
+from focus_planner.core.problem import Problem, build_problem, mean_cost
+from focus_planner.core.scene import Scene
+from focus_planner.core.solvers import SOLVERS, Options, Progress, Watch, go_on
+from focus_planner.core.types import (
+    CameraStatus,
+    CostModel,
+    FloatArray,
+    PointCloud,
+    Rig,
+)
+from focus_planner.core.visibility import visible_pairs
+
+METHODS = tuple(SOLVERS)
+SCOPES = ("all", "assigned")
+TUPLES = ("overlap", "grid")
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What to plan with.
+
+    Parameters
+    ----------
+    method : {"closest", "average", "em", "k_view"}
+    samples : int
+        How many; 0 takes a cloud's points themselves.
+    seed : int
+    k : {2, 3}
+        How many cameras ``k_view`` moves together.
+    scope : {"all", "assigned"}
+        Which samples a ``k_view`` step may re-assign.
+    tuples : {"overlap", "grid"}
+        Whether ``k_view`` takes its tuples from what the cameras see or from the rig's grid.
+    time_budget : float
+        Seconds after which the solver stops at its next step with the best plan so far; inf for
+        no limit.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    method: str = "k_view"
+    samples: int = 4096
+    seed: int = 0
+    k: int = 2
+    scope: str = "all"
+    tuples: str = "overlap"
+    time_budget: float = np.inf
+
+    def __post_init__(self) -> None:
+        check_choice("method", self.method, METHODS)
+        check_whole("samples", self.samples, 0)
+        check_whole("seed", self.seed, 0)
+        if self.k not in (2, 3):
+            raise InputError("k", "2 or 3", repr(self.k))
+        check_choice("scope", self.scope, SCOPES)
+        check_choice("tuples", self.tuples, TUPLES)
+        check_number("time_budget", self.time_budget, above=0, infinite=True)
+
+
+@dataclass(frozen=True)
+class CameraFocus:
+    """What a plan says of one camera.
+
+    Attributes
+    ----------
+    name : str
+    status : CameraStatus
+    focus_distance : float
+        Along the optical axis from the centre of projection, metres.
+    near_limit, far_limit : float
+        What is sharp there, metres; far may be inf.
+    assigned_samples : int
+        Samples that this camera images better than all others.
+    in_focus_samples : int
+        Those of them that are in focus.
+    """
+
+    name: str
+    status: CameraStatus
+    focus_distance: float
+    near_limit: float
+    far_limit: float
+    assigned_samples: int
+    in_focus_samples: int
+
+
+@dataclass(frozen=True, eq=False)
+class FocusPlan:
+    """Focus distances for a rig, and how good they are.
+
+    Attributes
+    ----------
+    method : str
+    cost : float
+        1000 × the mean over the surface of the pointwise cost (Eq. 3).
+    lower_bound : float or None
+        No plan for these samples costs less.
+    samples, seed : int
+    surface_area, covered_area, in_focus_area : float
+        Of the surface, of what some camera sees, and of what is in focus in the camera that
+        images it best; square metres.
+    solve_seconds, total_seconds : float
+    cameras : tuple of CameraFocus
+        In the rig's order.
+    problem : Problem
+        What was solved.
+    converged : bool
+        False if the time budget, or the watch, ended the solver.
+    """
+
+    method: str
+    cost: float
+    lower_bound: float | None
+    samples: int
+    seed: int
+    surface_area: float
+    covered_area: float
+    in_focus_area: float
+    solve_seconds: float
+    total_seconds: float
+    cameras: tuple[CameraFocus, ...]
+    converged: bool
+    problem: Problem = field(repr=False)
+
+
+def plan_focus(
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest | None = None,
+    model: CostModel | None = None,
+    watch: Watch = go_on,
+) -> FocusPlan:
+    """Sample the surface, find what each camera sees, and solve for the focus distances.
+
+    The same arguments give the same plan, bit for bit, but for its seconds.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the surface, in the rig's frame.
+    rig : Rig
+    request : PlanRequest, optional
+    model : CostModel, optional
+        The paper's constants by default.
+    watch : callable, optional
+        Told of every step of the solver; answers whether to go on.
+
+    Raises
+    ------
+    InputError
+        If the request does not fit the rig or the surface, or no camera sees the surface; the
+        message says what was suspected.
+    """
+    started = time.perf_counter()
+    request = request or PlanRequest()
+    problem = pose_problem(scene, rig, request, model)
+    options = _options(rig, request)
+
+    def within_budget(progress: Progress) -> bool:
+        return watch(progress) and time.perf_counter() - started < request.time_budget
+
+    solving = time.perf_counter()
+    with kernels.threads_for(len(problem.depth)):
+        solution = SOLVERS[request.method](problem, options, within_budget)
+    solved = time.perf_counter()
+    return _plan(
+        scene,
+        problem,
+        request,
+        solution.focus_distances,
+        converged=solution.converged,
+        solve_seconds=solved - solving,
+        started=started,
+    )
+
+
+def pose_problem(
+    scene: Scene, rig: Rig, request: PlanRequest, model: CostModel | None = None
+) -> Problem:
+    """Return the discrete problem that a request poses.
+
+    Raises
+    ------
+    InputError
+        As :func:`plan_focus`.
+    """
+    if request.method == "k_view" and request.k > len(rig):
+        raise InputError(
+            "k",
+            f"at most {len(rig)}, the number of cameras",
+            str(request.k),
+            "a single camera is planned for with method em",
+        )
+    if request.samples == 0 and not isinstance(scene.surface, PointCloud):
+        raise InputError(
+            "samples",
+            "at least 1 on a mesh",
+            "0",
+            "0 takes a cloud's points themselves; a mesh has none to take",
+        )
+    check_distance(scene, rig)
+    check_cameras_outside(scene, rig)
+    samples = scene.sample(request.samples, request.seed)
+    visibility = visible_pairs(scene, rig, samples)
+    explain_unseen(scene, rig, samples, visibility)
+    return build_problem(samples, visibility, rig, model)
+
+
+def _options(rig: Rig, request: PlanRequest) -> Options:
+    if request.tuples == "grid" and rig.grid is None:
+        raise InputError(
+            "tuples", "overlap, for a rig without a grid", "'grid'", "or give the rig's grid"
+        )
+    return Options(
+        k=request.k,
+        scope=request.scope,
+        grid=rig.grid if request.tuples == "grid" else None,
+    )
+
+
+def _plan(
+    scene: Scene,
+    problem: Problem,
+    request: PlanRequest,
+    solved: FloatArray,
+    *,
+    converged: bool,
+    solve_seconds: float,
+    started: float,
+) -> FocusPlan:
+    focus = _fill_in(problem, solved)
+    costs, best = problem.evaluate(focus)
+    weights = problem.samples.weights
+    pairs = np.flatnonzero(problem.camera_index == best[problem.sample_index])
+    chosen = focus[problem.camera_index[pairs]]
+    sharp = pairs[(problem.focus_near[pairs] <= chosen) & (chosen <= problem.focus_far[pairs])]
+    count = problem.camera_count
+    assigned = np.bincount(problem.camera_index[pairs], minlength=count)
+    in_focus = np.bincount(problem.camera_index[sharp], minlength=count)
+    sees = np.diff(problem.camera_offsets) > 0
+    cameras = []
+    for c, (name, lens) in enumerate(zip(problem.names, problem.lenses, strict=True)):
+        status = CameraStatus.PLANNED if assigned[c] else CameraStatus.UNASSIGNED
+        near, far = depth_of_field(focus[c], lens)
+        cameras.append(
+            CameraFocus(
+                name=name,
+                status=status if sees[c] else CameraStatus.SEES_NOTHING,
+                focus_distance=float(focus[c]),
+                near_limit=float(near),
+                far_limit=float(far),
+                assigned_samples=int(assigned[c]),
+                in_focus_samples=int(in_focus[c]),
+            )
+        )
+    area_per_weight = scene.area / float(weights.sum())
+    return FocusPlan(
+        method=request.method,
+        cost=mean_cost(weights, costs),
+        lower_bound=None,
+        samples=problem.sample_count,
+        seed=request.seed,
+        surface_area=scene.area,
+        covered_area=float(weights[best >= 0].sum()) * area_per_weight,
+        in_focus_area=float(weights[problem.sample_index[sharp]].sum()) * area_per_weight,
+        solve_seconds=solve_seconds,
+        total_seconds=time.perf_counter() - started,
+        cameras=tuple(cameras),
+        converged=converged,
+        problem=problem,
+    )
+
+
+def _fill_in(problem: Problem, focus: FloatArray) -> FloatArray:
+    """Give cameras without a distance of their own the others' median, as far as their lens goes.
+
+    They see nothing, or nothing they can focus: any distance does, but a lens will be set to it.
+    """
+    neutral = float(np.nanmedian(focus)) if np.isfinite(focus).any() else np.nan
+    filled = focus.copy()
+    for c in np.flatnonzero(~np.isfinite(focus)):
+        lens = problem.lenses[c]
+        wanted = neutral if np.isfinite(neutral) else lens.hyperfocal_distance
+        filled[c] = min(max(wanted, lens.min_focus, 2 * lens.focal_length), lens.max_focus)
+    return filled

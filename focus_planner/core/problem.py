@@ -1,0 +1,267 @@
+"""The discrete problem: samples, the cameras that see them, and what each pair costs.
+
+Every solver works on this and on nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core import kernels
+from focus_planner.core.geometry import camera_positions, camera_rotations
+from focus_planner.core.optics import focus_interval
+from focus_planner.core.types import CostModel, FloatArray, IntArray, Lens, Rig, Samples
+from focus_planner.core.visibility import Visibility
+
+Offsets = NDArray[np.int64]
+
+# Solvers count cost in whole units of 2^-43 of the total weight: sums are exact whatever their
+# order, ties are ties, and a step that does not pay is never taken. What rounding a sample's
+# cost to a unit changes, 1e-13 of the total, no capture can tell; kernels/k_view.py needs the
+# bits above.
+UNITS = 2**43
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """The focus distances worth choosing between, and what each pair costs, in whole units.
+
+    Attributes
+    ----------
+    offsets : (C + 1,) array of int64
+        Camera c's cells are ``offsets[c]`` to ``offsets[c + 1]``, ascending.
+    near, far : (M,) arrays
+        The focus distances that each cell reaches from and to, metres; far may be inf.
+    base : (P,) array of int64
+        Cost of each pair in focus, weighted, in units.
+    first, last : (P,) arrays of int32
+        The cells of its camera, counted from the camera's first, that hold each pair in focus;
+        first > last if none does.
+    seen, seen_base, seen_first, seen_last : (P,) arrays
+        The pairs' samples, and the same, camera by camera: camera c's pairs, samples ascending,
+        are ``camera_offsets[c]`` to ``camera_offsets[c + 1]`` of the problem.
+    focus : (N,) array of int64
+        What the sample costs more out of focus, weighted, in units.
+    unseen : (N,) array of int64
+        What the sample costs if no camera sees it, weighted, in units.
+    """
+
+    offsets: Offsets
+    near: FloatArray
+    far: FloatArray
+    base: Offsets
+    first: IntArray
+    last: IntArray
+    seen: IntArray
+    seen_base: Offsets
+    seen_first: IntArray
+    seen_last: IntArray
+    focus: Offsets
+    unseen: Offsets
+
+    def distances(self) -> FloatArray:
+        """Return (M,) the focus distance in the middle of each cell, metres (Sec. 3.4.1)."""
+        return middle(self.near, self.far)
+
+
+def middle(near: FloatArray, far: FloatArray) -> FloatArray:
+    """Return the middle of [near, far]; where far is inf the middle in dioptres, 2·near."""
+    bounded = np.isfinite(far)
+    return np.where(bounded, (near + np.where(bounded, far, near)) / 2, 2 * near)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One sampled surface before one rig.
+
+    The pairs of a sample and a camera that sees it stand sample by sample, cameras ascending.
+
+    Attributes
+    ----------
+    samples : Samples
+        N samples, normals outward.
+    names : tuple of str
+        The C cameras.
+    lenses : tuple of Lens
+        One per camera.
+    sample_offsets : (N + 1,) array of int64
+        Sample p's pairs are ``sample_offsets[p]`` to ``sample_offsets[p + 1]``.
+    sample_index, camera_index : (P,) arrays of int32
+    depth : (P,) array
+        Along the camera's optical axis, metres.
+    base_cost : (P,) array
+        The pair's cost in focus: the first two terms of Eq. 1.
+    focus_near, focus_far : (P,) arrays
+        The camera's focus distances that hold the sample in focus, metres.
+    focus_weight : float
+        w₃, what the pair costs more out of focus.
+    """
+
+    samples: Samples
+    names: tuple[str, ...]
+    lenses: tuple[Lens, ...]
+    sample_offsets: Offsets
+    sample_index: IntArray
+    camera_index: IntArray
+    depth: FloatArray
+    base_cost: FloatArray
+    focus_near: FloatArray
+    focus_far: FloatArray
+    focus_weight: float
+
+    @property
+    def sample_count(self) -> int:
+        return len(self.samples)
+
+    @property
+    def camera_count(self) -> int:
+        return len(self.names)
+
+    @cached_property
+    def camera_offsets(self) -> Offsets:
+        """(C + 1,) camera c's pairs are ``camera_pairs[camera_offsets[c]:camera_offsets[c+1]]``."""
+        counts = np.bincount(self.camera_index, minlength=self.camera_count)
+        return np.concatenate([[0], np.cumsum(counts)])
+
+    @cached_property
+    def camera_pairs(self) -> IntArray:
+        """(P,) indices of pairs, camera by camera, samples ascending."""
+        return np.argsort(self.camera_index, kind="stable").astype(np.int32)
+
+    @cached_property
+    def cells(self) -> Cells:
+        return _cells(self)
+
+    def evaluate(self, focus: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return each sample's cost and its best camera at the given focus distances (Eq. 2, 5).
+
+        Parameters
+        ----------
+        focus : (C,) array
+            Metres.
+
+        Returns
+        -------
+        costs : (N,) array
+            From 0 to 1, not weighted.
+        best : (N,) array of int32
+            -1 where no camera sees the sample.
+        """
+        costs = np.empty(self.sample_count)
+        best = np.empty(self.sample_count, dtype=np.int32)
+        kernels.best_cameras(
+            self.sample_offsets,
+            self.camera_index,
+            self.base_cost,
+            self.focus_near,
+            self.focus_far,
+            self.focus_weight,
+            np.ascontiguousarray(focus, dtype=np.float64),
+            costs,
+            best,
+        )
+        return costs, best
+
+    def cost(self, focus: FloatArray) -> float:
+        """Return the total cost (Eq. 3): 1000 × the weighted mean of the samples' costs."""
+        return mean_cost(self.samples.weights, self.evaluate(focus)[0])
+
+
+def mean_cost(weights: FloatArray, costs: FloatArray) -> float:
+    """Return 1000 × the weighted mean."""
+    return 1000.0 * float((weights * costs).sum() / weights.sum())
+
+
+def build_problem(
+    samples: Samples, visibility: Visibility, rig: Rig, model: CostModel | None = None
+) -> Problem:
+    """Return the discrete problem of the samples that each camera sees.
+
+    The pair's base cost is w₁·min(ε₁d²/cos θ, 1) + w₂·min(r/ε₂, 1) (Eq. 1) at depth d, with θ
+    between the optical axis and the inward normal, r the distance from the axis. A surface seen
+    at cos θ ≤ 0, possible off the axis, has the largest first term.
+    """
+    model = model or CostModel()
+    sample_offsets = np.zeros(len(samples) + 1, dtype=np.int64)
+    sample_index, camera_index = kernels.by_sample(
+        visibility.camera_offsets, visibility.sample_index, sample_offsets
+    )
+    depth, base_cost = np.empty(len(sample_index)), np.empty(len(sample_index))
+    kernels.base_costs(
+        samples.points,
+        visibility.normals,
+        camera_positions(rig),
+        np.ascontiguousarray(camera_rotations(rig)),
+        sample_index,
+        camera_index,
+        model.projected_area_weight,
+        model.axis_deviation_weight,
+        model.projected_area_scale,
+        model.axis_deviation_limit,
+        depth,
+        base_cost,
+    )
+    near, far = np.empty(len(depth)), np.empty(len(depth))
+    lenses = tuple(camera.lens for camera in rig.cameras)
+    kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
+    kind_of_pair = np.array([kinds[lens] for lens in lenses])[camera_index]
+    for lens, kind in kinds.items():
+        of_kind = kind_of_pair == kind if len(kinds) > 1 else slice(None)
+        near[of_kind], far[of_kind] = focus_interval(depth[of_kind], lens)
+    return Problem(
+        samples=Samples(samples.points, visibility.normals, samples.weights),
+        names=tuple(camera.name for camera in rig.cameras),
+        lenses=lenses,
+        sample_offsets=sample_offsets,
+        sample_index=sample_index,
+        camera_index=camera_index,
+        depth=depth,
+        base_cost=base_cost,
+        focus_near=near,
+        focus_far=far,
+        focus_weight=model.focus_weight,
+    )
+
+
+def _cells(problem: Problem) -> Cells:
+    offsets, pairs = problem.camera_offsets, problem.camera_pairs
+    starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
+    sorted_starts, sorted_ends = starts.copy(), ends.copy()
+    for low, high in pairwise(offsets):
+        sorted_starts[low:high].sort()
+        sorted_ends[low:high].sort()
+    counts = np.empty(problem.camera_count, dtype=np.int64)
+    near, far = np.empty_like(starts), np.empty_like(ends)
+    kernels.maximal_cells(offsets, sorted_starts, sorted_ends, counts, near, far)
+    cell_offsets = np.concatenate([[0], np.cumsum(counts)])
+    kept = np.arange(cell_offsets[-1]) + np.repeat(offsets[:-1] - cell_offsets[:-1], counts)
+    near, far = near[kept], far[kept]
+    seen_first, seen_last = np.empty((2, len(pairs)), dtype=np.int32)
+    kernels.cell_ranges(offsets, starts, ends, cell_offsets, near, far, seen_first, seen_last)
+    first, last = np.empty((2, len(pairs)), dtype=np.int32)
+    first[pairs], last[pairs] = seen_first, seen_last
+    weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
+    base = _units(weights[problem.sample_index] * problem.base_cost)
+    return Cells(
+        offsets=cell_offsets,
+        near=near,
+        far=far,
+        base=base,
+        first=first,
+        last=last,
+        seen=problem.sample_index[pairs],
+        seen_base=base[pairs],
+        seen_first=seen_first,
+        seen_last=seen_last,
+        focus=_units(weights * problem.focus_weight),
+        unseen=_units(weights),
+    )
+
+
+def _units(values: FloatArray) -> Offsets:
+    return np.rint(values).astype(np.int64)

@@ -1,0 +1,151 @@
+"""A surface made ready for planning: its samples, and what hides what.
+
+Building a scene costs an acceleration structure (and, for a cloud, a neighbour search); it is
+made once per surface and serves every plan on it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import open3d as o3d
+from numpy.typing import NDArray
+
+from focus_planner.core.checks import InputError, check_whole
+from focus_planner.core.surface import (
+    CloudShape,
+    cloud_shape,
+    sample_cloud,
+    sample_mesh,
+    surfels,
+)
+from focus_planner.core.types import (
+    FloatArray,
+    Mesh,
+    PointCloud,
+    Samples,
+    Surface,
+    triangle_cross_products,
+)
+
+# A ray ends this far before its target, so that the target's own triangle does not stop it: well
+# above float32's error in a recentred scene (1e-7 of its size), well below what a person is
+# photographed for.
+_STOP_SHORT_OF_MESH = 1e-4  # of the scene's diagonal
+# Surfels reach over their neighbours' edges and stand off a curved surface: end the ray before
+# the target's own neighbourhood.
+_STOP_SHORT_OF_CLOUD = 3.0  # spacings
+_SURFEL_RADIUS = 1.0  # spacings; squares of half-diagonal 1 overlap without a gap on a grid
+
+
+class Scene:
+    """One surface with its ray-casting structure.
+
+    Parameters
+    ----------
+    surface : Mesh or PointCloud
+
+    Attributes
+    ----------
+    surface : Mesh or PointCloud
+    area : float
+        Square metres; estimated from the points' spacing for a cloud.
+    oriented : bool
+        Whether samples come with normals that point outward (else of either sign).
+    """
+
+    def __init__(self, surface: Surface) -> None:
+        self.surface = surface
+        self._shape: CloudShape | None = None
+        self._centre, self.diagonal = _extent(surface)
+        if isinstance(surface, Mesh):
+            opaque = surface
+            crosses = triangle_cross_products(surface)
+            self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
+            self._stop_short = _STOP_SHORT_OF_MESH * self.diagonal
+        else:
+            self._shape = cloud_shape(surface)
+            opaque = surfels(surface, self._shape, _SURFEL_RADIUS)
+            self.area = float(self._shape.areas.sum())
+            self._stop_short = _STOP_SHORT_OF_CLOUD * self._shape.spacing
+        self._raycasting = o3d.t.geometry.RaycastingScene()
+        self._raycasting.add_triangles(
+            np.ascontiguousarray(opaque.vertices - self._centre, dtype=np.float32),
+            np.ascontiguousarray(opaque.triangles, dtype=np.uint32),
+        )
+
+    @property
+    def oriented(self) -> bool:
+        return self._shape is None or self._shape.oriented
+
+    @property
+    def centre(self) -> FloatArray:
+        """Middle of the surface's bounding box, (3,), metres."""
+        return self._centre
+
+    def sample(self, count: int, seed: int) -> Samples:
+        """Return seeded samples of the surface; 0 takes a cloud's points themselves.
+
+        Raises
+        ------
+        InputError
+            If ``count`` or ``seed`` is negative, or ``count`` is 0 on a mesh.
+        """
+        check_whole("samples", count, 0)
+        check_whole("seed", seed, 0)
+        if isinstance(self.surface, PointCloud):
+            assert self._shape is not None
+            return sample_cloud(self.surface, self._shape, count, seed)
+        if count == 0:
+            raise InputError(
+                "samples",
+                "at least 1 on a mesh",
+                "0",
+                "0 takes the points themselves, which only a cloud has",
+            )
+        return sample_mesh(self.surface, count, seed)
+
+    def occluded(self, origins: FloatArray, targets: FloatArray) -> NDArray[np.bool_]:
+        """Return whether the surface stands between each origin and its target on the surface.
+
+        Parameters
+        ----------
+        origins, targets : (n, 3) arrays
+            Metres, in the surface's frame.
+
+        Returns
+        -------
+        (n,) array of bool
+        """
+        rays = np.empty((len(targets), 6), dtype=np.float32)
+        origins = origins - self._centre
+        direction = targets - self._centre - origins
+        length = np.sqrt((direction**2).sum(axis=1))
+        shortened = np.maximum(length - self._stop_short, 0.0) / np.maximum(length, 1e-300)
+        rays[:, :3] = origins
+        rays[:, 3:] = direction * shortened[:, None]
+        hits: NDArray[np.bool_] = self._raycasting.test_occlusions(rays, 0.0, 1.0).numpy()
+        return hits
+
+    def faces_towards(
+        self, origin: FloatArray, directions: FloatArray
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return, per direction, whether a ray from ``origin`` hits, and hits an outer side.
+
+        For a cloud without oriented normals the second array says nothing.
+        """
+        rays = np.empty((len(directions), 6), dtype=np.float32)
+        rays[:, :3] = origin - self._centre
+        rays[:, 3:] = directions
+        result = self._raycasting.cast_rays(rays)
+        hit = np.isfinite(result["t_hit"].numpy())
+        normals = result["primitive_normals"].numpy()
+        return hit, hit & ((normals * directions).sum(axis=1) < 0)
+
+
+def _extent(surface: Surface) -> tuple[FloatArray, float]:
+    if isinstance(surface, Mesh):
+        points = surface.vertices[np.unique(surface.triangles)]
+    else:
+        points = surface.points
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, float(np.sqrt(((high - low) ** 2).sum()))

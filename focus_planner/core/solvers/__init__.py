@@ -1,0 +1,14 @@
+"""One file per solver, one signature: ``solve(problem, options, watch) -> Solution``."""
+
+from focus_planner.core.solvers import average, closest, em, k_view
+from focus_planner.core.solvers.solution import Options, Progress, Solution, Solver, Watch, go_on
+
+#: Every method by its name in requests, on the command line and in plans.
+SOLVERS: dict[str, Solver] = {
+    "closest": closest.solve,
+    "average": average.solve,
+    "em": em.solve,
+    "k_view": k_view.solve,
+}
+
+__all__ = ["SOLVERS", "Options", "Progress", "Solution", "Solver", "Watch", "go_on"]

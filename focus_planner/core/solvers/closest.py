@@ -1,0 +1,31 @@
+"""The autofocus baseline: each camera on the nearest that it sees (paper, Sec. 4.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from focus_planner.core.problem import Problem
+from focus_planner.core.solvers.solution import (
+    Options,
+    Progress,
+    Solution,
+    Watch,
+    finish,
+    go_on,
+    within_limits,
+)
+from focus_planner.core.types import FloatArray
+
+
+def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+    """Focus each camera at the least depth of the samples that it sees."""
+    solution = finish(problem, within_limits(problem, closest_depths(problem)), 1, True)
+    watch(Progress("closest", 1, solution.cost))
+    return solution
+
+
+def closest_depths(problem: Problem) -> FloatArray:
+    """Return (C,) each camera's least depth, metres; NaN where it sees nothing."""
+    depths = np.full(problem.camera_count, np.inf)
+    np.minimum.at(depths, problem.camera_index, problem.depth)
+    return np.where(np.isfinite(depths), depths, np.nan)

@@ -1,0 +1,49 @@
+"""Expectation-minimisation, one camera at a time (paper, Sec. 3.3)."""
+
+from __future__ import annotations
+
+from focus_planner.core import kernels
+from focus_planner.core.problem import Problem
+from focus_planner.core.solvers import closest
+from focus_planner.core.solvers.solution import (
+    Options,
+    Progress,
+    Solution,
+    Watch,
+    assign_samples,
+    cost_of_units,
+    finish_cells,
+    go_on,
+    start_cells,
+)
+
+
+def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+    """Assign each sample to its cheapest camera, move each camera to its samples' best cell, repeat.
+
+    Both steps are exact (Eq. 5, Eq. 8), so the cost never rises; O(pairs + cells) a step. It
+    starts from the closest depths, which end lower than the average's or each camera's own best
+    (4.1 % above the optimum on bodies, against 5.9 % and 7.7 %).
+    """
+    options = options or Options()
+    cells = problem.cells
+    start = options.start if options.start is not None else closest.closest_depths(problem)
+    cell = start_cells(problem, start)
+    best, units = assign_samples(problem, cell)
+    iteration = 0
+    while True:
+        iteration += 1
+        moved = kernels.stab(
+            problem.camera_offsets,
+            cells.seen,
+            cells.seen_first,
+            cells.seen_last,
+            cells.focus,
+            cells.offsets,
+            best,
+            cell,
+        )
+        best, units = assign_samples(problem, cell)
+        going_on = watch(Progress("em", iteration, cost_of_units(units)))
+        if not (moved and going_on):
+            return finish_cells(problem, cell, iteration, not moved)

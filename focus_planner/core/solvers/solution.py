@@ -1,0 +1,166 @@
+"""What every solver takes and returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from focus_planner.core import kernels
+from focus_planner.core.problem import UNITS, Problem, middle
+from focus_planner.core.types import FloatArray, Grid, IntArray
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a solver stands.
+
+    Attributes
+    ----------
+    stage : str
+        The solver's name.
+    iteration : int
+        Steps done in this stage, from 1.
+    cost : float
+        1000 × the weighted mean, at the cells chosen so far.
+    """
+
+    stage: str
+    iteration: int
+    cost: float
+
+
+#: Told of every step; answers whether to go on.
+Watch = Callable[[Progress], bool]
+
+
+def go_on(_: Progress) -> bool:
+    """Let the solver run to its end: the default watch."""
+    return True
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a solver may be told; each takes what concerns it.
+
+    Attributes
+    ----------
+    k : int
+        How many cameras move together: 2 or 3.
+    scope : {"all", "assigned"}
+        Which samples a step may re-assign: all that its cameras see, or those assigned to them.
+    grid : Grid, optional
+        Take the tuples from the cameras' neighbourhood on this grid; from overlap when absent.
+    start : (C,) array, optional
+        Focus distances to start from, metres; the closest depths when absent.
+    """
+
+    k: int = 2
+    scope: str = "all"
+    grid: Grid | None = None
+    start: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Focus distances for a problem.
+
+    Attributes
+    ----------
+    focus_distances : (C,) array
+        Metres; NaN for a camera that sees no sample or can hold none in focus.
+    cost : float
+        1000 × the weighted mean over the samples (Eq. 3).
+    iterations : int
+    converged : bool
+        False if the watch ended it.
+    """
+
+    focus_distances: FloatArray
+    cost: float
+    iterations: int
+    converged: bool
+
+
+#: What every solver file's ``solve`` is.
+Solver = Callable[[Problem, Options | None, Watch], Solution]
+
+
+def finish(problem: Problem, focus: FloatArray, iterations: int, converged: bool) -> Solution:
+    """Return the solution at these focus distances."""
+    return Solution(focus, problem.cost(focus), iterations, converged)
+
+
+def finish_cells(problem: Problem, cell: IntArray, iterations: int, converged: bool) -> Solution:
+    """Return the solution at the chosen cells, each camera centred on what it holds for the rig.
+
+    A camera's focus distance goes to the middle of the range that keeps all the samples in focus
+    that are in focus in it and in no better camera (the paper's mid-point, Sec. 3.4.1, taken over
+    the assigned samples). No sample costs more for it, and samples that no solver saw cost less:
+    by 0.5 % of the cost at 1,000 samples on bodies.
+    """
+    focus = distances_of_cells(problem, cell)
+    _, best = problem.evaluate(focus)
+    near, far = np.full((2, len(focus)), np.nan)
+    kernels.focus_room(
+        problem.sample_offsets,
+        problem.camera_index,
+        problem.focus_near,
+        problem.focus_far,
+        focus,
+        best,
+        near,
+        far,
+    )
+    centred = np.where(np.isnan(near), focus, middle(near, far))
+    return finish(problem, centred, iterations, converged)
+
+
+def distances_of_cells(problem: Problem, cell: IntArray) -> FloatArray:
+    """Return (C,) the middle of each camera's cell, metres; NaN where it has none."""
+    cells = problem.cells
+    focus = np.full(problem.camera_count, np.nan)
+    chosen = cell >= 0
+    focus[chosen] = cells.distances()[cells.offsets[:-1][chosen] + cell[chosen]]
+    return focus
+
+
+def assign_samples(problem: Problem, cell: IntArray) -> tuple[IntArray, int]:
+    """Return each sample's cheapest camera at these cells, and the total in units (Eq. 5)."""
+    cells = problem.cells
+    best = np.empty(problem.sample_count, dtype=np.int32)
+    seen = kernels.assign(
+        problem.sample_offsets,
+        problem.camera_index,
+        cells.base,
+        cells.focus,
+        cells.first,
+        cells.last,
+        cell,
+        best,
+    )
+    return best, int(seen) + int(cells.unseen[best == kernels.UNSEEN].sum())
+
+
+def cost_of_units(units: int) -> float:
+    """Return 1000 × the weighted mean that a total in units stands for."""
+    return 1000.0 * units / UNITS
+
+
+def start_cells(problem: Problem, start: FloatArray) -> IntArray:
+    """Return (C,) the cells at, or nearest to, these focus distances; -1 for a camera without."""
+    cells = problem.cells
+    cell = np.full(problem.camera_count, -1, dtype=np.int32)
+    for c in np.flatnonzero(np.diff(cells.offsets) > 0):
+        part = slice(cells.offsets[c], cells.offsets[c + 1])
+        beyond = np.maximum(cells.near[part] - start[c], start[c] - cells.far[part])
+        cell[c] = np.argmin(beyond)
+    return cell
+
+
+def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
+    """Return the focus distances, moved to what each lens can be set to."""
+    low = np.array([lens.min_focus for lens in problem.lenses])
+    high = np.array([lens.max_focus for lens in problem.lenses])
+    return np.clip(focus, low, high)

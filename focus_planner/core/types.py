@@ -1,0 +1,381 @@
+"""What the planner works on: lenses, cameras, rigs, surfaces, samples.
+
+Metres everywhere; quaternions are x, y, z, w; a camera's frame is the optical frame (z forward,
+x right, y down). See DESIGN in the README for the conventions.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.checks import (
+    InputError,
+    check_array,
+    check_finite,
+    check_number,
+    check_whole,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# Camera names become ROS topic tokens: ~/cameras/<name>/focus.
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_UNIT_TOLERANCE = 1e-3
+
+
+class CameraStatus(IntEnum):
+    """What a plan says of one camera; equal to the constants of ``CameraFocus.msg``."""
+
+    UNKNOWN = 0
+    PLANNED = 1
+    UNASSIGNED = 2
+    SEES_NOTHING = 3
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A thin lens with a shallow depth of field.
+
+    Parameters
+    ----------
+    focal_length : float
+        F, metres.
+    hyperfocal_distance : float
+        H = F² / (f-number · circle of confusion), metres, as in the paper's D_N and D_F
+        (Sec. 4.2); texts that add F to it mean the same lens.
+    min_focus, max_focus : float
+        The distances that the lens can be set to, metres; 0 and inf for no limit.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range or the limits leave no distance.
+    """
+
+    focal_length: float = 0.050
+    hyperfocal_distance: float = 10.0
+    min_focus: float = 0.0
+    max_focus: float = math.inf
+
+    def __post_init__(self) -> None:
+        check_number("lens.focal_length", self.focal_length, above=0)
+        check_number("lens.hyperfocal_distance", self.hyperfocal_distance, above=self.focal_length)
+        check_number("lens.min_focus", self.min_focus, at_least=0)
+        check_number("lens.max_focus", self.max_focus, above=self.focal_length, infinite=True)
+        if self.min_focus > self.max_focus:
+            raise InputError(
+                "lens.min_focus",
+                f"at most max_focus ({self.max_focus:g} m)",
+                f"{self.min_focus:g} m",
+            )
+
+
+@dataclass(frozen=True)
+class Image:
+    """Size and pinhole intrinsics of an image, pixels; pixel centres have whole coordinates."""
+
+    width: int = 580
+    height: int = 870
+    fx: float = 1190.732
+    fy: float = 1190.732
+    cx: float = 284.813
+    cy: float = 434.440
+
+    def __post_init__(self) -> None:
+        check_whole("image.width", self.width, 1)
+        check_whole("image.height", self.height, 1)
+        check_number("image.fx", self.fx, above=0)
+        check_number("image.fy", self.fy, above=0)
+        check_number("image.cx", self.cx)
+        check_number("image.cy", self.cy)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """One camera of a rig.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the rig; letters, digits and underscores, starting with a letter.
+    position : tuple of 3 floats
+        Centre of projection in the rig's frame, metres.
+    orientation : tuple of 4 floats
+        Quaternion x, y, z, w of the optical frame in the rig's frame; normalised here.
+    image : Image
+    lens : Lens
+
+    Raises
+    ------
+    InputError
+        If the name, position or orientation cannot be used.
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    image: Image = field(default_factory=Image)
+    lens: Lens = field(default_factory=Lens)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not _NAME.match(self.name):
+            raise InputError(
+                "camera name",
+                "letters, digits and underscores, starting with a letter (it names a topic)",
+                repr(self.name),
+            )
+        position = check_array(f"camera {self.name}: position", self.position, (3,))
+        if not np.isfinite(position).all():
+            raise InputError(f"camera {self.name}: position", "finite metres", f"{self.position}")
+        quaternion = check_array(f"camera {self.name}: orientation", self.orientation, (4,))
+        norm = math.sqrt(sum(float(q) ** 2 for q in quaternion))
+        if not abs(norm - 1) <= _UNIT_TOLERANCE:
+            raise InputError(
+                f"camera {self.name}: orientation",
+                "a unit quaternion x, y, z, w",
+                f"{tuple(quaternion.tolist())} of length {norm:g}",
+                "the pose was probably never set" if norm == 0 else "",
+            )
+        object.__setattr__(self, "position", tuple(position.tolist()))
+        object.__setattr__(self, "orientation", tuple((quaternion / norm).tolist()))
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The places of a rig's cameras on a cylinder.
+
+    Camera ``row * columns + column`` stands in that row (from the bottom) and column; the last
+    column is the first one's neighbour.
+    """
+
+    rows: int
+    columns: int
+
+    def __post_init__(self) -> None:
+        check_whole("grid.rows", self.rows, 1)
+        check_whole("grid.columns", self.columns, 1)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The cameras of one capture, in one frame.
+
+    Raises
+    ------
+    InputError
+        If there is no camera, a name occurs twice, or the grid does not fit the cameras.
+    """
+
+    cameras: tuple[Camera, ...]
+    frame_id: str = "world"
+    grid: Grid | None = None
+
+    def __post_init__(self) -> None:
+        if not self.cameras:
+            raise InputError("rig", "at least one camera", "none")
+        names = [camera.name for camera in self.cameras]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError("rig", "unique camera names", f"{twice!r} {names.count(twice)} times")
+        if self.grid is not None and self.grid.rows * self.grid.columns != len(self.cameras):
+            raise InputError(
+                "rig.grid",
+                f"rows × columns = {len(self.cameras)}, the number of cameras",
+                f"{self.grid.rows} × {self.grid.columns}",
+            )
+
+    def __len__(self) -> int:
+        return len(self.cameras)
+
+
+@dataclass(frozen=True)
+class CostModel:
+    """The constants of the pointwise cost (paper, Eq. 1).
+
+    Parameters
+    ----------
+    projected_area_weight, axis_deviation_weight, focus_weight : float
+        w₁, w₂, w₃; their sum is at most 1, the cost of a sample that no camera sees.
+    projected_area_scale : float
+        ε₁, 1/m².
+    axis_deviation_limit : float
+        ε₂, metres.
+    """
+
+    projected_area_weight: float = 1 / 3
+    axis_deviation_weight: float = 1 / 3
+    focus_weight: float = 1 / 3
+    projected_area_scale: float = 1.0
+    axis_deviation_limit: float = 0.75
+
+    def __post_init__(self) -> None:
+        weights = (self.projected_area_weight, self.axis_deviation_weight, self.focus_weight)
+        check_number("projected_area_weight", weights[0], at_least=0)
+        check_number("axis_deviation_weight", weights[1], at_least=0)
+        check_number("focus_weight", weights[2], at_least=0)
+        if sum(weights) > 1 + 1e-9:
+            raise InputError("cost weights", "a sum of at most 1", f"{sum(weights):g}")
+        check_number("projected_area_scale", self.projected_area_scale, at_least=0)
+        check_number("axis_deviation_limit", self.axis_deviation_limit, above=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Metres.
+    triangles : (T, 3) array of int
+        Indices of vertices, counter-clockwise seen from outside.
+    vertex_normals : (V, 3) array, optional
+        Outward; they need not have unit length.
+
+    Raises
+    ------
+    InputError
+        If there is no triangle, a number is not finite, an index is out of range, a triangle
+        has no area, or a normal has no length.
+    """
+
+    vertices: FloatArray
+    triangles: IntArray
+    vertex_normals: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        vertices = check_array("mesh vertices", self.vertices, (None, 3))
+        triangles = check_array("mesh triangles", self.triangles, (None, 3), np.int64)
+        if len(triangles) == 0:
+            raise InputError("mesh", "at least one triangle", "none")
+        check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
+        out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
+        if len(out_of_range):
+            first = out_of_range[0]
+            raise InputError(
+                "mesh triangles",
+                f"vertex indices from 0 to {len(vertices) - 1}",
+                f"{triangles[first].tolist()} in triangle {first}"
+                f" ({len(out_of_range)} such triangles)",
+            )
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "triangles", _frozen(triangles.astype(np.int32)))
+        _check_areas(self)
+        if self.vertex_normals is not None:
+            normals = check_array("mesh vertex_normals", self.vertex_normals, vertices.shape)
+            object.__setattr__(self, "vertex_normals", _unit("mesh vertex_normals", normals))
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """A surface given by points on it.
+
+    Parameters
+    ----------
+    points : (M, 3) array
+        Metres.
+    normals : (M, 3) array, optional
+        Outward; they need not have unit length. Estimated from the points when absent.
+
+    Raises
+    ------
+    InputError
+        If there are too few points to tell a surface, a number is not finite, or a normal has
+        no length.
+    """
+
+    points: FloatArray
+    normals: FloatArray | None = None
+
+    MIN_POINTS = 16
+
+    def __post_init__(self) -> None:
+        points = check_array("cloud points", self.points, (None, 3))
+        if len(points) < self.MIN_POINTS:
+            raise InputError(
+                "cloud",
+                f"at least {self.MIN_POINTS} points",
+                "an empty cloud" if len(points) == 0 else f"{len(points)}",
+            )
+        check_finite("cloud points", points, "point", "remove the invalid points first")
+        object.__setattr__(self, "points", points)
+        if self.normals is not None:
+            normals = check_array("cloud normals", self.normals, points.shape)
+            object.__setattr__(self, "normals", _unit("cloud normals", normals))
+
+
+Surface = Mesh | PointCloud
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points that stand for a surface.
+
+    Attributes
+    ----------
+    points : (N, 3) array
+        Metres.
+    normals : (N, 3) array
+        Unit length, outward.
+    weights : (N,) array
+        The surface area that each sample stands for, square metres.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    weights: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def triangle_cross_products(mesh: Mesh) -> FloatArray:
+    """Return (T, 3) outward normals of length twice the triangle's area."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)
+
+
+def _frozen(array: NDArray[np.int32]) -> IntArray:
+    array.flags.writeable = False
+    return array
+
+
+def _unit(argument: str, vectors: FloatArray) -> FloatArray:
+    check_finite(argument, vectors, "normal")
+    lengths = np.sqrt((vectors**2).sum(axis=1))
+    if not (lengths > 0).all():
+        zero = np.flatnonzero(~(lengths > 0))
+        raise InputError(
+            argument,
+            "vectors with a length",
+            f"{len(zero)} of {len(vectors)} of length zero (first: {zero[0]})",
+            "leave the normals out and they are computed",
+        )
+    unit: FloatArray = vectors / lengths[:, None]
+    unit.flags.writeable = False
+    return unit
+
+
+def _check_areas(mesh: Mesh) -> None:
+    """Raise if a triangle's area is nothing beside its longest side."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    longest = np.maximum(
+        np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
+        ((c - b) ** 2).sum(axis=1),
+    )
+    twice_area = np.sqrt((triangle_cross_products(mesh) ** 2).sum(axis=1))
+    degenerate = np.flatnonzero(~(twice_area > 1e-12 * longest))
+    if len(degenerate):
+        raise InputError(
+            "mesh triangles",
+            "triangles with an area",
+            f"{len(degenerate)} of {len(mesh.triangles)} degenerate (first: {degenerate[0]})",
+            "remove them, for instance with trimesh's nondegenerate_faces",
+        )
