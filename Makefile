@@ -1,0 +1,50 @@
+SHELL := /bin/bash
+BIN := .venv/bin
+
+# A process started with another environment's marker does not find its libraries, and a sourced
+# ROS would shadow the one in .venv.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+ifdef AMENT_PREFIX_PATH
+unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH
+endif
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test bench lint format lock clean
+
+help:  ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup:  ## set up .venv: Python and ROS packages, interfaces, this package
+	@tools/setup.sh
+
+# On this machine only, and apart from other graphs, unless the caller wants otherwise.
+demo: export ROS_DOMAIN_ID ?= 87
+demo: export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
+demo: setup  ## plan the focus of a rig around a real body, through ROS
+	@$(BIN)/focus_planner demo
+
+test: lint  ## lint, then all tests; ARGS="-k name" goes to pytest
+	@$(BIN)/python -m pytest $(ARGS)
+
+bench: setup  ## time the planner; ARGS goes to the benchmarks
+	@$(BIN)/python -m benchmarks $(ARGS)
+
+lint: setup  ## style, types and import rules
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+format: setup  ## rewrite the code in the house style
+	@$(BIN)/ruff check --fix-only --quiet
+	@$(BIN)/ruff format
+
+lock: setup  ## renew requirements.lock from requirements.in; ARGS="--upgrade" takes newer versions
+	@$(BIN)/uv pip compile requirements.in --output-file requirements.lock --quiet $(ARGS) \
+	  --universal --python-version 3.10 --generate-hashes --no-annotate --no-header \
+	  --no-emit-index-url --no-emit-find-links
+
+clean:  ## remove caches and colcon's output; .venv stays
+	@rm -rf build install log *.egg-info .coverage .hypothesis
+	@rm -rf .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	@find . -path ./.venv -prune -o -name __pycache__ -type d -exec rm -rf {} +

@@ -1,0 +1,29 @@
+"""Build focus_planner, for pip and for colcon (ament_python)."""
+
+from setuptools import find_packages, setup
+
+NAME = "focus_planner"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Plans the focus distances of a multi-camera capture rig",
+    license="Apache-2.0",
+    python_requires=">=3.10",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["bodies/*", "py.typed"]},
+    data_files=[
+        # The marker by which ROS finds the package, and its manifest.
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ],
+    # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
+    install_requires=["matplotlib", "numba", "numpy", "open3d-cpu", "pyyaml", "rich", "scipy"],
+    entry_points={
+        "console_scripts": [
+            "focus_planner = focus_planner.cli:main",
+            "planner_node = focus_planner.ros.node:main",
+        ],
+    },
+    zip_safe=False,
+)
