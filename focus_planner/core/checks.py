@@ -49,8 +49,7 @@ def check_array(
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(argument, f"numbers of shape {wanted}", f"{error}") from None
     if array.ndim != len(shape) or any(
-        size is not None and size != actual
-        for size, actual in zip(shape, array.shape, strict=True)
+        size is not None and size != actual for size, actual in zip(shape, array.shape, strict=True)
     ):
         raise InputError(argument, f"shape {wanted}", f"shape {array.shape}")
     array.flags.writeable = False

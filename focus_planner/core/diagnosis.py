@@ -49,11 +49,7 @@ def check_cameras_outside(scene: Scene, rig: Rig) -> None:
     InputError
         Names the cameras, or the unit that is suspected.
     """
-    inside = [
-        camera.name
-        for camera in rig.cameras
-        if _is_inside(scene, np.array(camera.position))
-    ]
+    inside = [camera.name for camera in rig.cameras if _is_inside(scene, np.array(camera.position))]
     if not inside:
         return
     _suspect_units(scene, rig, 0.0)

@@ -116,10 +116,12 @@ class Problem:
 
     @property
     def sample_count(self) -> int:
+        """N."""
         return len(self.samples)
 
     @property
     def camera_count(self) -> int:
+        """C."""
         return len(self.names)
 
     @cached_property
@@ -135,6 +137,7 @@ class Problem:
 
     @cached_property
     def cells(self) -> Cells:
+        """The focus distances worth choosing between."""
         return _cells(self)
 
     def evaluate(self, focus: FloatArray) -> tuple[FloatArray, IntArray]:

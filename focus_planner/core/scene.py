@@ -33,8 +33,8 @@ from focus_planner.core.types import (
 _STOP_SHORT_OF_MESH = 1e-4  # of the scene's diagonal
 # Surfels reach over their neighbours' edges and stand off a curved surface: end the ray before
 # the target's own neighbourhood.
-_STOP_SHORT_OF_CLOUD = 3.0  # spacings
-_SURFEL_RADIUS = 1.0  # spacings; squares of half-diagonal 1 overlap without a gap on a grid
+_STOP_SHORT_OF_CLOUD = 2.5  # spacings
+_SURFEL_RADIUS = 1.5  # spacings; leaves next to no holes between points strewn at random
 
 
 class Scene:
@@ -49,8 +49,6 @@ class Scene:
     surface : Mesh or PointCloud
     area : float
         Square metres; estimated from the points' spacing for a cloud.
-    oriented : bool
-        Whether samples come with normals that point outward (else of either sign).
     """
 
     def __init__(self, surface: Surface) -> None:
@@ -58,23 +56,24 @@ class Scene:
         self._shape: CloudShape | None = None
         self._centre, self.diagonal = _extent(surface)
         if isinstance(surface, Mesh):
-            opaque = surface
+            vertices, triangles = surface.vertices, surface.triangles
             crosses = triangle_cross_products(surface)
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
             self._stop_short = _STOP_SHORT_OF_MESH * self.diagonal
         else:
             self._shape = cloud_shape(surface)
-            opaque = surfels(surface, self._shape, _SURFEL_RADIUS)
+            vertices, triangles = surfels(surface, self._shape, _SURFEL_RADIUS)
             self.area = float(self._shape.areas.sum())
             self._stop_short = _STOP_SHORT_OF_CLOUD * self._shape.spacing
         self._raycasting = o3d.t.geometry.RaycastingScene()
         self._raycasting.add_triangles(
-            np.ascontiguousarray(opaque.vertices - self._centre, dtype=np.float32),
-            np.ascontiguousarray(opaque.triangles, dtype=np.uint32),
+            np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
+            np.ascontiguousarray(triangles, dtype=np.uint32),
         )
 
     @property
     def oriented(self) -> bool:
+        """Whether samples come with normals that point outward, else of either sign."""
         return self._shape is None or self._shape.oriented
 
     @property

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from focus_planner.core.checks import InputError
 from focus_planner.core.types import (
     FloatArray,
+    IntArray,
     Mesh,
     PointCloud,
     Samples,
@@ -56,14 +57,14 @@ def cloud_shape(cloud: PointCloud) -> CloudShape:
         If the points coincide.
     """
     count = min(_NEIGHBOURS, len(cloud.points) - 1)
-    distances, _ = cKDTree(cloud.points).query(cloud.points, k=count + 1, workers=-1)
+    distances = np.asarray(cKDTree(cloud.points).query(cloud.points, k=count + 1, workers=-1)[0])
     areas = np.pi * distances[:, -1] ** 2 / count
     spacing = float(np.sqrt(np.median(areas)))
     if not spacing > 0:
         raise InputError("cloud", "distinct points", f"mostly points repeated over {count} times")
     if cloud.normals is not None:
         return CloudShape(cloud.normals, True, areas, spacing)
-    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points))
+    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points.copy()))
     shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(count + 1))
     return CloudShape(np.asarray(shape.normals).copy(), False, areas, spacing)
 
@@ -116,8 +117,10 @@ def sample_cloud(cloud: PointCloud, shape: CloudShape, count: int, seed: int) ->
     return Samples(cloud.points[chosen], shape.normals[chosen], weights)
 
 
-def surfels(cloud: PointCloud, shape: CloudShape, radius_in_spacings: float) -> Mesh:
-    """Return a mesh of one square per point, tangent to the surface: the cloud made opaque.
+def surfels(
+    cloud: PointCloud, shape: CloudShape, radius_in_spacings: float
+) -> tuple[FloatArray, IntArray]:
+    """Return one square per point, tangent to the surface: the cloud made opaque.
 
     Parameters
     ----------
@@ -125,6 +128,12 @@ def surfels(cloud: PointCloud, shape: CloudShape, radius_in_spacings: float) -> 
     shape : CloudShape
     radius_in_spacings : float
         Half the square's diagonal, in units of the point's own spacing.
+
+    Returns
+    -------
+    vertices : (4M, 3) array
+        Metres.
+    triangles : (2M, 3) array of int32
     """
     normals = shape.normals
     # Any direction that is not the normal's; the square's turn about it does not matter.
@@ -142,6 +151,6 @@ def surfels(cloud: PointCloud, shape: CloudShape, radius_in_spacings: float) -> 
         ],
         axis=1,
     )
-    base = 4 * np.arange(len(normals))[:, None]
-    triangles = np.concatenate([base + [0, 1, 2], base + [0, 2, 3]])
-    return Mesh(corners.reshape(-1, 3), triangles)
+    base = 4 * np.arange(len(normals), dtype=np.int32)[:, None]
+    corner = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
+    return corners.reshape(-1, 3), np.concatenate([base + corner[0], base + corner[1]])

@@ -79,8 +79,8 @@ def camera_tuples(problem: Problem, k: int, scope: str, grid: Grid | None) -> Tu
         cameras = np.take_along_axis(cameras, fewest_last, axis=1)
     reach = overlap.offsets if scope == "all" else np.zeros_like(overlap.offsets)
     colours = kernels.colour(cameras, reach, overlap.neighbours)
-    cameras = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
-    return _with_shared(problem, cameras, np.concatenate([[0], np.cumsum(np.bincount(colours))]))
+    batched = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
+    return _with_shared(problem, batched, np.concatenate([[0], np.cumsum(np.bincount(colours))]))
 
 
 def _overlaps(problem: Problem) -> tuple[_Graph, Offsets]:

@@ -343,14 +343,10 @@ def _solve(
             third_out[thirds] = out
             thirds += 1
         else:
-            count = _add_rectangle(
-                bases[e], firsts[e], lasts[e], out, rectangles, weights, count
-            )
+            count = _add_rectangle(bases[e], firsts[e], lasts[e], out, rectangles, weights, count)
     gain_a, gain_b = np.cumsum(steps_a[:-1]), np.cumsum(steps_b[:-1])
     if k == 2:
-        gain, i, j = best_pair(
-            gain_a, gain_b, rectangles, weights, count, cell[a], cell[b], now
-        )
+        gain, i, j = best_pair(gain_a, gain_b, rectangles, weights, count, cell[a], cell[b], now)
         if i >= 0:
             move[0], move[1] = i, j
         return gain - now

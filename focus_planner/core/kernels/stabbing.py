@@ -14,7 +14,7 @@ def assign(sample_offsets, camera_index, base, focus, first, last, cell, best):
 
     Samples that no camera sees get ``UNSEEN`` and count nothing.
     """
-    total = 0
+    total = np.int64(0)
     for p in prange(len(sample_offsets) - 1):
         least, which = np.int64(2**62), UNSEEN
         for q in range(sample_offsets[p], sample_offsets[p + 1]):

@@ -17,7 +17,7 @@ from focus_planner.core.solvers.solution import (
 from focus_planner.core.types import FloatArray
 
 
-def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+def solve(problem: Problem, _: Options | None = None, watch: Watch = go_on) -> Solution:
     """Focus each camera at the least depth of the samples that it sees."""
     solution = finish(problem, within_limits(problem, closest_depths(problem)), 1, True)
     watch(Progress("closest", 1, solution.cost))

@@ -19,7 +19,7 @@ from focus_planner.core.solvers.solution import (
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
-    """Assign each sample to its cheapest camera, move each camera to its samples' best cell, repeat.
+    """Assign samples to their cheapest cameras, move cameras to their samples' best cells, repeat.
 
     Both steps are exact (Eq. 5, Eq. 8), so the cost never rises; O(pairs + cells) a step. It
     starts from the closest depths, which end lower than the average's or each camera's own best

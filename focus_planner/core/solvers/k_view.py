@@ -43,8 +43,8 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     ranking = np.empty((ranked, options.k + 1), dtype=np.int64)
     kernels.rank_cameras(*by_sample, cells.focus, *ranges, cell, ranking)
     steps = np.empty(len(cells.near) + problem.camera_count, dtype=np.int64)
-    summed, solved = np.zeros(problem.camera_count, np.int64), np.zeros(len(tuples.cameras), np.int64)
-    touched, clock = np.ones(problem.camera_count, np.int64), np.ones(1, np.int64)
+    summed, solved = (np.zeros(n, np.int64) for n in (len(cell), len(tuples.cameras)))
+    touched, clock = (np.ones(n, np.int64) for n in (len(cell), 1))
     iteration = 0
     while True:
         iteration += 1
