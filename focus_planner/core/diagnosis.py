@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.geometry import camera_positions
@@ -14,7 +15,7 @@ from focus_planner.core.visibility import Visibility, visible_pairs
 
 # Real captures stay within a few times the subject's size; millimetres make it hundreds.
 _FARTHEST = 100.0
-_DIRECTIONS = 256
+_DIRECTIONS = 64
 _ENCLOSED = 0.8
 _TRIAL_SAMPLES = 500
 _SEEN_ENOUGH = 0.2
@@ -49,7 +50,8 @@ def check_cameras_outside(scene: Scene, rig: Rig) -> None:
     InputError
         Names the cameras, or the unit that is suspected.
     """
-    inside = [camera.name for camera in rig.cameras if _is_inside(scene, np.array(camera.position))]
+    enclosed = _enclosed(scene, camera_positions(rig))
+    inside = [rig.cameras[c].name for c in np.flatnonzero(enclosed)]
     if not inside:
         return
     _suspect_units(scene, rig, 0.0)
@@ -122,12 +124,15 @@ def _scaled(surface: Surface, factor: float) -> Surface:
     return replace(surface, points=surface.points * factor)
 
 
-def _is_inside(scene: Scene, position: FloatArray) -> bool:
-    """Return whether the surface shows its inner side in nearly every direction."""
-    hit, outer = scene.faces_towards(position, _sphere(_DIRECTIONS))
-    if scene.oriented:
-        hit = hit & ~outer
-    return bool(hit.mean() > _ENCLOSED)
+def _enclosed(scene: Scene, positions: FloatArray) -> NDArray[np.bool_]:
+    """Return whether the surface shows its inner side in nearly every direction, per position."""
+    directions = _sphere(_DIRECTIONS)
+    hit, outer = scene.first_hits(
+        np.repeat(positions, len(directions), axis=0), np.tile(directions, (len(positions), 1))
+    )
+    inner = hit & ~outer if scene.oriented else hit
+    share: FloatArray = inner.reshape(len(positions), -1).mean(axis=1)
+    return share > _ENCLOSED
 
 
 def _sphere(count: int) -> FloatArray:

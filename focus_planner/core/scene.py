@@ -125,15 +125,24 @@ class Scene:
         hits: NDArray[np.bool_] = self._raycasting.test_occlusions(rays, 0.0, 1.0).numpy()
         return hits
 
-    def faces_towards(
-        self, origin: FloatArray, directions: FloatArray
+    def first_hits(
+        self, origins: FloatArray, directions: FloatArray
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return, per direction, whether a ray from ``origin`` hits, and hits an outer side.
+        """Return whether each ray hits the surface, and whether it first hits an outer side.
 
         For a cloud without oriented normals the second array says nothing.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) arrays
+            Metres, in the surface's frame.
+
+        Returns
+        -------
+        hit, outer : (n,) arrays of bool
         """
         rays = np.empty((len(directions), 6), dtype=np.float32)
-        rays[:, :3] = origin - self._centre
+        rays[:, :3] = origins - self._centre
         rays[:, 3:] = directions
         result = self._raycasting.cast_rays(rays)
         hit = np.isfinite(result["t_hit"].numpy())

@@ -186,66 +186,94 @@ def improve_tuples(
                     steps,
                     move,
                 )
-                if gains[slot] > 0:
-                    was = np.empty(k, dtype=np.int32)
+                if gains[slot] > 0 and len(ranking) == 0:
                     for m in range(k):
-                        was[m] = cell[tuples[t, m]]
-                        cell[tuples[t, m]] = move[m]
-                    if len(ranking) == 0:
-                        for m in range(k):
-                            touched[tuples[t, m]] = now
-                            summed[tuples[t, m]] = 0
-                        for e in range(shared_offsets[t], shared_offsets[t + 1]):
-                            _hand_over(
-                                tuples[t],
-                                shared_samples[e],
-                                shared_base[e],
-                                shared_first[e],
-                                shared_last[e],
-                                focus,
-                                cell,
-                                best,
-                            )
-                    else:
-                        for m in range(k):
-                            c = tuples[t, m]
-                            if was[m] != move[m]:
-                                summed[c] = 0
-                                for j in range(camera_offsets[c], camera_offsets[c + 1]):
-                                    held = seen_first[j] <= was[m] <= seen_last[j]
-                                    if held != (seen_first[j] <= move[m] <= seen_last[j]):
-                                        _refresh(
-                                            sample_offsets,
-                                            camera_index,
-                                            base,
-                                            focus,
-                                            first,
-                                            last,
-                                            cell,
-                                            ranking,
-                                            touched,
-                                            summed,
-                                            now,
-                                            seen[j],
-                                        )
+                        c = tuples[t, m]
+                        cell[c] = move[m]
+                        touched[c], summed[c] = now, 0
+                    for e in range(shared_offsets[t], shared_offsets[t + 1]):
+                        _hand_over(
+                            tuples[t],
+                            shared_samples[e],
+                            shared_base[e],
+                            shared_first[e],
+                            shared_last[e],
+                            focus,
+                            cell,
+                            best,
+                        )
+                elif gains[slot] > 0:
+                    for m in range(k):
+                        c = tuples[t, m]
+                        was, cell[c] = cell[c], move[m]
+                        for j in range(camera_offsets[c], camera_offsets[c + 1]):
+                            held = seen_first[j] <= was <= seen_last[j]
+                            holds = seen_first[j] <= move[m] <= seen_last[j]
+                            if held != holds:
+                                _move_in_ranking(
+                                    sample_offsets,
+                                    camera_index,
+                                    base,
+                                    focus,
+                                    first,
+                                    last,
+                                    cell,
+                                    ranking,
+                                    touched,
+                                    summed,
+                                    now,
+                                    seen[j],
+                                    c,
+                                    seen_base[j] + (0 if holds else focus[seen[j]]),
+                                )
         total += gains.sum()
     return total
 
 
 @njit(cache=True, nogil=True)
-def _refresh(
-    sample_offsets, camera_index, base, focus, first, last, cell, ranking, touched, summed, now, p
+def _move_in_ranking(
+    sample_offsets,
+    camera_index,
+    base,
+    focus,
+    first,
+    last,
+    cell,
+    ranking,
+    touched,
+    summed,
+    now,
+    p,
+    c,
+    cost,
 ):
-    """Bring sample p's ranking up to date; touch the cameras that see it if it changes."""
+    """Give camera c its new cost in sample p's ranking; touch the cameras that see p.
+
+    The sample's other cameras are looked at only where c leaves a gap that one of them may fill.
+    """
     ranks = ranking.shape[1]
-    was = (ranking[p, 0], ranking[p, 1], ranking[p, ranks - 2], ranking[p, ranks - 1])
-    _rank(sample_offsets, camera_index, base, focus, first, last, cell, ranking, p)
-    is_now = (ranking[p, 0], ranking[p, 1], ranking[p, ranks - 2], ranking[p, ranks - 1])
-    if was != is_now:
-        for q in range(sample_offsets[p], sample_offsets[p + 1]):
-            c = camera_index[q]
-            touched[c] = now
-            summed[c] = 0
+    key = (cost << CAMERA_BITS) | c
+    worst = ranking[p, ranks - 1]
+    at = 0
+    while at < ranks and ranking[p, at] & _CAMERA != c:
+        at += 1
+    if at == ranks:
+        if key >= worst:
+            return
+        at = ranks - 1
+    elif key > worst:
+        _rank(sample_offsets, camera_index, base, focus, first, last, cell, ranking, p)
+        at = -1
+    if at >= 0:
+        while at > 0 and key < ranking[p, at - 1]:
+            ranking[p, at] = ranking[p, at - 1]
+            at -= 1
+        while at < ranks - 1 and key > ranking[p, at + 1]:
+            ranking[p, at] = ranking[p, at + 1]
+            at += 1
+        ranking[p, at] = key
+    for q in range(sample_offsets[p], sample_offsets[p + 1]):
+        touched[camera_index[q]], summed[camera_index[q]] = now, 0
 
 
 @njit(cache=True, nogil=True)

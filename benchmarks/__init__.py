@@ -1,0 +1,1 @@
+"""What the planner takes and gives, measured: ``make bench``."""

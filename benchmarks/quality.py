@@ -1,0 +1,82 @@
+"""How near plans come to the proven optimum, and how they do on samples they have not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+from reference import optimum_by_highs
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.scenes import body_scenes, problem, rig
+from focus_planner.core.solvers import SOLVERS, Options
+
+_SEEDS = range(1, 5)
+_UNSEEN = 100_000
+_METHODS = {
+    "closest (autofocus)": ("closest", Options()),
+    "average": ("average", Options()),
+    "EM": ("em", Options()),
+    "2-view assigned": ("k_view", Options(scope="assigned")),
+    "2-view assigned, grid": ("k_view", Options(scope="assigned", grid=rig().grid)),
+    "2-view all": ("k_view", Options()),
+    "2-view all, grid": ("k_view", Options(grid=rig().grid)),
+    "3-view all": ("k_view", Options(k=3)),
+}
+
+
+def run(console: Console) -> None:
+    """Print both tables."""
+    _beside_the_optimum(console)
+    _on_unseen_samples(console)
+
+
+def _beside_the_optimum(console: Console) -> None:
+    rows: dict[str, list[tuple[float, float]]] = {}
+    for scene in body_scenes().values():
+        for seed in _SEEDS:
+            posed = problem(scene, 1000, seed)
+            best = optimum_by_highs(posed)
+            rows.setdefault("optimum (HiGHS)", []).append((best, 0.0))
+            for title, (method, options) in _METHODS.items():
+                cost = SOLVERS[method](posed, options).cost
+                rows.setdefault(title, []).append((cost, 100 * (cost / best - 1)))
+    table = Table(
+        "method",
+        "cost",
+        "above the optimum",
+        "at worst",
+        title=f"{len(body_scenes())} bodies × {len(_SEEDS)} seeds, 1,000 samples",
+    )
+    for title, values in rows.items():
+        cost, above = np.mean(values, axis=0)
+        table.add_row(title, f"{cost:.1f}", f"{above:.2f} %", f"{np.max(values, axis=0)[1]:.2f} %")
+    console.print(table)
+
+
+def _on_unseen_samples(console: Console) -> None:
+    counts = (1000, 4096, 16384, 65536)
+    table = Table(
+        "method",
+        *(f"{count:,}" for count in counts),
+        title=f"Cost on {_UNSEEN:,} other samples, by the number planned on; mean of the bodies",
+    )
+    unseen = [problem(scene, _UNSEEN, 999) for scene in body_scenes().values()]
+    for title, (method, options) in _METHODS.items():
+        if options.grid is not None:
+            continue
+        cells = []
+        for count in counts:
+            if options.k == 3 and count > 4096:
+                cells.append("–")
+                continue
+            costs = [
+                other.cost(
+                    np.nan_to_num(
+                        SOLVERS[method](problem(s, count), options).focus_distances, nan=1.0
+                    )
+                )
+                for s, other in zip(body_scenes().values(), unseen, strict=True)
+            ]
+            cells.append(f"{np.mean(costs):.1f}")
+        table.add_row(title, *cells)
+    console.print(table)

@@ -1,0 +1,85 @@
+"""How long planning takes, as the number of samples grows."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.scenes import body_scenes, problem, rig
+from benchmarks.timing import seconds
+from focus_planner import PlanRequest, Problem, plan_focus
+from focus_planner.core import kernels
+from focus_planner.core.solvers import Options, Progress, em, k_view
+
+SAMPLES = (1024, 4096, 16384, 65536)
+
+
+def from_em_to_convergence(posed: Problem, options: Options) -> float:
+    """Return the seconds that k_view takes from EM's last step to its solution."""
+    last_em = 0.0
+
+    def watch(progress: Progress) -> bool:
+        nonlocal last_em
+        if progress.stage == "em":
+            last_em = time.perf_counter()
+        return True
+
+    k_view.solve(posed, options, watch)
+    return time.perf_counter() - last_em
+
+
+def run(console: Console) -> None:
+    name, scene = next(iter(body_scenes().items()))
+    table = Table(
+        "samples",
+        "visible pairs",
+        "sort the interval ends",
+        "evaluate the cost",
+        "EM",
+        "2-view all, from EM",
+        "… per evaluation",
+        "… per sort",
+        "2-view assigned, from EM",
+        "3-view all, from EM",
+        "pose (ray casting, cells)",
+        "plan, all told",
+        title=f"Seconds on {name} before {len(rig())} cameras, medians",
+    )
+    for samples in SAMPLES:
+        posed = problem(scene, samples)
+        repeats = 20 if samples < 10_000 else 5
+        with kernels.threads_for(len(posed.depth)):
+            solution = em.solve(posed)
+            ends = np.concatenate([posed.focus_near, posed.focus_far])
+            sort = seconds(lambda ends=ends: np.sort(ends), repeats)
+            evaluate = seconds(lambda p=posed, s=solution: p.evaluate(s.focus_distances), 20)
+            em_time = seconds(lambda p=posed: em.solve(p), repeats)
+            everything = _median(posed, Options(), repeats)
+            assigned = _median(posed, Options(scope="assigned"), repeats)
+            triples = _median(posed, Options(k=3), 3) if samples <= 4096 else None
+        pose = seconds(lambda n=samples: problem(scene, n), min(repeats, 5))
+        request = PlanRequest(samples=samples)
+        total = seconds(lambda r=request: plan_focus(scene, rig(), r), min(repeats, 5))
+        table.add_row(
+            f"{samples:,}",
+            f"{len(posed.depth):,}",
+            f"{sort:.5f}",
+            f"{evaluate:.5f}",
+            f"{em_time:.4f}",
+            f"{everything:.4f}",
+            f"{everything / evaluate:.0f} ×",
+            f"{everything / sort:.0f} ×",
+            f"{assigned:.4f}",
+            "–" if triples is None else f"{triples:.3f}",
+            f"{pose:.3f}",
+            f"{total:.3f}",
+        )
+    console.print(table)
+
+
+def _median(posed: Problem, options: Options, repeats: int) -> float:
+    from_em_to_convergence(posed, options)
+    return float(np.median([from_em_to_convergence(posed, options) for _ in range(repeats)]))
