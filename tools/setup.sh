@@ -176,7 +176,17 @@ for export in Path(sys.prefix, "share").glob("*/cmake/*Export.cmake"):
 PYTHON
 }
 
-stage_messages() {
+# The kernels' first compilation needs none of the interfaces, and one core.
+stage_build() {
+  PYTHONPATH=. .venv/bin/python -c \
+    'from focus_planner.core.warm_up import warm_up; warm_up()' &
+  local kernels=$!
+  trap 'kill "$kernels" 2>/dev/null || :' EXIT
+  build_messages
+  wait "$kernels"
+}
+
+build_messages() {
   repair_cmake_exports
   # What an earlier definition generated must not outlive it.
   if [[ -f $messages/install_manifest.txt ]]; then
@@ -231,7 +241,7 @@ mapfile -t definitions < <(find msg_defs -type f | sort)
 stage system "system packages"
 stage venv "virtual environment"
 stage wheels "Python and ROS packages" requirements.lock
-stage messages "ROS interfaces" requirements.lock "${definitions[@]}"
+stage build "ROS interfaces, kernels" requirements.lock "${definitions[@]}"
 stage package "focus_planner" requirements.lock setup.py setup.cfg
 stage check "check" requirements.lock setup.py setup.cfg "${definitions[@]}"
 if ((${#done_stages[@]})); then
