@@ -27,7 +27,7 @@ test: lint  ## lint, then all tests; ARGS="-k name" goes to pytest
 	@$(BIN)/python -m pytest $(ARGS)
 
 bench: setup  ## time the planner; ARGS goes to the benchmarks
-	@$(BIN)/python -m benchmarks $(ARGS)
+	@PYTHONPATH=test $(BIN)/python -m benchmarks $(ARGS)
 
 lint: setup  ## style, types and import rules
 	@$(BIN)/ruff check

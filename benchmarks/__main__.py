@@ -1,4 +1,4 @@
-"""``python -m benchmarks [speed] [memory] [service] [quality] [clouds]``: all when none is named."""
+"""``python -m benchmarks [speed] [memory] [service] [quality] [clouds]``; all by default."""
 
 from __future__ import annotations
 

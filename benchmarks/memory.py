@@ -8,10 +8,12 @@ import sys
 from rich.console import Console
 
 _PLAN = """
-import resource
+from pathlib import Path
 from benchmarks.scenes import body_scenes, rig
 from focus_planner import PlanRequest, plan_focus
-def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+def peak():
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 2**20
 scene = next(iter(body_scenes().values()))
 before = peak()
 plan_focus(scene, rig(), PlanRequest(samples=65536))
@@ -20,7 +22,8 @@ print(f"{before:.2f} {peak():.2f}")
 
 
 def run(console: Console) -> None:
-    done = subprocess.run([sys.executable, "-c", _PLAN], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-c", _PLAN]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     before, peak = done.stdout.split()
     console.print(
         f"Peak memory of a plan at 65,536 samples: {peak} GiB"

@@ -6,7 +6,8 @@ from functools import cache
 
 from focus_planner import PlanRequest, Problem, Rig, Scene, cylinder_rig
 from focus_planner.core.planning import pose_problem
-from focus_planner.io.surfaces import bodies, load_surface
+from focus_planner.io.bodies import bodies
+from focus_planner.io.surfaces import load_surface
 
 
 @cache

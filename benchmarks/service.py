@@ -1,5 +1,3 @@
 """How long a caller waits for the live node, in another process."""
 
 from __future__ import annotations
-
-from rich.console import Console

@@ -45,9 +45,12 @@ def check_array(
     """
     wanted = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
     try:
-        array = np.array(value, dtype=dtype, order="C")
+        with np.errstate(invalid="ignore"):  # NaN as a whole number: caught below
+            array = np.array(value, dtype=dtype, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(argument, f"numbers of shape {wanted}", f"{error}") from None
+    if array.dtype.kind == "i" and not np.array_equal(array, np.asarray(value)):
+        raise InputError(argument, "whole numbers", "others")
     if array.ndim != len(shape) or any(
         size is not None and size != actual for size, actual in zip(shape, array.shape, strict=True)
     ):

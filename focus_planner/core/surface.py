@@ -108,7 +108,8 @@ def sample_cloud(cloud: PointCloud, shape: CloudShape, count: int, seed: int) ->
     Drawing by area undoes a density that differs from place to place, as in merged scans.
     """
     if count == 0:
-        return Samples(cloud.points, shape.normals, shape.areas)
+        # Copies: kernels are compiled anew for arrays that cannot be written to.
+        return Samples(cloud.points.copy(), shape.normals.copy(), shape.areas.copy())
     cumulative = np.cumsum(shape.areas)
     random = np.random.default_rng(seed)
     chosen = np.searchsorted(cumulative, random.random(count) * cumulative[-1], side="right")

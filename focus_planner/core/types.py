@@ -28,6 +28,7 @@ IntArray = NDArray[np.int32]
 # Camera names become ROS topic tokens: ~/cameras/<name>/focus.
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _UNIT_TOLERANCE = 1e-3
+_ROUNDING = 1e-15  # of the length of a quaternion just normalised
 
 
 class CameraStatus(IntEnum):
@@ -144,7 +145,9 @@ class Camera:
                 "the pose was probably never set" if norm == 0 else "",
             )
         object.__setattr__(self, "position", tuple(position.tolist()))
-        object.__setattr__(self, "orientation", tuple((quaternion / norm).tolist()))
+        if abs(norm - 1) > _ROUNDING:  # else saving and loading a rig would move its cameras
+            quaternion = quaternion / norm
+        object.__setattr__(self, "orientation", tuple(quaternion.tolist()))
 
 
 @dataclass(frozen=True)

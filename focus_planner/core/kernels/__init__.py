@@ -20,7 +20,7 @@ from focus_planner.core.kernels.k_view import (
 )
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.stabbing import assign, stab
-from focus_planner.core.kernels.tuples import colour, count_shared, list_shared, overlaps
+from focus_planner.core.kernels.tuples import colour, count_common, count_shared, list_shared
 from focus_planner.core.kernels.visibility import by_sample, count_in_view, list_in_view
 
 # Numba's own default layer aborts the process when two threads enter parallel kernels at once.
@@ -37,6 +37,7 @@ __all__ = [
     "by_sample",
     "cell_ranges",
     "colour",
+    "count_common",
     "count_in_view",
     "count_shared",
     "focus_room",
@@ -44,7 +45,6 @@ __all__ = [
     "list_in_view",
     "list_shared",
     "maximal_cells",
-    "overlaps",
     "rank_cameras",
     "reassign",
     "stab",

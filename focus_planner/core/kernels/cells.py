@@ -27,7 +27,7 @@ def maximal_cells(offsets, starts, ends, cell_counts, cell_near, cell_far):
             j += 1
         while i < high and starts[i] < np.inf:
             # A start followed by an end closes a cell; starts go first where they are equal.
-            while i + 1 < high and starts[i + 1] <= ends[j]:
+            while i + 1 < high and starts[i + 1] <= ends[j] and starts[i + 1] < np.inf:
                 i += 1
             cell_near[low + count] = starts[i]
             cell_far[low + count] = ends[j]

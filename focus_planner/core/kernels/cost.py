@@ -22,7 +22,7 @@ def best_cameras(
         for q in range(sample_offsets[p], sample_offsets[p + 1]):
             s = focus[camera_index[q]]
             cost = base_cost[q]
-            if s < focus_near[q] or s > focus_far[q]:
+            if not focus_near[q] <= s <= focus_far[q]:  # nor is NaN, a camera without a distance
                 cost += focus_weight
             if cost < least:
                 least, which = cost, camera_index[q]

@@ -50,8 +50,8 @@ def _alone(ranking, best, p, c, base, focus):
 
 @njit(cache=True, nogil=True)
 def _outside(ranking, p, members):
-    """Return the least cost of sample p over the cameras that are not members."""
-    for i in range(ranking.shape[1]):
+    """Return the least cost of sample p over the cameras that are not members, if it counts."""
+    for i in range(ranking.shape[1] if len(ranking) > 0 else 0):
         camera = ranking[p, i] & _CAMERA
         outside = True
         for c in members:
@@ -333,39 +333,42 @@ def _solve(
     thirds = 0
     for e in range(len(samples)):
         p = samples[e]
-        out = NEVER
-        if len(ranking) > 0:
+        cheapest = ranking[p, 0] & _CAMERA if len(ranking) > 0 else best[p]
+        ours = False
+        for c in members:
+            if c == cheapest:
+                ours = True
+        if ours:
             out = _outside(ranking, p, members)
+            for m in range(k):
+                out = min(out, bases[e, m] + focus[p])
+            least = out
+            for m in range(k):
+                if firsts[e, m] > lasts[e, m]:
+                    continue
+                c = members[m]
+                alone = _alone(ranking, best, p, c, bases[e, m], focus[p])
+                if firsts[e, m] <= cell[c] <= lasts[e, m]:
+                    now -= alone
+                    least = min(least, bases[e, m])
+                change = _gain(out, bases[e, m]) - alone
+                if change != 0:
+                    if m == 0:
+                        steps_a[firsts[e, m]] += change
+                        steps_a[lasts[e, m] + 1] -= change
+                    elif m == 1:
+                        steps_b[firsts[e, m]] += change
+                        steps_b[lasts[e, m] + 1] -= change
+                    else:
+                        steps_c[firsts[e, m]] += change
+                        steps_c[lasts[e, m] + 1] -= change
+            now += out - least
+        elif len(ranking) > 0:
+            # A camera outside the tuple is cheapest, in or out of focus: it sets the cost without
+            # the tuple, for each camera alone as for all together, and none of them gains now.
+            out = ranking[p, 0] >> CAMERA_BITS
         else:
-            owned = False
-            for c in members:
-                if best[p] == c:
-                    owned = True
-            if not owned:
-                continue
-        for m in range(k):
-            out = min(out, bases[e, m] + focus[p])
-        least = out
-        for m in range(k):
-            if firsts[e, m] > lasts[e, m]:
-                continue
-            c = members[m]
-            alone = _alone(ranking, best, p, c, bases[e, m], focus[p])
-            if firsts[e, m] <= cell[c] <= lasts[e, m]:
-                now -= alone
-                least = min(least, bases[e, m])
-            change = _gain(out, bases[e, m]) - alone
-            if change != 0:
-                if m == 0:
-                    steps_a[firsts[e, m]] += change
-                    steps_a[lasts[e, m] + 1] -= change
-                elif m == 1:
-                    steps_b[firsts[e, m]] += change
-                    steps_b[lasts[e, m] + 1] -= change
-                else:
-                    steps_c[firsts[e, m]] += change
-                    steps_c[lasts[e, m] + 1] -= change
-        now += out - least
+            continue
         if k == 3 and firsts[e, 2] <= lasts[e, 2] and bases[e, 2] < out:
             third[thirds] = e
             third_out[thirds] = out
@@ -374,7 +377,9 @@ def _solve(
             count = _add_rectangle(bases[e], firsts[e], lasts[e], out, rectangles, weights, count)
     gain_a, gain_b = np.cumsum(steps_a[:-1]), np.cumsum(steps_b[:-1])
     if k == 2:
-        gain, i, j = best_pair(gain_a, gain_b, rectangles, weights, count, cell[a], cell[b], now)
+        gain, i, j = best_pair(
+            gain_a, gain_b, rectangles, weights, count, np.int64(cell[a]), np.int64(cell[b]), now
+        )
         if i >= 0:
             move[0], move[1] = i, j
         return gain - now
@@ -410,8 +415,8 @@ def _solve(
             inner_rectangles,
             inner_weights,
             inner_count,
-            cell[a],
-            cell[b],
+            np.int64(cell[a]),
+            np.int64(cell[b]),
             found - gain_c[i_c],
         )
         if i >= 0:

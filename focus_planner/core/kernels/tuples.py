@@ -6,40 +6,17 @@ import numpy as np
 from numba import njit, prange
 
 
-@njit(cache=True, nogil=True)
-def overlaps(camera_offsets, seen, sample_offsets, camera_index):
-    """Return the graph of cameras that see a common sample.
-
-    Returns
-    -------
-    offsets : (C + 1,) array of int64
-    neighbours : array of int32
-        Camera c's neighbours, ascending, at ``offsets[c]`` to ``offsets[c + 1]``.
-    shared : array of int64
-        How many samples each neighbour shares with c.
-    """
-    cameras = len(camera_offsets) - 1
-    offsets = np.zeros(cameras + 1, dtype=np.int64)
-    neighbours = np.empty(16 * cameras, dtype=np.int32)
-    shared = np.empty(16 * cameras, dtype=np.int64)
-    counts = np.zeros(cameras, dtype=np.int64)
-    for c in range(cameras):
+@njit(cache=True, nogil=True, parallel=True)
+def count_common(camera_offsets, seen, sample_offsets, camera_index, low, counts):
+    """Fill ``counts`` (B, C): how many samples camera ``low + row`` and each other both see."""
+    for row in prange(len(counts)):
+        c = low + row
+        counts[row] = 0
         for j in range(camera_offsets[c], camera_offsets[c + 1]):
             p = seen[j]
             for q in range(sample_offsets[p], sample_offsets[p + 1]):
-                counts[camera_index[q]] += 1
-        counts[c] = 0
-        at = offsets[c]
-        for d in np.flatnonzero(counts):
-            if at == len(neighbours):
-                neighbours = np.append(neighbours, np.empty_like(neighbours))
-                shared = np.append(shared, np.empty_like(shared))
-            neighbours[at] = d
-            shared[at] = counts[d]
-            at += 1
-        counts[:] = 0
-        offsets[c + 1] = at
-    return offsets, neighbours[: offsets[-1]].copy(), shared[: offsets[-1]].copy()
+                counts[row, camera_index[q]] += 1
+        counts[row, c] = 0
 
 
 @njit(cache=True, nogil=True)
