@@ -181,7 +181,8 @@ stage_build() {
   PYTHONPATH=. .venv/bin/python -c \
     'from focus_planner.core.warm_up import warm_up; warm_up()' &
   local kernels=$!
-  trap 'kill "$kernels" 2>/dev/null || :' EXIT
+  # shellcheck disable=SC2064 # by now, not when it ends: the variable is local
+  trap "kill $kernels 2>/dev/null || :" EXIT
   build_messages
   wait "$kernels"
 }
