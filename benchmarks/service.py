@@ -1,3 +1,68 @@
-"""How long a caller waits for the live node, in another process."""
+"""How long a caller in another process waits for the live node."""
 
 from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.scenes import body_scenes, rig
+from focus_planner import Mesh
+from focus_planner.ros.client import PlannerClient
+
+_CALLS = 50
+_CASES = (("k_view", 1000), ("k_view", 4096), ("em", 1000))
+
+
+def run(console: Console) -> None:
+    """Print the table."""
+    os.environ.setdefault("ROS_DOMAIN_ID", "89")
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    namespace = f"/bench_{os.getpid()}"
+    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
+    node = subprocess.Popen(  # noqa: S603
+        [*command, "--remap", f"__ns:={namespace}", "--log-level", "error"]
+    )
+    try:
+        with PlannerClient(f"{namespace}/focus_planner") as client:
+            _measure(console, client)
+        node.send_signal(signal.SIGINT)
+        node.wait(30)
+    finally:
+        node.kill()
+        node.wait()
+
+
+def _measure(console: Console, client: PlannerClient) -> None:
+    surface = next(iter(body_scenes().values())).surface
+    assert isinstance(surface, Mesh)
+    client.wait_for_node(120)
+    client.publish_rig(rig())
+    client.publish_mesh(surface)
+    table = Table(
+        "method",
+        "samples",
+        "median",
+        "95 of 100",
+        "slowest",
+        title=f"Seconds that a caller waits, {_CALLS} calls on an unchanged mesh",
+    )
+    for method, samples in _CASES:
+        client.plan(method=method, samples=samples)
+        waits = [_wait(client, method, samples) for _ in range(_CALLS)]
+        figures = (np.median(waits), np.quantile(waits, 0.95), np.max(waits))
+        table.add_row(method, f"{samples:,}", *(f"{figure:.3f}" for figure in figures))
+    console.print(table)
+
+
+def _wait(client: PlannerClient, method: str, samples: int) -> float:
+    called = time.perf_counter()
+    response = client.plan(method=method, samples=samples)
+    assert response.success, response.message
+    return time.perf_counter() - called

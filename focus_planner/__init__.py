@@ -1,22 +1,28 @@
 """Focus distances for every camera of a multi-view capture rig; the public API without ROS."""
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.optics import depth_of_field, focus_interval, hyperfocal_distance
-from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
-from focus_planner.core.problem import Problem
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import (
-    Camera,
-    CameraStatus,
-    CostModel,
-    Grid,
-    Image,
-    Lens,
-    Mesh,
-    PointCloud,
-    Rig,
-)
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from focus_planner.core.checks import InputError
+    from focus_planner.core.optics import depth_of_field, focus_interval, hyperfocal_distance
+    from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
+    from focus_planner.core.problem import Problem
+    from focus_planner.core.rig import cylinder_rig
+    from focus_planner.core.scene import Scene
+    from focus_planner.core.types import (
+        Camera,
+        CameraStatus,
+        CostModel,
+        Grid,
+        Image,
+        Lens,
+        Mesh,
+        PointCloud,
+        Rig,
+    )
 
 __all__ = [
     "Camera",
@@ -40,3 +46,20 @@ __all__ = [
     "hyperfocal_distance",
     "plan_focus",
 ]
+
+_HOMES = {
+    "checks": ("InputError",),
+    "optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
+    "planning": ("CameraFocus", "FocusPlan", "PlanRequest", "plan_focus"),
+    "problem": ("Problem",),
+    "rig": ("cylinder_rig",),
+    "scene": ("Scene",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for, and not before: Open3D and Numba take a second each."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = next((home for home, names in _HOMES.items() if name in names), "types")
+    return getattr(import_module(f"focus_planner.core.{home}"), name)

@@ -15,6 +15,8 @@ from focus_planner.core.visibility import Visibility, visible_pairs
 
 # Real captures stay within a few times the subject's size; millimetres make it hundreds.
 _FARTHEST = 100.0
+# What looks smaller than this, metres, is not in millimetres: it would be a centimetre.
+_LARGE = 10.0
 _DIRECTIONS = 64
 _ENCLOSED = 0.8
 _TRIAL_SAMPLES = 500
@@ -31,8 +33,7 @@ def check_distance(scene: Scene, rig: Rig) -> None:
     InputError
         Says which unit is suspected.
     """
-    away = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
-    distance = float(np.median(away))
+    distance = _distance(scene, rig)
     if distance > _FARTHEST * scene.diagonal:
         raise InputError(
             "camera poses",
@@ -54,7 +55,10 @@ def check_cameras_outside(scene: Scene, rig: Rig) -> None:
     inside = [rig.cameras[c].name for c in np.flatnonzero(enclosed)]
     if not inside:
         return
-    _suspect_units(scene, rig, 0.0)
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    seen = _share_seen(visible_pairs(scene, rig, samples), samples)
+    if seen < _SEEN_ENOUGH:
+        _suspect_units(scene, rig, seen)
     named = ", ".join(inside[:3]) + (", ..." if len(inside) > 3 else "")
     raise InputError(
         "camera poses",
@@ -98,7 +102,12 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
 
 def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
     """Raise if the rig would see a surface 1000 times smaller, or larger, much better."""
-    for factor, what in ((1e-3, "the surface is"), (1e3, "the camera poses are")):
+    for factor, what, size in (
+        (1e-3, "the surface is", scene.diagonal),
+        (1e3, "the camera poses are", _distance(scene, rig)),
+    ):
+        if size < _LARGE:
+            continue
         scaled = Scene(_scaled(scene.surface, factor))
         samples = scaled.sample(_TRIAL_SAMPLES, 0)
         seen_scaled = _share_seen(visible_pairs(scaled, rig, samples), samples)
@@ -110,6 +119,12 @@ def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
                 f" ({seen_scaled:.0%} if the surface were {factor:g} times the size)",
                 f"{what} probably in millimetres: divide by 1000",
             )
+
+
+def _distance(scene: Scene, rig: Rig) -> float:
+    """Return the cameras' median distance from the surface's middle, metres."""
+    away = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
+    return float(np.median(away))
 
 
 def _share_seen(visibility: Visibility, samples: Samples) -> float:

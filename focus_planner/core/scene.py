@@ -24,7 +24,6 @@ from focus_planner.core.types import (
     PointCloud,
     Samples,
     Surface,
-    triangle_cross_products,
 )
 
 # A ray ends this far before its target, so that the target's own triangle does not stop it: well
@@ -57,7 +56,7 @@ class Scene:
         self._centre, self.diagonal = _extent(surface)
         if isinstance(surface, Mesh):
             vertices, triangles = surface.vertices, surface.triangles
-            crosses = triangle_cross_products(surface)
+            crosses = surface.cross_products
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
             self._stop_short = _STOP_SHORT_OF_MESH * self.diagonal
         else:

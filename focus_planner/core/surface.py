@@ -15,7 +15,6 @@ from focus_planner.core.types import (
     Mesh,
     PointCloud,
     Samples,
-    triangle_cross_products,
 )
 
 # A point's neighbours tell its normal and its share of the area; enough to average noise out,
@@ -83,7 +82,7 @@ def sample_mesh(mesh: Mesh, count: int, seed: int) -> Samples:
         For NumPy's PCG64: the same seed gives the same samples.
     """
     random = np.random.default_rng(seed)
-    crosses = triangle_cross_products(mesh)
+    crosses = mesh.cross_products
     cumulative = np.cumsum(np.sqrt((crosses**2).sum(axis=1)) / 2)
     area = cumulative[-1]
     chosen = np.searchsorted(cumulative, random.random(count) * area, side="right")

@@ -10,6 +10,7 @@ import math
 import re
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ IntArray = NDArray[np.int32]
 # Camera names become ROS topic tokens: ~/cameras/<name>/focus.
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _UNIT_TOLERANCE = 1e-3
+_FARTHEST = 1e8
 _ROUNDING = 1e-15  # of the length of a quaternion just normalised
 
 
@@ -259,6 +261,7 @@ class Mesh:
         if len(triangles) == 0:
             raise InputError("mesh", "at least one triangle", "none")
         check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
+        _check_reach("mesh vertices", vertices)
         out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
         if len(out_of_range):
             first = out_of_range[0]
@@ -274,6 +277,12 @@ class Mesh:
         if self.vertex_normals is not None:
             normals = check_array("mesh vertex_normals", self.vertex_normals, vertices.shape)
             object.__setattr__(self, "vertex_normals", _unit("mesh vertex_normals", normals))
+
+    @cached_property
+    def cross_products(self) -> FloatArray:
+        """(T, 3) each triangle's outward normal, of length twice its area."""
+        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
+        return np.cross(b - a, c - a)
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,6 +317,7 @@ class PointCloud:
                 "an empty cloud" if len(points) == 0 else f"{len(points)}",
             )
         check_finite("cloud points", points, "point", "remove the invalid points first")
+        _check_reach("cloud points", points)
         object.__setattr__(self, "points", points)
         if self.normals is not None:
             normals = check_array("cloud normals", self.normals, points.shape)
@@ -339,10 +349,11 @@ class Samples:
         return len(self.points)
 
 
-def triangle_cross_products(mesh: Mesh) -> FloatArray:
-    """Return (T, 3) outward normals of length twice the triangle's area."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
+def _check_reach(argument: str, points: FloatArray) -> None:
+    """Raise if coordinates are no metres of this world: their squares would overflow."""
+    farthest = float(np.abs(points).max())
+    if farthest > _FARTHEST:
+        raise InputError(argument, f"metres up to {_FARTHEST:g}", f"{farthest:g}")
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:
@@ -373,7 +384,7 @@ def _check_areas(mesh: Mesh) -> None:
         np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
         ((c - b) ** 2).sum(axis=1),
     )
-    twice_area = np.sqrt((triangle_cross_products(mesh) ** 2).sum(axis=1))
+    twice_area = np.sqrt((mesh.cross_products**2).sum(axis=1))
     degenerate = np.flatnonzero(~(twice_area > 1e-12 * longest))
     if len(degenerate):
         raise InputError(

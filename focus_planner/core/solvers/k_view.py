@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from focus_planner.core import kernels
@@ -29,9 +31,16 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     after each pass every sample goes to its cheapest camera. The cost never rises.
     """
     options = options or Options()
-    before = em.solve(problem, options, watch)
-    if not before.converged:
-        return before
+    going_on = True
+
+    def remember(progress: Progress) -> bool:
+        nonlocal going_on
+        going_on = watch(progress)
+        return going_on
+
+    before = em.solve(problem, options, remember)
+    if not going_on:  # even where EM had just converged
+        return replace(before, converged=False)
     cells = problem.cells
     cell = start_cells(problem, before.focus_distances)
     best, units = assign_samples(problem, cell)
@@ -75,9 +84,9 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
             clock,
         )
         if options.scope == "assigned":
-            gain += kernels.reassign(
-                *by_sample, cells.focus, *ranges, cell, best, summed, touched, clock
-            )
+            kernels.reassign(*by_sample, cells.focus, *ranges, cell, best, summed, touched, clock)
+            # A step counts its gain from the best assignment within its tuple, not the present.
+            gain = units - assign_samples(problem, cell)[1]
         units -= gain
         going_on = watch(Progress("k_view", iteration, cost_of_units(units)))
         if not (gain and going_on):

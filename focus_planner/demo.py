@@ -1,0 +1,261 @@
+"""The demonstration: a body, the paper's rig, the node, and a plan beside the baselines."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from focus_planner.core.planning import METHODS, CameraFocus
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import CameraStatus, Mesh, Rig
+from focus_planner.io.bodies import body
+from focus_planner.io.picture import draw_plans
+from focus_planner.io.plans import SavedPlan, save_plan
+from focus_planner.io.rigs import save_rig
+from focus_planner.io.surfaces import load_surface
+from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.conversions import plan_from_ros
+
+_BODY = "arms_out"
+_BEST = "k_view"
+_MEANINGS = {"closest": "autofocus"}
+_CELL = 5  # characters
+_SECONDS_TO_START = 60.0
+_SECONDS_TO_STOP = 30.0
+_MARKS = {CameraStatus.UNASSIGNED: "~", CameraStatus.SEES_NOTHING: "x"}
+_EXPLANATIONS = {
+    CameraStatus.UNASSIGNED: "see the body, but others see all of it better",
+    CameraStatus.SEES_NOTHING: "see nothing of it, and are set to a harmless distance",
+}
+# From near to far, readable on dark and on light.
+_COLOURS = ("red", "yellow", "green", "cyan", "blue", "magenta")
+
+
+@dataclass(frozen=True)
+class _Result:
+    """One method's plan, and how long its caller waited, seconds."""
+
+    plan: SavedPlan
+    waited: float
+
+
+def run(output_directory: Path) -> int:
+    """Start the node, let it plan for a body with every method, and show the plans.
+
+    Parameters
+    ----------
+    output_directory : Path
+        Gets the picture, the best plan, the rig and the node's log.
+
+    Returns
+    -------
+    int
+        The exit status.
+    """
+    console = Console(highlight=False)
+    output_directory.mkdir(parents=True, exist_ok=True)
+    _keep_to_this_machine()
+    path = body(_BODY)
+    mesh, rig = load_surface(path), cylinder_rig()
+    assert isinstance(mesh, Mesh)
+    log = output_directory / "node.log"
+    try:
+        with _status(console, "starting the node; its first time, it compiles for a minute"):
+            results = _run_node(log, mesh, rig)
+    except _NodeFailed as error:
+        console.print(f"{error}; its log is {log}", style="red")
+        return 1
+    _show(console, rig, results)
+    with _status(console, "drawing"):
+        plans = {_title(method): result.plan for method, result in results.items()}
+        draw_plans(Scene(mesh), rig, plans, output_directory / "plans.png")
+    save_rig(rig, output_directory / "rig.yaml")
+    save_plan(results[_BEST].plan, output_directory / "plan.json")
+    _show_next_steps(console, output_directory, path)
+    return 0
+
+
+# --- the node ----------------------------------------------------------------------------------
+
+
+class _NodeFailed(Exception):  # noqa: N818
+    """The node did not do what it should have; the text says what."""
+
+
+def _keep_to_this_machine() -> None:
+    """Choose a graph of its own, unless the user chose one."""
+    os.environ.setdefault("ROS_DOMAIN_ID", "87")
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+
+@contextmanager
+def _node(log: TextIO) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """Run the node in a process of its own, stop it, and check that it ends well."""
+    # Two demonstrations on one machine do not meet.
+    namespace = f"/demo_{os.getpid()}"
+    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
+    process = subprocess.Popen(  # noqa: S603 - this very program
+        [*command, "--remap", f"__ns:={namespace}"], stdout=log, stderr=log
+    )
+    try:
+        yield process, f"{namespace}/focus_planner"
+    except BaseException:
+        _stop(process)
+        raise
+    status = _stop(process)
+    if status != 0:
+        raise _NodeFailed(f"the node ended with status {status}")
+
+
+def _stop(process: subprocess.Popen[bytes]) -> int:
+    process.send_signal(signal.SIGINT)
+    try:
+        return process.wait(_SECONDS_TO_STOP)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
+
+
+def _run_node(log: Path, mesh: Mesh, rig: Rig) -> dict[str, _Result]:
+    """Start the node, publish the body and the rig, and call for a plan with every method."""
+    with (
+        log.open("w") as stream,
+        _node(stream) as (process, name),
+        PlannerClient(name) as client,
+    ):
+        _wait_for(client, process)
+        client.publish_mesh(mesh)
+        client.publish_rig(rig)
+        # The first call also waits for the node to get ready: not to be timed.
+        client.plan(method="closest", samples=100)
+        return {method: _plan(client, method) for method in METHODS}
+
+
+def _wait_for(client: PlannerClient, process: subprocess.Popen[bytes]) -> None:
+    deadline = time.monotonic() + _SECONDS_TO_START
+    while process.poll() is None and time.monotonic() < deadline:
+        with suppress(TimeoutError):
+            return client.wait_for_node(timeout=1.0)
+    raise _NodeFailed("the node did not start")
+
+
+def _plan(client: PlannerClient, method: str) -> _Result:
+    called = time.perf_counter()
+    response = client.plan(method=method)
+    waited = time.perf_counter() - called
+    if not response.success:
+        raise _NodeFailed(f"the node did not plan with method {method}: {response.message}")
+    return _Result(plan_from_ros(response.plan), waited)
+
+
+# --- what is shown -----------------------------------------------------------------------------
+
+
+def _status(console: Console, doing: str) -> AbstractContextManager[object]:
+    """Show a person what is being done."""
+    return console.status(doing) if console.is_terminal else nullcontext()
+
+
+def _title(method: str) -> str:
+    return f"{method} ({_MEANINGS[method]})" if method in _MEANINGS else method
+
+
+def _compare(results: Mapping[str, _Result]) -> Table:
+    """Return the table of all methods."""
+    autofocus = results["closest"].plan.cost
+    samples = results["closest"].plan.samples
+    table = Table(title=f"One body, 168 cameras, {samples} samples")
+    table.add_column("method")
+    for name in ("cost", "change", "in focus", "solver", "answer after"):
+        table.add_column(name, justify="right")
+    for method, result in results.items():
+        plan = result.plan
+        table.add_row(
+            _title(method),
+            f"{plan.cost:.1f}",
+            f"{plan.cost / autofocus - 1:+.1%}" if method != "closest" else "",
+            f"{plan.in_focus_area:.2f} m² ({plan.in_focus_area / plan.surface_area:.0%})",
+            f"{plan.solve_seconds * 1e3:.0f} ms",
+            f"{result.waited * 1e3:.0f} ms",
+        )
+    return table
+
+
+def _distances(rig: Rig, cameras: Sequence[CameraFocus], width: int) -> Text:
+    """Return the focus distances in centimetres, on the rig's grid as if it were unrolled.
+
+    The columns are broken into parts that fit ``width``.
+    """
+    assert rig.grid is not None
+    columns = rig.grid.columns
+    parts = -(-columns * _CELL // (width - _CELL * 2))
+    length = -(-columns // parts)
+    text = Text()
+    for left in range(0, columns, length):
+        shown = range(left, min(left + length, columns))
+        text.append("\ncolumn " + "".join(f"{c:>{_CELL}}" for c in shown) + "\n", style="dim")
+        for row in reversed(range(rig.grid.rows)):
+            first = row * columns
+            text.append(f"{rig.cameras[first].position[2]:5.2f} m", style="dim")
+            for c in shown:
+                text.append(*_distance(cameras, first + c))
+            text.append("\n")
+    return text
+
+
+def _distance(cameras: Sequence[CameraFocus], index: int) -> tuple[str, str]:
+    """Return a camera's focus distance, marked, and its colour."""
+    camera = cameras[index]
+    distances = [camera.focus_distance for camera in cameras]
+    near, far = min(distances), max(distances)
+    share = (camera.focus_distance - near) / ((far - near) or 1.0)
+    colour = _COLOURS[min(int(share * len(_COLOURS)), len(_COLOURS) - 1)]
+    marked = f"{_MARKS.get(camera.status, '')}{100 * camera.focus_distance:.0f}"
+    return f"{marked:>{_CELL}}", "dim" if camera.status in _MARKS else colour
+
+
+def _show(console: Console, rig: Rig, results: Mapping[str, _Result]) -> None:
+    console.print(_compare(results))
+    console.print(
+        "cost: 0 where all of the body is large, centred and sharp in some picture, 1000 where no"
+        " camera sees any. change: beside autofocus.\n"
+    )
+    cameras = results[_BEST].plan.cameras
+    console.print(f"Focus distances of {_BEST} in cm: a line is a ring of cameras, at its height.")
+    console.print(_distances(rig, cameras, console.width))
+    counts = Counter(camera.status for camera in cameras)
+    for status, mark in _MARKS.items():
+        if counts[status]:
+            console.print(f"  {mark} {counts[status]:3} {_EXPLANATIONS[status]}")
+
+
+def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
+    program = Path(sys.argv[0])
+    command = os.path.relpath(program) if program.name == "focus_planner" else "focus_planner"
+    console.print(
+        f"\nThe picture: {directory / 'plans.png'}"
+        f"\nThe plan:    {directory / 'plan.json'}, for the rig {directory / 'rig.yaml'}"
+        "\n\nNext, without ROS:"
+        f"\n  {command} plan {os.path.relpath(path)} --rig {directory / 'rig.yaml'} --method k_view"
+        "\nor start the node, publish a surface on /focus_planner/mesh and a rig on"
+        " /focus_planner/rig, and call it:"
+        f"\n  {command} node"
+        "\n  ros2 service call /focus_planner/plan_focus focus_planner_msgs/srv/PlanFocus"
+        " '{method: k_view}'"
+        "\nWithout the ros2 command, focus_planner.ros.client.PlannerClient does all three.",
+        soft_wrap=True,
+    )

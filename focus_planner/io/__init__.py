@@ -1,0 +1,1 @@
+"""Files: surfaces, rig.yaml, plan.json, problem.npz, pictures."""

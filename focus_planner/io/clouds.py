@@ -1,0 +1,205 @@
+"""Point clouds from the formats that hold nothing else."""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+from collections.abc import Callable, Sequence
+from itertools import accumulate
+from operator import mul
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.types import FloatArray, PointCloud
+from focus_planner.io.files import check_ended, unreadable
+
+CLOUDS = ("pcd", "xyz", "xyzn", "pts", "npy")
+
+_PCD_KINDS = {"F": "f", "I": "i", "U": "u"}
+_COORDINATES = ("x", "y", "z")
+_NORMALS = ("normal_x", "normal_y", "normal_z")
+
+
+class _Field(NamedTuple):
+    """Where a pcd file has one field: in a line of text, in a binary record."""
+
+    column: int
+    offset: int
+    kind: np.dtype[Any]
+    stride: int
+
+
+def load_cloud(path: Path, kind: str) -> PointCloud:
+    """Read a point cloud.
+
+    Parameters
+    ----------
+    path : Path
+    kind : {"pcd", "xyz", "xyzn", "pts", "npy"}
+        ``xyz`` is a text of x, y, z and anything; ``xyzn`` has the normal after them; ``pts``
+        the number of points before; ``npy`` is an array of 3 columns, or of 6 with normals.
+
+    Raises
+    ------
+    InputError
+        If the file is not of this kind, cut off, or its points cannot be used.
+    """
+    content = path.read_bytes()
+    if kind == "pcd":
+        return _pcd(path, content)
+    if kind == "npy":
+        return _npy(path)
+    check_ended(path, kind, content)
+    lines = content.splitlines()
+    if kind == "pts":
+        return _pts(path, lines)
+    table = _table(path, kind, lines, range(6 if kind == "xyzn" else 3))
+    return PointCloud(table[:, :3], table[:, 3:] if kind == "xyzn" else None)
+
+
+def _table(path: Path, kind: str, lines: list[bytes], columns: Sequence[int]) -> FloatArray:
+    try:
+        return _numbers(lines, columns)
+    except ValueError as error:
+        raise unreadable(path, kind, str(error)) from None
+
+
+def _numbers(lines: list[bytes], columns: Sequence[int]) -> FloatArray:
+    """Return these columns of lines of numbers."""
+    text = [line.decode("utf-8", "replace") for line in lines]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that there are no lines: the core says it better
+        try:
+            return np.loadtxt(text, comments=["#", "//"], usecols=columns, ndmin=2)
+        except ValueError as error:
+            raise ValueError(str(error).partition(";")[0]) from None
+
+
+def _pts(path: Path, lines: list[bytes]) -> PointCloud:
+    first = lines[0].split()
+    if len(first) != 1 or not first[0].isdigit():
+        raise unreadable(path, "pts", "no number of points in its first line")
+    table = _table(path, "pts", lines[1:], range(3))
+    if len(table) != int(first[0]):
+        raise unreadable(path, "pts", f"{len(table)} points of the {int(first[0])} announced")
+    return PointCloud(table)
+
+
+def _npy(path: Path) -> PointCloud:
+    try:
+        array = np.load(path, allow_pickle=False)
+    except Exception:  # noqa: BLE001
+        # On a broken header it raises anything, a tokenizer's errors among others.
+        raise unreadable(path, "npy", "no array of numbers") from None
+    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] not in (3, 6):
+        shape = getattr(array, "shape", "an archive")
+        raise InputError(str(path), "an array of shape (n, 3), or (n, 6) with normals", f"{shape}")
+    return PointCloud(array[:, :3], array[:, 3:] if array.shape[1] == 6 else None)
+
+
+def _pcd(path: Path, content: bytes) -> PointCloud:
+    stream = io.BytesIO(content)
+    try:
+        header = _pcd_header(stream)
+        fields, form, count = _pcd_fields(header), header["DATA"][0], int(header["POINTS"][0])
+        wanted = [fields[name] for name in _COORDINATES]
+        reader = _PCD_READERS[form]
+    except (KeyError, ValueError, IndexError, TypeError) as error:
+        raise unreadable(path, "pcd", f"a header without a usable {error}") from None
+    given = set(_NORMALS) <= set(fields)
+    wanted += [fields[name] for name in _NORMALS] if given else []
+    try:
+        table = reader(stream.read(), wanted, count)
+    except (ValueError, IndexError, TypeError) as error:
+        raise unreadable(path, "pcd", f"{count} points announced, and {error}") from None
+    return PointCloud(table[:, :3], table[:, 3:] if given else None)
+
+
+def _pcd_header(stream: io.BytesIO) -> dict[str, list[str]]:
+    header: dict[str, list[str]] = {}
+    for line in stream:
+        key, *words = line.decode("ascii", "replace").split() or ["#"]
+        if not key.startswith("#"):
+            header[key] = words
+        if key == "DATA":
+            break
+    return header
+
+
+def _pcd_fields(header: dict[str, list[str]]) -> dict[str, _Field]:
+    names = header["FIELDS"]
+    sizes = [int(size) for size in header["SIZE"]]
+    counts = [int(count) for count in header.get("COUNT", ["1"] * len(names))]
+    if min(sizes + counts) < 1:
+        raise ValueError("SIZE and COUNT")
+    kinds = [_PCD_KINDS[kind] for kind in header["TYPE"]]
+    formats = [np.dtype(f"<{kind}{size}") for kind, size in zip(kinds, sizes, strict=True)]
+    columns = list(accumulate(counts, initial=0))
+    offsets = list(accumulate(map(mul, sizes, counts), initial=0))
+    return {
+        name: _Field(column, offset, kind, offsets[-1])
+        for name, column, offset, kind in zip(names, columns, offsets, formats, strict=False)
+    }
+
+
+def _pcd_ascii(body: bytes, fields: list[_Field], count: int) -> FloatArray:
+    if not body.endswith(b"\n"):
+        raise ValueError("a last line without an end")
+    table = _numbers(body.splitlines(), [field.column for field in fields])
+    if len(table) != count:
+        raise ValueError(f"{len(table)} there")
+    return table
+
+
+def _pcd_binary(body: bytes, fields: list[_Field], count: int) -> FloatArray:
+    columns = [np.ndarray(count, f.kind, body, f.offset, f.stride) for f in fields]
+    return np.stack(columns, axis=1).astype(np.float64)
+
+
+def _pcd_compressed(body: bytes, fields: list[_Field], count: int) -> FloatArray:
+    """Return the columns, which stand one after the other once unpacked."""
+    packed, size = struct.unpack_from("<II", body) if len(body) >= 8 else (0, 0)
+    if len(body) < 8 + packed or size != fields[0].stride * count:
+        raise ValueError("fewer bytes there")
+    raw = _unpack_lzf(memoryview(body)[8 : 8 + packed])
+    columns = [np.frombuffer(raw, f.kind, count, f.offset * count) for f in fields]
+    return np.stack(columns, axis=1).astype(np.float64)
+
+
+def _unpack_lzf(packed: memoryview) -> bytearray:
+    """Undo LZF, in which a byte below 32 starts a run of that many bytes and one more.
+
+    Others repeat what came before: three bits of length (7: and the next byte more), plus 2;
+    thirteen bits of distance back, plus 1.
+    """
+    out = bytearray()
+    at = 0
+    while at < len(packed):
+        control = packed[at]
+        at += 1
+        if control < 32:
+            out += packed[at : at + control + 1]
+            at += control + 1
+            continue
+        length = control >> 5
+        if length == 7:
+            length += packed[at]
+            at += 1
+        distance = ((control & 31) << 8) + packed[at] + 1
+        at += 1
+        if distance > len(out):
+            raise ValueError("a reference to before its start")
+        repeated = bytes(out[-distance:][: length + 2])
+        out += (repeated * ((length + 2) // len(repeated) + 1))[: length + 2]
+    return out
+
+
+_PCD_READERS: dict[str, Callable[[bytes, list[_Field], int], FloatArray]] = {
+    "ascii": _pcd_ascii,
+    "binary": _pcd_binary,
+    "binary_compressed": _pcd_compressed,
+}

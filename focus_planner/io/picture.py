@@ -1,0 +1,285 @@
+"""Pictures of plans: what every point of the surface costs, and how the cameras are focused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from focus_planner.core.geometry import camera_positions
+from focus_planner.core.planning import FocusPlan, PlanRequest, pose_problem
+from focus_planner.core.problem import Problem
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import FloatArray, IntArray, PointCloud, Rig, Samples
+from focus_planner.io.files import whole_file
+from focus_planner.io.plans import SavedPlan
+
+_SAMPLES = 150_000
+_PIXELS = 440  # along a body's longer side
+_COST = ScalarMappable(Normalize(0.0, 0.75), colormaps["magma_r"])
+_UNSEEN = (0.62, 0.68, 0.72)
+_LIGHT = np.array([-0.4, 0.4, np.sqrt(0.68)])  # to the right, up, towards the viewer; a unit vector
+_MARGIN = 8
+_INK, _FAINT = "#1d2129", "#6b7280"
+
+_DOTS = 12_000  # square points that all cameras' marks take
+
+# Inches.
+_LEFT, _RIGHT, _GAP = 0.7, 1.2, 0.14
+_TOP, _TITLE, _BETWEEN, _CAMERAS, _BOTTOM = 1.05, 0.75, 0.5, 1.35, 0.5
+_NARROW, _WIDE = 3.4, 6.0  # one plan's width beside others, and alone
+
+
+@dataclass(frozen=True)
+class _View:
+    """One side of the surface, seen from afar.
+
+    Attributes
+    ----------
+    name : str
+    right, towards : (3,) arrays
+        Unit vectors: to the picture's right, and towards the viewer; z points up.
+    """
+
+    name: str
+    right: FloatArray
+    towards: FloatArray
+
+
+_VIEWS = (
+    _View("front", np.array([1.0, 0.0, 0.0]), np.array([0.0, -1.0, 0.0])),
+    _View("back", np.array([-1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])),
+)
+
+
+def draw_plans(
+    scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan | SavedPlan], path: Path
+) -> None:
+    """Draw plans for one surface and rig side by side, into a PNG file.
+
+    The costs drawn, and those in the titles, are measured on fresh samples: on its own a plan
+    looks better than it is. The surface is seen from −y, where a body faces, and from +y.
+
+    Parameters
+    ----------
+    scene : Scene
+    rig : Rig
+    plans : mapping
+        From a title to the plan, all for ``scene`` and ``rig``.
+    path : Path
+        Written whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    fresh = _fresh_problem(scene, rig, plans)
+    distances = {title: _distances(plan) for title, plan in plans.items()}
+    sheet = _Sheet(len(plans), _aspect(fresh.samples))
+    metres = _focus_scale(list(distances.values()))
+    for column, (title, focus) in enumerate(distances.items()):
+        costs, best = fresh.evaluate(focus)
+        above, below = sheet.surface(column), sheet.cameras(column)
+        _draw_surface(above, fresh.samples, costs, best)
+        _write_title(above, title, fresh, focus)
+        _draw_cameras(below, rig, scene.centre, np.asarray(metres.to_rgba(focus)))
+        if column == 0:
+            _write_heights(below, rig)
+    _draw_scales(sheet, metres)
+    _write_headline(sheet.figure, rig, fresh)
+    with whole_file(path) as file:
+        sheet.figure.savefig(file, format="png")
+
+
+def _fresh_problem(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan | SavedPlan]) -> Problem:
+    """Return a problem of many samples, drawn with no plan's seed; of a small cloud all points."""
+    few = isinstance(scene.surface, PointCloud) and len(scene.surface.points) < _SAMPLES
+    return pose_problem(
+        scene,
+        rig,
+        PlanRequest(
+            method="closest",
+            samples=0 if few else _SAMPLES,
+            seed=1 + max(plan.seed for plan in plans.values()),
+        ),
+    )
+
+
+class _Sheet:
+    """Where things stand in the picture: a column per plan, its surface above its cameras."""
+
+    def __init__(self, columns: int, aspect: float) -> None:
+        self._width = _NARROW if columns > 1 else _WIDE
+        self._height = self._width * aspect
+        width = _LEFT + columns * (self._width + _GAP) - _GAP + _RIGHT
+        self._cameras = _BOTTOM
+        self._surface = _BOTTOM + _CAMERAS + _BETWEEN
+        height = self._surface + self._height + _TITLE + _TOP
+        self.figure = Figure(figsize=(width, height), dpi=100, facecolor="white")
+        FigureCanvasAgg(self.figure)
+
+    def surface(self, column: int) -> Axes:
+        return self._axes(self._x(column), self._surface, self._width, self._height)
+
+    def cameras(self, column: int) -> Axes:
+        return self._axes(self._x(column), self._cameras, self._width, _CAMERAS)
+
+    def cost_scale(self) -> Axes:
+        return self._axes(self._right(), self._surface, 0.15, self._height)
+
+    def focus_scale(self) -> Axes:
+        return self._axes(self._right(), self._cameras, 0.15, _CAMERAS)
+
+    def _x(self, column: int) -> float:
+        return _LEFT + column * (self._width + _GAP)
+
+    def _right(self) -> float:
+        return float(self.figure.get_figwidth()) - _RIGHT + 0.25
+
+    def _axes(self, x: float, y: float, width: float, height: float) -> Axes:
+        w, h = self.figure.get_size_inches()
+        return self.figure.add_axes((x / w, y / h, width / w, height / h))
+
+
+def _distances(plan: FocusPlan | SavedPlan) -> FloatArray:
+    return np.array([camera.focus_distance for camera in plan.cameras])
+
+
+def _focus_scale(distances: list[FloatArray]) -> ScalarMappable:
+    low, high = np.percentile(np.concatenate(distances), [2, 98])
+    return ScalarMappable(Normalize(float(low), float(high)), colormaps["cividis"])
+
+
+def _draw_surface(axes: Axes, samples: Samples, costs: FloatArray, best: IntArray) -> None:
+    colours = np.asarray(_COST.to_rgba(costs))[:, :3]
+    colours[best < 0] = _UNSEEN
+    images = [_image(view, samples, colours) for view in _VIEWS]
+    axes.imshow(np.concatenate(images, axis=1), interpolation="antialiased")
+    axes.set_axis_off()
+    for x, view in zip((0.25, 0.75), _VIEWS, strict=True):
+        axes.text(x, 0.0, view.name, va="top", transform=axes.transAxes, **_label(10, _FAINT))
+
+
+def _image_size(samples: Samples) -> tuple[int, int, float]:
+    """Return a view's width and height, pixels, and pixels per metre."""
+    extent = (samples.points.max(axis=0) - samples.points.min(axis=0))[[0, 2]]
+    scale = _PIXELS / float(extent.max())
+    width, height = np.ceil(extent * scale).astype(int) + 2 * _MARGIN
+    return int(width), int(height), scale
+
+
+def _aspect(samples: Samples) -> float:
+    """Return the height over the width of all views side by side."""
+    width, height, _ = _image_size(samples)
+    return height / (len(_VIEWS) * width)
+
+
+def _image(view: _View, samples: Samples, colours: FloatArray) -> FloatArray:
+    """Return (height, width, 3) the surface as the viewer sees it, on white.
+
+    Every sample becomes a small square; nearer ones cover those behind them.
+    """
+    points = samples.points
+    low, high = points.min(axis=0), points.max(axis=0)
+    width, height, scale = _image_size(samples)
+    centred = (points - (low + high) / 2) * scale
+    column = np.rint(width / 2 + centred @ view.right).astype(int)
+    row = np.rint(height / 2 - centred[:, 2]).astype(int)
+    reach = _reach(samples, scale)
+    square = np.indices((2 * reach + 1, 2 * reach + 1)).reshape(2, -1) - reach
+    shaded = _shade(view, samples.normals, colours)
+    image = np.ones((height, width, 3))
+    # Where indices repeat NumPy keeps the last value: the nearest.
+    order = np.argsort(points @ view.towards, kind="stable")[:, None]
+    image[row[order] + square[0], column[order] + square[1]] = shaded[order]
+    return image
+
+
+def _reach(samples: Samples, scale: float) -> int:
+    """Return how many pixels a sample must cover to each side for the surface to have no holes."""
+    spacing = np.sqrt(samples.weights.sum() / len(samples)) * scale
+    return int(np.clip(np.ceil(spacing), 1, _MARGIN))
+
+
+def _shade(view: _View, normals: FloatArray, colours: FloatArray) -> FloatArray:
+    """Return the colours, a little darker where the surface turns away from the light."""
+    axes = np.stack([view.right, [0.0, 0.0, 1.0], view.towards])
+    light = np.clip(normals @ axes.T @ _LIGHT, 0.0, 1.0)
+    shaded: FloatArray = colours * (0.75 + 0.25 * light)[:, None]
+    return shaded
+
+
+def _write_title(axes: Axes, title: str, fresh: Problem, focus: FloatArray) -> None:
+    axes.set_title(title, fontsize=18, weight="bold", color=_INK, pad=30)
+    text = f"cost {fresh.cost(focus):.0f}   ·   {_share_in_focus(fresh, focus):.0%} in focus"
+    axes.annotate(
+        text, (0.5, 1.0), (0, 9), "axes fraction", "offset points", va="bottom", **_label(13, _INK)
+    )
+
+
+def _share_in_focus(problem: Problem, focus: FloatArray) -> float:
+    """Return the share of the surface that is in focus in the camera that images it best."""
+    _, best = problem.evaluate(focus)
+    chosen = focus[problem.camera_index]
+    sharp = (problem.focus_near <= chosen) & (chosen <= problem.focus_far)
+    sharp &= problem.camera_index == best[problem.sample_index]
+    weights = problem.samples.weights
+    return float(weights[problem.sample_index[sharp]].sum() / weights.sum())
+
+
+def _draw_cameras(axes: Axes, rig: Rig, centre: FloatArray, colours: FloatArray) -> None:
+    """Draw the cameras unrolled: at their angle about the surface, and their height."""
+    positions = camera_positions(rig)
+    x, y, _ = (positions - centre).T
+    angle = np.degrees(np.arctan2(x, -y))  # the front, −y, in the middle
+    size = float(np.clip(_DOTS / len(rig), 2, 150))
+    axes.scatter(angle, positions[:, 2], c=colours, s=size, marker="s", linewidths=0)
+    axes.set_xlim(-190, 190)
+    axes.set_xticks([-90, 0, 90], ["−x", "front (−y)", "+x"])
+    axes.set_yticks([])
+    axes.margins(y=0.12)
+    axes.tick_params(length=0, colors=_FAINT)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _write_heights(axes: Axes, rig: Rig) -> None:
+    heights = camera_positions(rig)[:, 2]
+    ends = sorted({float(heights.min()), float(heights.max())})
+    axes.set_yticks(ends, [f"{z:.1f} m" for z in ends])
+
+
+def _draw_scales(sheet: _Sheet, metres: ScalarMappable) -> None:
+    cost = sheet.figure.colorbar(_COST, cax=sheet.cost_scale(), extend="max")
+    cost.set_label("cost of a point (0 best, 1 unseen)", color=_INK)
+    focus = sheet.figure.colorbar(metres, cax=sheet.focus_scale(), extend="both")
+    focus.set_label("focus distance / m", color=_INK)
+    for bar in (cost, focus):
+        bar.outline.set_visible(False)
+        bar.ax.tick_params(colors=_FAINT)
+
+
+def _write_headline(figure: Figure, rig: Rig, fresh: Problem) -> None:
+    x, top = _LEFT / figure.get_figwidth(), 1 - 0.16 / figure.get_figheight()
+    cameras = f"{len(rig)} cameras" if len(rig) > 1 else "1 camera"
+    figure.text(x, top, f"{cameras}, one shot", fontsize=20, weight="bold", color=_INK, va="top")
+    text = (
+        "What each point costs in the camera that images it best, and the cameras unrolled.\n"
+        f"Measured on {fresh.sample_count:,} points of the surface; no camera sees what is grey."
+    )
+    below = top - 0.42 / figure.get_figheight()
+    figure.text(x, below, text, fontsize=10, color=_FAINT, va="top", linespacing=1.4)
+
+
+def _label(size: float, colour: str) -> dict[str, Any]:
+    return {"ha": "center", "fontsize": size, "color": colour}

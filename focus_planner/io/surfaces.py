@@ -1,0 +1,147 @@
+"""Meshes and point clouds from files.
+
+Half a file is an error here, never half a surface. The readers of trimesh (and, more so, of
+Open3D) take a text file that was cut off for a shorter one, so what a file tells of its own
+length is checked first.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.types import FloatArray, Mesh, PointCloud, Surface
+from focus_planner.io.clouds import CLOUDS, load_cloud
+from focus_planner.io.files import check_ended, check_readable, unreadable
+
+MESHES = ("ply", "obj", "stl", "off", "glb", "gltf")
+
+_PLY_ELEMENT = re.compile(rb"^element\s+(\w+)\s+(\d+)", re.MULTILINE)
+
+
+def load_surface(path: str | PathLike[str]) -> Surface:
+    """Read a mesh or a point cloud; the file name's ending tells the format.
+
+    Meshes are ply, obj, stl, off, glb and gltf; clouds are ply without faces, pcd, xyz, xyzn, pts
+    and npy. Coordinates are taken as they stand, with all their digits: metres, in the rig's
+    frame. The normals of vertices and points are used where the file has them.
+
+    Parameters
+    ----------
+    path : str or path-like
+
+    Returns
+    -------
+    Mesh or PointCloud
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not what its name says, cut off, or holds no usable surface.
+    """
+    path = Path(path)
+    kind = path.suffix.lower().removeprefix(".")
+    check_readable(path, "a mesh or point cloud")
+    if kind not in MESHES + CLOUDS:
+        raise InputError(
+            str(path),
+            f"a file name that ends in {', '.join((*MESHES, *CLOUDS))}",
+            repr(path.suffix) if path.suffix else "none of them",
+        )
+    with np.errstate(over="ignore", invalid="ignore"):  # whatever a broken file has for numbers
+        return load_cloud(path, kind) if kind in CLOUDS else _load_mesh(path, kind)
+
+
+def _load_mesh(path: Path, kind: str) -> Surface:
+    if kind == "ply":
+        return _ply(path)
+    if kind in ("obj", "off"):
+        check_ended(path, kind, path.read_bytes())
+    if kind == "off":
+        _check_off_counts(path)
+    return _mesh(path, kind, _scene(path, kind))
+
+
+def _scene(path: Path, kind: str) -> trimesh.Scene:
+    logger = logging.getLogger("trimesh")
+    disabled = logger.disabled
+    logger.disabled = True  # what it warns of, colours and textures, is of no use here
+    try:
+        # Not processed: it would merge vertices, and drop what the core refuses with a reason.
+        return trimesh.load_scene(path, file_type=kind, process=False, skip_materials=True)
+    except Exception as error:  # noqa: BLE001
+        # On a broken file the readers raise anything.
+        raise unreadable(path, kind, f"{type(error).__name__}: {error}".rstrip(": ")) from None
+    finally:
+        logger.disabled = disabled
+
+
+def _mesh(path: Path, kind: str, scene: trimesh.Scene) -> Mesh:
+    parts = []
+    for node in scene.graph.nodes_geometry:
+        pose, name = scene.graph[node]
+        part = scene.geometry[name]
+        if isinstance(part, trimesh.Trimesh) and len(part.faces):
+            parts.append(part.copy(include_cache=True).apply_transform(pose))
+    if not parts:
+        raise unreadable(path, kind, "no triangle")
+    whole: Any = trimesh.util.concatenate(parts) if len(parts) > 1 else parts[0]
+    # Asked for normals, trimesh makes them up; those from the file are in the cache already.
+    given = "vertex_normals" in whole._cache.cache  # noqa: SLF001
+    return Mesh(whole.vertices, whole.faces, whole.vertex_normals if given else None)
+
+
+def _ply(path: Path) -> Surface:
+    header, end, body = path.read_bytes().partition(b"end_header")
+    if not end or not header.startswith(b"ply"):
+        raise unreadable(path, "ply", "no complete header")
+    counts = {name.decode(): int(count) for name, count in _PLY_ELEMENT.findall(header)}
+    if b"format ascii" in header:
+        check_ended(path, "ply", body)
+        _check_lines(path, "ply", len(body.split(b"\n")) - 2, sum(counts.values()))
+    if "tristrips" in counts:
+        raise InputError(str(path), "triangles or points", "triangle strips", "convert the file")
+    if counts.get("face") == 0:
+        raise InputError(
+            str(path),
+            "a mesh with triangles, or a cloud",
+            "a mesh with none (element face 0)",
+            "if it is a cloud, save it without the face element",
+        )
+    scene = _scene(path, "ply")
+    return _mesh(path, "ply", scene) if "face" in counts else _ply_cloud(scene)
+
+
+def _ply_cloud(scene: trimesh.Scene) -> PointCloud:
+    """Return the cloud with its normals, which trimesh leaves in the raw columns."""
+    if not scene.geometry:
+        return PointCloud(np.empty((0, 3)))
+    cloud = next(iter(scene.geometry.values()))
+    columns = cloud.metadata["_ply_raw"]["vertex"]["data"]
+    names = columns if isinstance(columns, dict) else columns.dtype.names
+    normals: FloatArray | None = None
+    if {"nx", "ny", "nz"} <= set(names):
+        normals = np.column_stack([np.ravel(columns[name]) for name in ("nx", "ny", "nz")])
+    return PointCloud(cloud.vertices, normals)
+
+
+def _check_off_counts(path: Path) -> None:
+    text = re.sub(rb"#[^\n]*", b"", path.read_bytes())
+    lines = [line for line in text.partition(b"OFF")[2].splitlines() if line.strip()]
+    try:
+        vertices, faces = (int(count) for count in lines[0].split()[:2])
+    except (IndexError, ValueError):
+        raise unreadable(path, "off", "no counts of vertices and faces") from None
+    _check_lines(path, "off", len(lines) - 1, vertices + faces)
+
+
+def _check_lines(path: Path, kind: str, lines: int, announced: int) -> None:
+    if lines < announced:
+        raise unreadable(path, kind, f"{lines} lines of the {announced} announced")

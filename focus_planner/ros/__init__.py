@@ -1,0 +1,1 @@
+"""The ROS 2 layer: messages to and from the core's types, and the node. It does no mathematics."""

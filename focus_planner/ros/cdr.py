@@ -1,0 +1,89 @@
+"""``shape_msgs/Mesh`` in CDR, read and written as two flat arrays.
+
+The generated class makes a Python object of every triangle and every vertex, which takes 0.3 s
+for a body; to NumPy the same bytes are two arrays. The layout is that of plain CDR (XCDR1): four
+bytes of encapsulation, then each primitive aligned to its own size, counted from behind them.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.checks import InputError
+
+_ENCAPSULATION = 4
+_BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}
+# What a writer may add to fill its last word.
+_MAX_PADDING = 3
+_INDICES = 3
+_COORDINATES = 3
+
+
+def read_mesh(payload: bytes) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+    """Return the (T, 3) triangles and the (V, 3) vertices of a serialized mesh.
+
+    The arrays are views of ``payload``, in its byte order.
+
+    Raises
+    ------
+    InputError
+        If these are not the bytes of a mesh.
+    """
+    order = _BYTE_ORDERS.get(bytes(payload[:2]))
+    if order is None or len(payload) < _ENCAPSULATION:
+        raise InputError(
+            "mesh message",
+            "shape_msgs/msg/Mesh in plain CDR",
+            f"{len(payload)} bytes that begin with {bytes(payload[:4]).hex() or 'nothing'}",
+        )
+    triangles, end = _read_rows(payload, _ENCAPSULATION, order + "u4", _INDICES, "triangles")
+    vertices, end = _read_rows(payload, end, order + "f8", _COORDINATES, "vertices")
+    if len(payload) - end > _MAX_PADDING:
+        raise InputError("mesh message", f"{end} bytes, by its lengths", f"{len(payload)} bytes")
+    return triangles, vertices
+
+
+def write_mesh(
+    triangles: NDArray[np.int32], vertices: NDArray[np.float64], *, big_endian: bool = False
+) -> bytes:
+    """Return the serialized mesh of (T, 3) triangles and (V, 3) vertices."""
+    order = ">" if big_endian else "<"
+    head = b"\x00\x00\x00\x00" if big_endian else b"\x00\x01\x00\x00"
+    indices = np.asarray(triangles, dtype=order + "u4").tobytes()
+    parts = [
+        head,
+        struct.pack(order + "I", len(triangles)),
+        indices,
+        struct.pack(order + "I", len(vertices)),
+    ]
+    if len(vertices):
+        parts.append(b"\x00" * (-(len(indices) + 8) % 8))
+        parts.append(np.asarray(vertices, dtype=order + "f8").tobytes())
+    return b"".join(parts)
+
+
+def _read_rows(
+    payload: bytes, start: int, dtype: str, columns: int, what: str
+) -> tuple[NDArray[Any], int]:
+    """Return the (n, columns) rows of a sequence whose length stands at ``start``, and its end."""
+    begin = start + 4
+    if len(payload) < begin:
+        raise InputError("mesh message", f"the number of {what}", "an end of the message before it")
+    count = int(np.frombuffer(payload, dtype[0] + "u4", 1, start)[0])
+    size = np.dtype(dtype).itemsize
+    if count == 0:
+        return np.empty((0, columns), dtype), begin
+    begin += -(begin - _ENCAPSULATION) % size
+    end = begin + count * columns * size
+    if len(payload) < end:
+        raise InputError(
+            "mesh message",
+            f"{end} bytes, for {count} {what}",
+            f"{len(payload)} bytes",
+            "the message was cut off",
+        )
+    return np.frombuffer(payload, dtype, count * columns, begin).reshape(count, columns), end

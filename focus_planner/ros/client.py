@@ -1,0 +1,213 @@
+"""The other side of the node: publish a surface and a rig, call for plans, receive them."""
+
+from __future__ import annotations
+
+import threading
+from types import TracebackType
+from typing import Any, final
+
+from focus_planner_msgs.msg import CameraFocus, CameraRig, FocusPlan
+from focus_planner_msgs.srv import PlanFocus
+from geometry_msgs.msg import PoseArray
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh as MeshMsg
+
+from focus_planner.core.types import Mesh, PointCloud, Rig
+from focus_planner.ros.cameras import LATCHED
+from focus_planner.ros.conversions import cloud_to_ros, mesh_to_ros, poses_to_ros, rig_to_ros
+
+_INPUTS = {
+    "mesh": MeshMsg,
+    "cloud": PointCloud2,
+    "camera_poses": PoseArray,
+    "rig": CameraRig,
+}
+_RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
+# Many calls at once must not push each other out of a queue.
+_ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+_PATIENCE = 30.0
+
+
+@final
+class PlannerClient:
+    """Talks to a planner node, with a context and a thread of its own.
+
+    A context manager. What it publishes has reached the node when it returns, so that a call
+    made afterwards plans on it.
+
+    Parameters
+    ----------
+    planner : str
+        Full name of the planner node.
+    name : str
+        Name of the client's own node.
+
+    Raises
+    ------
+    TimeoutError
+        From any method, if the node does not answer in time.
+    """
+
+    def __init__(self, planner: str = "/focus_planner", name: str = "focus_planner_client") -> None:
+        self._planner = planner
+        self._context = Context()
+        self._context.init(args=[])
+        self._node = Node(name, context=self._context, use_global_arguments=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._inputs = {
+            topic: _Input(self._node, message_type, f"{planner}/{topic}")
+            for topic, message_type in _INPUTS.items()
+        }
+        self._plan_focus = self._client(PlanFocus, "plan_focus")
+        self._set_parameters = self._client(SetParameters, "set_parameters")
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._spin, name=name)
+        self._thread.start()
+
+    def __enter__(self) -> PlannerClient:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._closing.set()
+        # Being woken does not end a spin, work does.
+        self._executor.create_task(lambda: None)
+        self._thread.join()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def publish_mesh(self, mesh: Mesh) -> None:
+        """Publish a mesh; it has to be in the planner's frame."""
+        self.publish("mesh", mesh_to_ros(mesh))
+
+    def publish_cloud(self, cloud: PointCloud, frame_id: str = "world") -> None:
+        """Publish a cloud."""
+        self.publish("cloud", cloud_to_ros(cloud, frame_id))
+
+    def publish_poses(self, rig: Rig) -> None:
+        """Publish a rig's poses; the planner's parameters make up for names, images, lenses."""
+        self.publish("camera_poses", poses_to_ros(rig))
+
+    def publish_rig(self, rig: Rig) -> None:
+        """Publish a rig with all it has."""
+        self.publish("rig", rig_to_ros(rig))
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Publish a message, or its bytes, on one of the planner's input topics."""
+        self._inputs[topic].publish(message)
+
+    def plan(self, timeout: float = 600.0, **request: Any) -> PlanFocus.Response:
+        """Call ``~/plan_focus`` with the given fields of the request, and wait."""
+        return self.wait_for(self.plan_async(**request), timeout)
+
+    def plan_async(self, **request: Any) -> Future:
+        """Call ``~/plan_focus`` with the given fields of the request."""
+        self.wait_for_node()
+        return self._plan_focus.call_async(PlanFocus.Request(**request))
+
+    def wait_for(self, call: Future, timeout: float = 600.0) -> PlanFocus.Response:
+        """Wait for the answer of :meth:`plan_async`."""
+        return _result(call, timeout, "plan_focus")
+
+    def set_parameters(self, **values: Any) -> list[SetParametersResult]:
+        """Set parameters of the planner; ``__`` in a name stands for a dot."""
+        parameters = [
+            Parameter(name.replace("__", "."), value=value).to_parameter_msg()
+            for name, value in values.items()
+        ]
+        _wait_for_service(self._set_parameters, _PATIENCE)
+        call = self._set_parameters.call_async(SetParameters.Request(parameters=parameters))
+        results: list[SetParametersResult] = _result(call, _PATIENCE, "set_parameters").results
+        return results
+
+    def wait_for_node(self, timeout: float = _PATIENCE) -> None:
+        """Wait until the planner's service is there."""
+        _wait_for_service(self._plan_focus, timeout)
+
+    def latched_plan(self, timeout: float = _PATIENCE) -> FocusPlan:
+        """Return the newest plan, as one gets it who subscribes now."""
+        return self._latched(FocusPlan, "focus_plan", timeout)
+
+    def latched_focus(self, camera: str, timeout: float = _PATIENCE) -> CameraFocus:
+        """Return what the newest plan says of a camera, as its driver gets it."""
+        return self._latched(CameraFocus, f"cameras/{camera}/focus", timeout)
+
+    def _latched(self, message_type: type, topic: str, timeout: float) -> Any:
+        message = Future()
+        subscription = self._node.create_subscription(
+            message_type, f"{self._planner}/{topic}", message.set_result, LATCHED
+        )
+        try:
+            return _result(message, timeout, topic)
+        finally:
+            self._node.destroy_subscription(subscription)
+
+    def _client(self, service_type: type, service: str) -> Client:
+        return self._node.create_client(
+            service_type, f"{self._planner}/{service}", qos_profile=_ALL_CALLS
+        )
+
+    def _spin(self) -> None:
+        while not self._closing.is_set():
+            self._executor.spin_once()
+
+
+class _Input:
+    """A publisher that knows when its messages have arrived."""
+
+    def __init__(self, node: Node, message_type: type, topic: str) -> None:
+        self._topic = topic
+        self._matched = threading.Event()
+        self._publisher = node.create_publisher(
+            message_type,
+            topic,
+            _RELIABLE,
+            event_callbacks=PublisherEventCallbacks(matched=self._on_match),
+        )
+
+    def _on_match(self, status: Any) -> None:
+        if status.current_count:
+            self._matched.set()
+        else:
+            self._matched.clear()
+
+    def publish(self, message: Any) -> None:
+        if not self._matched.wait(_PATIENCE):
+            raise TimeoutError(f"no planner listens to {self._topic}")
+        self._publisher.publish(message)
+        if not self._publisher.wait_for_all_acked(Duration(seconds=_PATIENCE)):
+            raise TimeoutError(f"the planner did not receive what was sent to {self._topic}")
+
+
+def _wait_for_service(client: Client, timeout: float) -> None:
+    if not client.wait_for_service(timeout):
+        raise TimeoutError(f"no planner offers {client.service_name}; is the node running?")
+
+
+def _result(future: Future, timeout: float, what: str) -> Any:
+    done = threading.Event()
+    future.add_done_callback(lambda _: done.set())
+    if not done.wait(timeout):
+        raise TimeoutError(f"no answer from {what} within {timeout:g} s")
+    return future.result()

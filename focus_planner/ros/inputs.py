@@ -1,0 +1,176 @@
+"""A thing to plan with that comes by messages: the one in force, and what became of newer ones.
+
+Without ROS. All but :meth:`Input.receive` belongs to one thread.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from typing import Generic, Protocol, TypeVar
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.types import Image, Lens
+
+# Messages that came while a plan was made. Only the newest good one counts; a few older ones are
+# kept in case that it is refused.
+_BACKLOG = 4
+
+Said = TypeVar("Said")
+Value = TypeVar("Value")
+
+
+class Log(Protocol):
+    """What is needed of a logger."""
+
+    def warning(self, message: str) -> object:
+        """Report what the user should know."""
+
+    def error(self, message: str) -> object:
+        """Report what should not have happened."""
+
+
+@dataclass(frozen=True)
+class Optics:
+    """What a camera has that brings no image or no lens of its own."""
+
+    image: Image = field(default_factory=Image)
+    lens: Lens = field(default_factory=Lens)
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival(Generic[Said]):
+    """A message as it came; it is read later, on the planning thread.
+
+    Attributes
+    ----------
+    topic : str
+    payload : bytes
+        Two messages of the same bytes say the same.
+    read : callable
+        Returns what the message says, given what it leaves out.
+    at : datetime
+    """
+
+    topic: str
+    payload: bytes
+    read: Callable[[Optics], Said]
+    at: datetime = field(default_factory=lambda: datetime.now(timezone.utc))
+
+    def __str__(self) -> str:
+        return f"received on {self.topic} at {self.at:%H:%M:%S} UTC"
+
+
+@dataclass(frozen=True, eq=False)
+class Held(Generic[Said, Value]):
+    """What became of a message that could be read."""
+
+    arrival: Arrival[Said]
+    value: Value
+
+
+class Input(Generic[Said, Value]):
+    """The last good one, and why a newer one is not in force.
+
+    Parameters
+    ----------
+    name : str
+    sources : str
+        Where it may come from, for the message that there is none.
+    make : callable
+        Makes what is planned with of what a message says; raises ``InputError``.
+    log : Log
+
+    Attributes
+    ----------
+    in_force : Held or None
+    misfit : Held or None
+        The newest one, if it was refused only because it does not fit the other input.
+    """
+
+    def __init__(self, name: str, sources: str, make: Callable[[Said], Value], log: Log) -> None:
+        self.name = name
+        self.in_force: Held[Said, Value] | None = None
+        self.misfit: Held[Said, Value] | None = None
+        self._sources = sources
+        self._make = make
+        self._log = log
+        self._inbox: deque[Arrival[Said]] = deque(maxlen=_BACKLOG)
+        self._refused: tuple[Arrival[Said], InputError] | None = None
+
+    def receive(self, arrival: Arrival[Said]) -> None:
+        """Keep a message until :meth:`newest`; any thread may call."""
+        self._inbox.append(arrival)
+
+    def newest(self, optics: Optics) -> Held[Said, Value] | None:
+        """Return the newest that can be read and says anything new, refusing those after it."""
+        while self._inbox:
+            arrival = self._inbox.pop()
+            try:
+                held = self._read(arrival, optics)
+            except InputError as error:
+                self.refuse(arrival, error)
+                continue
+            except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
+                self._log.error(traceback.format_exc())
+                self.refuse(arrival, _internal(self.name, error))
+                continue
+            self._inbox.clear()
+            if self.in_force and held.value == self.in_force.value:
+                self.put_in_force(held)
+                return None
+            return held
+        return None
+
+    def refuse(self, arrival: Arrival[Said], error: InputError) -> None:
+        """Remember, and log, why a message is not planned with."""
+        self._log.warning(f"refused the {self.name} {arrival}: {error}")
+        if self._refused is None or arrival.at >= self._refused[0].at:
+            self._refused = arrival, error
+
+    def put_in_force(self, held: Held[Said, Value]) -> None:
+        """Plan with this from now on; what was refused before it came is forgotten."""
+        self.in_force, self.misfit = held, None
+        if self._refused and held.arrival.at >= self._refused[0].at:
+            self._refused = None
+
+    def read_again(self, optics: Optics) -> None:
+        """Read what is in force again, with other optics."""
+        if self.in_force:
+            arrival = self.in_force.arrival
+            self.in_force = Held(arrival, self._make(arrival.read(optics)))
+
+    def objection(self) -> str | None:
+        """Return what a caller has to be told instead of a plan.
+
+        That there is nothing to plan with, again and again; that the newest was refused and an
+        older one stays in force, once.
+        """
+        if self.in_force is None:
+            return str(InputError(self.name, self._sources, self._none()))
+        if self._refused is None:
+            return None
+        (arrival, error), self._refused = self._refused, None
+        return (
+            f"{error}. So the {self.name} {arrival} was refused, and the {self.name}"
+            f" {self.in_force.arrival} stays in force: call again to plan with that one"
+        )
+
+    def _none(self) -> str:
+        if self._refused is None:
+            return "none yet"
+        arrival, error = self._refused
+        return f"none that can be used: the {self.name} {arrival} was refused ({error})"
+
+    def _read(self, arrival: Arrival[Said], optics: Optics) -> Held[Said, Value]:
+        held = self.in_force
+        if held and arrival.payload == held.arrival.payload:
+            return Held(arrival, held.value)
+        return Held(arrival, self._make(arrival.read(optics)))
+
+
+def _internal(name: str, error: Exception) -> InputError:
+    return InputError(name, "one that can be read", f"internal error: {error!r}", "see the log")

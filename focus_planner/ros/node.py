@@ -1,0 +1,336 @@
+"""The node: topics and the service on one side, the planning thread on the other."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import datetime, timezone
+from functools import partial
+from typing import Any
+from uuid import uuid4
+
+import rclpy
+from focus_planner_msgs.msg import CameraRig, FocusPlan
+from focus_planner_msgs.srv import PlanFocus
+from geometry_msgs.msg import PoseArray
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+from rclpy.task import Future
+from rclpy.utilities import try_shutdown
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import FocusPlan as Plan
+from focus_planner.core.solvers import Progress
+from focus_planner.core.types import Rig, Surface
+from focus_planner.core.warm_up import warm_up
+from focus_planner.ros.cameras import LATCHED, CameraTopics
+from focus_planner.ros.conversions import (
+    cloud_from_ros,
+    distorted_cameras,
+    mesh_from_ros,
+    message_from_ros,
+    plan_to_ros,
+    poses_from_ros,
+    request_from_ros,
+    rig_from_ros,
+)
+from focus_planner.ros.inputs import Arrival, Input, Optics
+from focus_planner.ros.parameters import Parameters, Settings
+from focus_planner.ros.planner import NotReady, Planner
+
+# Some messages that come in one go are kept: if the newest is refused an older one may do.
+_TOPICS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
+# A sensor that publishes best effort, or a latched surface, is a matter of the node's parameters.
+_OVERRIDES = QoSOverridingOptions([QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY])
+# The default keeps the ten newest requests and silently drops what else came at once.
+ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+_SHUTTING_DOWN = "the node is shutting down"
+
+Read = Callable[[bytes, Optics], Any]
+_Outcome = tuple[bool, str, FocusPlan | None]
+
+
+@dataclass(frozen=True)
+class _Call:
+    """One service call, with the parameters as they were when it came."""
+
+    request: PlanFocus.Request
+    settings: Settings
+    started: float
+
+
+class PlannerNode(Node):
+    """Plans the focus of all cameras of a rig for the newest surface.
+
+    Subscribes
+    ----------
+    ~/mesh : shape_msgs/msg/Mesh
+        The surface, in the frame of parameter ``frame_id``.
+    ~/cloud : sensor_msgs/msg/PointCloud2
+        The surface as points; ``normal_x/y/z`` are used when present, else estimated.
+    ~/camera_poses : geometry_msgs/msg/PoseArray
+        One optical-frame pose per camera ``cam_000``, ``cam_001``, ...; image and lens from the
+        parameters.
+    ~/rig : focus_planner_msgs/msg/CameraRig
+        The same with names, images, lenses and a grid.
+
+    Publishes (reliable, transient local, depth 1)
+    ----------------------------------------------
+    ~/focus_plan : focus_planner_msgs/msg/FocusPlan
+    ~/cameras/<name>/focus : focus_planner_msgs/msg/CameraFocus
+
+    Serves
+    ------
+    ~/plan_focus : focus_planner_msgs/srv/PlanFocus
+
+    Parameters are those of :mod:`focus_planner.ros.parameters`.
+
+    Notes
+    -----
+    One thread plans and reads what was received, in the order of arrival; it is the only one that
+    enters kernels. The executor has a single thread, which hands work over and stays free to
+    answer: a service call is a coroutine that waits for the planning thread, in a reentrant group
+    so that calls can queue up. rclpy looks at waiting coroutines only when something wakes the
+    executor, so waiting costs nothing.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("focus_planner")
+        self._settings = Parameters(self)
+        self._cameras = CameraTopics(self)
+        self._planner = Planner(self.get_logger(), self._cameras.follow)
+        self._planning = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
+        self._stopping = threading.Event()
+        self._calls: set[Future] = set()
+        self._distorted: list[str] = []
+        self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
+        self._do_next(self._warm_up)
+        self._inputs = [
+            self._listen(Mesh, "~/mesh", self._planner.surface, self._read_mesh),
+            self._listen(PointCloud2, "~/cloud", self._planner.surface, self._read_cloud),
+            self._listen(PoseArray, "~/camera_poses", self._planner.rig, self._read_poses),
+            self._listen(CameraRig, "~/rig", self._planner.rig, self._read_rig),
+        ]
+        self.create_service(
+            PlanFocus,
+            "~/plan_focus",
+            self._plan_focus,
+            qos_profile=ALL_CALLS,
+            callback_group=ReentrantCallbackGroup(),
+        )
+
+    def spin(self, executor: SingleThreadedExecutor) -> None:
+        """Answer until :meth:`stop`, and then until every caller has an answer."""
+        while self._calls or not self._stopping.is_set():
+            self._guard(executor.spin_once)
+
+    def stop(self) -> None:
+        """Stop planning at the solver's next step; tell the callers, then end :meth:`spin`."""
+        self._stopping.set()
+        self._planning.shutdown(wait=False, cancel_futures=True)
+        if self.executor:
+            self.executor.create_task(self._give_up)
+
+    def destroy_node(self) -> None:
+        """Wait for the planning thread, and destroy all publishers and subscriptions."""
+        self._planning.shutdown(wait=True)
+        super().destroy_node()
+
+    def _listen(
+        self, message_type: type, topic: str, target: Input[Any, Any], read: Read
+    ) -> tuple[Subscription, Callable[[bytes], None]]:
+        """Subscribe; return the subscription and what takes its messages."""
+
+        def receive(payload: bytes) -> None:
+            target.receive(Arrival(topic, payload, partial(read, payload)))
+            self._do_next(self._digest)
+
+        subscription = self.create_subscription(
+            message_type, topic, receive, _TOPICS, raw=True, qos_overriding_options=_OVERRIDES
+        )
+        return subscription, receive
+
+    def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
+        return mesh_from_ros(payload)
+
+    def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
+        return cloud_from_ros(message_from_ros(payload, PointCloud2), self._frame_id)
+
+    def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
+        message = message_from_ros(payload, PoseArray)
+        return self._cameras.check(poses_from_ros(message, optics, self._frame_id))
+
+    def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
+        message = message_from_ros(payload, CameraRig)
+        rig = self._cameras.check(rig_from_ros(message, optics, self._frame_id))
+        self._warn_of_distortion(distorted_cameras(message))
+        return rig
+
+    @property
+    def _frame_id(self) -> str:
+        return self._settings.current.frame_id
+
+    def _warn_of_distortion(self, names: list[str]) -> None:
+        if names and names != self._distorted:
+            self.get_logger().warning(
+                f"distortion is ignored, images are taken to be rectified: {', '.join(names)}"
+            )
+        self._distorted = names
+
+    async def _plan_focus(
+        self, request: PlanFocus.Request, response: PlanFocus.Response
+    ) -> PlanFocus.Response:
+        """Hand a call to the planning thread and wait for its answer."""
+        self._take_all()
+        answer = Future()
+        self._calls.add(answer)
+        call = _Call(request, self._settings.current, time.perf_counter())
+        if not self._do_next(partial(self._answer, call, answer)):
+            self._give_up()
+        try:
+            success, response.message, plan = await answer
+        finally:
+            self._calls.remove(answer)
+        response.success = success
+        if plan is not None:
+            response.plan = plan
+        return response
+
+    def _take_all(self) -> None:
+        """Take what has arrived before a call, which rclpy might otherwise hand over after it."""
+        for subscription, receive in self._inputs:
+            with subscription.handle:
+                while taken := subscription.handle.take_message(subscription.msg_type, True):
+                    receive(taken[0])
+
+    def _give_up(self) -> None:
+        for answer in self._calls:
+            answer.set_result((False, _SHUTTING_DOWN, None))
+
+    def _do_next(self, job: Callable[[], None]) -> bool:
+        """Queue a job for the planning thread; return whether there still is one."""
+        try:
+            self._planning.submit(self._guard, job)
+        except RuntimeError:
+            return False
+        return True
+
+    def _guard(self, job: Callable[[], None]) -> None:
+        try:
+            job()
+        except Exception:  # noqa: BLE001 - one bad message or caller must not end the node
+            self.get_logger().error(traceback.format_exc())
+
+    # What follows runs on the planning thread.
+
+    def _warm_up(self) -> None:
+        self.get_logger().info("loading kernels; compiling them the first time takes a while")
+        warm_up()
+        self.get_logger().info("ready")
+
+    def _digest(self) -> None:
+        self._planner.digest(self._settings.current.optics)
+
+    def _answer(self, call: _Call, answer: Future) -> None:
+        try:
+            outcome = self._plan(call)
+        except (InputError, NotReady) as error:
+            self.get_logger().warning(f"no plan: {error}")
+            outcome = False, str(error), None
+        except Exception as error:  # noqa: BLE001 - the caller is told, the log has the rest
+            self.get_logger().error(traceback.format_exc())
+            outcome = False, f"internal error: {error!r}; the node's log has the details", None
+        if not answer.done():
+            answer.set_result(outcome)
+            self._wake_executor()
+
+    def _plan(self, call: _Call) -> _Outcome:
+        settings = call.settings
+        request = request_from_ros(call.request, settings.request)
+        self.get_logger().debug(f"planning: {request}")
+        plan, rig = self._planner.plan(request, settings.optics, settings.model, self._go_on)
+        if self._stopping.is_set():
+            return False, _SHUTTING_DOWN, None
+        plan = replace(plan, total_seconds=time.perf_counter() - call.started)
+        message = plan_to_ros(plan, rig.frame_id, self.get_clock().now().to_msg(), _plan_id())
+        self._focus_plan.publish(message)
+        self._cameras.publish(message)
+        summary = _summary(plan)
+        self.get_logger().info(f"{message.plan_id}: {summary}")
+        return True, summary, message
+
+    def _go_on(self, _: Progress) -> bool:
+        return not self._stopping.is_set()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; return the exit status."""
+    with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
+        try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            node = PlannerNode()
+        except (InputError, ParameterException, RuntimeError) as error:
+            what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
+            print(f"planner_node: {what}{error}", file=sys.stderr)  # noqa: T201 - no logger yet
+            try_shutdown()
+            return 2
+        _run(node, signals)
+        rclpy.shutdown()
+    return 0
+
+
+def _run(node: PlannerNode, signals: set[signal.Signals]) -> None:
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    thread = threading.Thread(target=node.spin, args=(executor,), name="executor")
+    thread.start()
+    signal.sigwait(signals)
+    node.stop()
+    thread.join()
+    executor.shutdown()
+    node.destroy_node()
+
+
+@contextmanager
+def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
+    """Keep signals from every thread that is started, to be waited for.
+
+    A handler could only run once the main thread is back from the middleware, and rclpy's own
+    would end the context before the callers are answered.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield set(signals)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _plan_id() -> str:
+    return f"{datetime.now(timezone.utc):%Y%m%dT%H%M%SZ}-{uuid4().hex[:8]}"
+
+
+def _summary(plan: Plan) -> str:
+    text = (
+        f"{plan.method}, cost {plan.cost:.1f} on {plan.samples} samples"
+        f" in {plan.total_seconds:.3f} s"
+    )
+    return text if plan.converged else f"{text}, stopped by the time budget before it converged"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

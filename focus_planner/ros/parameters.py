@@ -1,0 +1,282 @@
+"""The node's parameters: what they mean, their ranges, and the settings that they amount to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from focus_planner_msgs.msg import Lens as LensMsg
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.types import CostModel, Image, Lens
+from focus_planner.ros.conversions import lens_from_ros
+from focus_planner.ros.inputs import Optics
+
+_MAX_COUNT = 2**31 - 1
+_MAX_SEED = 2**63 - 1
+_FAR = 1e9
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One parameter; ``low`` and ``high`` bound a number."""
+
+    name: str
+    default: str | int | float
+    description: str
+    low: int | float = 0
+    high: int | float = _FAR
+    read_only: bool = False
+
+    def descriptor(self) -> ParameterDescriptor:
+        """Return what ``ros2 param describe`` shows."""
+        descriptor = ParameterDescriptor(description=self.description, read_only=self.read_only)
+        if isinstance(self.default, int):
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(self.low), to_value=int(self.high), step=0)
+            ]
+        elif isinstance(self.default, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(self.low), to_value=float(self.high), step=0.0)
+            ]
+        return descriptor
+
+
+def _one_of(choices: Iterable[str]) -> str:
+    return "One of: " + ", ".join(choices) + "."
+
+
+_REQUEST, _IMAGE, _LENS, _MODEL = PlanRequest(), Image(), Lens(), CostModel()
+_NEXT_CALL = " A change applies from the next request on."
+_POSES = " For cameras that bring none of their own." + _NEXT_CALL
+_COST = " The paper's Eq. 1." + _NEXT_CALL
+
+DECLARATIONS = (
+    Declaration(
+        "frame_id",
+        "world",
+        "Frame of the surface and of the rig. Messages in another frame are refused, a mesh has no"
+        " frame of its own and is taken to be in this one.",
+        read_only=True,
+    ),
+    Declaration(
+        "method",
+        _REQUEST.method,
+        "Solver for requests that name none. " + _one_of(METHODS) + _NEXT_CALL,
+    ),
+    Declaration(
+        "k",
+        _REQUEST.k,
+        "Number of cameras that k_view moves together." + _NEXT_CALL,
+        low=2,
+        high=3,
+    ),
+    Declaration(
+        "scope",
+        _REQUEST.scope,
+        "Samples that a k_view step may re-assign. " + _one_of(SCOPES) + _NEXT_CALL,
+    ),
+    Declaration(
+        "tuples",
+        _REQUEST.tuples,
+        "What makes cameras move together in k_view: that they see the same surface, or that they"
+        " are neighbours on the rig's grid. " + _one_of(TUPLES) + _NEXT_CALL,
+    ),
+    Declaration(
+        "samples",
+        _REQUEST.samples,
+        "Number of surface samples to plan on; 0 takes a cloud's points themselves." + _NEXT_CALL,
+        high=_MAX_COUNT,
+    ),
+    Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
+    Declaration(
+        "time_budget",
+        0.0,
+        "Seconds after which the solver stops with its best plan so far; 0 for no limit."
+        + _NEXT_CALL,
+    ),
+    Declaration(
+        "image.width", _IMAGE.width, "Image width, pixels." + _POSES, low=1, high=_MAX_COUNT
+    ),
+    Declaration(
+        "image.height", _IMAGE.height, "Image height, pixels." + _POSES, low=1, high=_MAX_COUNT
+    ),
+    Declaration("image.fx", _IMAGE.fx, "Horizontal focal length, pixels." + _POSES),
+    Declaration("image.fy", _IMAGE.fy, "Vertical focal length, pixels." + _POSES),
+    Declaration(
+        "image.cx", _IMAGE.cx, "Principal point from the left, pixels." + _POSES, low=-_FAR
+    ),
+    Declaration("image.cy", _IMAGE.cy, "Principal point from the top, pixels." + _POSES, low=-_FAR),
+    Declaration("lens.focal_length", _LENS.focal_length, "Focal length, metres." + _POSES),
+    Declaration(
+        "lens.hyperfocal_distance",
+        _LENS.hyperfocal_distance,
+        "Hyperfocal distance, metres; 0 to compute it from lens.f_number and"
+        " lens.circle_of_confusion." + _POSES,
+    ),
+    Declaration(
+        "lens.f_number",
+        0.0,
+        "Focal length over aperture diameter; read only where lens.hyperfocal_distance is 0."
+        + _POSES,
+    ),
+    Declaration(
+        "lens.circle_of_confusion",
+        0.0,
+        "Largest blur on the sensor that counts as sharp, metres; read only where"
+        " lens.hyperfocal_distance is 0." + _POSES,
+    ),
+    Declaration("lens.min_focus", _LENS.min_focus, "Nearest focus distance, metres." + _POSES),
+    Declaration("lens.max_focus", 0.0, "Farthest focus distance, metres; 0 for no limit." + _POSES),
+    Declaration(
+        "cost.projected_area_weight",
+        _MODEL.projected_area_weight,
+        "w1, the weight of the projected area." + _COST,
+        high=1,
+    ),
+    Declaration(
+        "cost.axis_deviation_weight",
+        _MODEL.axis_deviation_weight,
+        "w2, the weight of the distance from the optical axis." + _COST,
+        high=1,
+    ),
+    Declaration(
+        "cost.focus_weight",
+        _MODEL.focus_weight,
+        "w3, the weight of being out of focus. The three sum to at most 1." + _COST,
+        high=1,
+    ),
+    Declaration(
+        "cost.projected_area_scale",
+        _MODEL.projected_area_scale,
+        "epsilon1, 1/m^2." + _COST,
+    ),
+    Declaration(
+        "cost.axis_deviation_limit",
+        _MODEL.axis_deviation_limit,
+        "epsilon2, metres." + _COST,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the parameters amount to.
+
+    Attributes
+    ----------
+    frame_id : str
+    request : PlanRequest
+        What a request takes that leaves something out.
+    optics : Optics
+        What a camera takes that brings no image or lens.
+    model : CostModel
+    """
+
+    frame_id: str
+    request: PlanRequest
+    optics: Optics
+    model: CostModel
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any]) -> Settings:
+        """Return the settings of parameters by name.
+
+        Raises
+        ------
+        InputError
+            If a value is out of range, or they contradict each other.
+        """
+        if not values["frame_id"]:
+            raise InputError("frame_id", "the name of a frame", "''")
+        return cls(
+            frame_id=values["frame_id"],
+            request=PlanRequest(
+                method=values["method"],
+                samples=values["samples"],
+                seed=values["seed"],
+                k=values["k"],
+                scope=values["scope"],
+                tuples=values["tuples"],
+                time_budget=values["time_budget"] or math.inf,
+            ),
+            optics=Optics(
+                image=Image(**_group(values, "image.")),
+                lens=lens_from_ros(LensMsg(**_group(values, "lens."))),
+            ),
+            model=CostModel(**_group(values, "cost.")),
+        )
+
+
+class Parameters:
+    """Declares the node's parameters and keeps the settings that they amount to.
+
+    A change is refused, with the reason, if the settings that it would lead to are not valid.
+
+    Attributes
+    ----------
+    current : Settings
+
+    Raises
+    ------
+    InputError
+        If the values that the node was started with are not valid together.
+    rclpy.exceptions.ParameterException
+        If one of them is of another type or out of range.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._values = {
+            d.name: node.declare_parameter(d.name, d.default, d.descriptor()).value
+            for d in DECLARATIONS
+        }
+        self.current = Settings.from_values(self._values)
+        self._warn_if_unread()
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            Settings.from_values(self._values | _ours(parameters))
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: list[Parameter]) -> None:
+        self._values |= _ours(parameters)
+        self.current = Settings.from_values(self._values)
+        self._warn_if_unread()
+
+    def _warn_if_unread(self) -> None:
+        given = self._values["lens.f_number"] or self._values["lens.circle_of_confusion"]
+        if given and self._values["lens.hyperfocal_distance"]:
+            self._node.get_logger().warning(
+                "lens.f_number and lens.circle_of_confusion are read only where"
+                " lens.hyperfocal_distance is 0"
+            )
+
+
+def _ours(parameters: Iterable[Parameter]) -> dict[str, Any]:
+    """Return the values by name, without parameters that rclpy declared (use_sim_time)."""
+    names = {declaration.name for declaration in DECLARATIONS}
+    return {p.name: p.value for p in parameters if p.name in names}
+
+
+def _group(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    return {
+        name.removeprefix(prefix): value
+        for name, value in values.items()
+        if name.startswith(prefix)
+    }

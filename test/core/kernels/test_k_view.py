@@ -1,0 +1,253 @@
+import itertools
+
+import numpy as np
+import pytest
+import reference
+from core.build import random_problem, ring_mask, with_threads
+
+from focus_planner import Grid, Lens
+from focus_planner.core import kernels
+from focus_planner.core.problem import UNITS
+from focus_planner.core.solvers.solution import assign_samples
+from focus_planner.core.tuples import camera_tuples
+
+
+class Search:
+    """The kernels' state on one problem, from random cells, as the solver keeps it."""
+
+    def __init__(self, problem, k, scope, seed, grid=None):
+        self.problem, self.scope, self.k = problem, scope, k
+        counts = np.diff(problem.cells.offsets)
+        self.cell = np.random.default_rng(seed).integers(0, counts).astype(np.int32)
+        self.best, self.units = assign_samples(problem, self.cell)
+        self.tuples = camera_tuples(problem, k, scope, grid)
+        self.ranking = np.empty((len(self.best) if scope == "all" else 0, k + 1), dtype=np.int64)
+        self.rank(self.ranking)
+        self.steps = np.empty(len(problem.cells.near) + len(counts), dtype=np.int64)
+        self.summed = np.zeros(len(counts), dtype=np.int64)
+        self.solved = np.zeros(len(self.tuples.cameras), dtype=np.int64)
+        self.touched, self.clock = np.ones(len(counts), np.int64), np.ones(1, np.int64)
+
+    @property
+    def by_sample(self):
+        cells = self.problem.cells
+        return self.problem.sample_offsets, self.problem.camera_index, cells.base
+
+    def rank(self, ranking):
+        cells = self.problem.cells
+        kernels.rank_cameras(
+            *self.by_sample, cells.focus, cells.first, cells.last, self.cell, ranking
+        )
+
+    def improve(self, batches=slice(None)):
+        cells, tuples = self.problem.cells, self.tuples
+        return kernels.improve_tuples(
+            tuples.cameras,
+            tuples.batch_offsets[batches],
+            tuples.shared_offsets,
+            tuples.samples,
+            tuples.bases,
+            tuples.firsts,
+            tuples.lasts,
+            self.problem.camera_offsets,
+            cells.seen,
+            cells.seen_base,
+            cells.seen_first,
+            cells.seen_last,
+            *self.by_sample,
+            cells.first,
+            cells.last,
+            cells.focus,
+            cells.offsets,
+            self.cell,
+            self.ranking,
+            self.best,
+            self.steps,
+            self.summed,
+            self.touched,
+            self.solved,
+            self.clock,
+        )
+
+    def reassign(self):
+        cells = self.problem.cells
+        return kernels.reassign(
+            *self.by_sample,
+            cells.focus,
+            cells.first,
+            cells.last,
+            self.cell,
+            self.best,
+            self.summed,
+            self.touched,
+            self.clock,
+        )
+
+    def focus(self):
+        return self.problem.cells.distances()[self.problem.cells.offsets[:-1] + self.cell]
+
+
+PROBLEMS = {
+    "random": {},
+    "ties": {"ties": True, "equal": True},
+    "few distances": {"lens": Lens(0.05, 10.0, 0.6, 0.7)},
+    "deep field": {"lens": Lens(0.05, 3.0)},
+    "sparse": {"share": 0.25},
+}
+
+
+@pytest.mark.parametrize("options", PROBLEMS.values(), ids=PROBLEMS.keys())
+@pytest.mark.parametrize("scope", ["all", "assigned"])
+@pytest.mark.parametrize(("k", "samples"), [(2, 16), (3, 8)])
+def test_a_step_is_the_best_of_all(k, samples, scope, options):
+    gained = 0
+    for seed in range(12):
+        problem = random_problem(seed, samples, 4, **{"share": 0.7} | options)
+        if (np.diff(problem.cells.offsets) == 0).any():
+            continue
+        search = Search(problem, k, scope, seed)
+        if not len(search.tuples.cameras):
+            continue
+        table, before = reference.table(problem), search.focus()
+        # The first batch's first tuple alone.
+        search.tuples.batch_offsets[1] = 1
+        members = search.tuples.cameras[0].tolist()
+        phi = reference.assign(table, before)
+        gain = 1000 * search.improve(slice(2)) / UNITS
+        best, _ = reference.best_step(table, before, members, scope)
+        after = search.focus()
+        others = [c for c in range(4) if c not in members]
+        np.testing.assert_array_equal(after[others], before[others])
+        if scope == "all":
+            reached = reference.cost(table, after)
+        else:
+            reached = reference.assigned_cost(table, after, phi, members)
+        assert reached == pytest.approx(best, abs=1e-9)
+        assert gain == pytest.approx(reference.cost(table, before) - best, abs=1e-9)
+        gained += gain > 1e-6
+    assert gained
+
+
+@pytest.mark.parametrize("options", PROBLEMS.values(), ids=PROBLEMS.keys())
+@pytest.mark.parametrize(("k", "samples"), [(2, 40), (3, 20)])
+def test_gains_add_up_to_the_fall_of_the_total(k, samples, options):
+    for seed in range(12):
+        problem = random_problem(seed, samples, 7, **{"share": 0.4} | options)
+        if (np.diff(problem.cells.offsets) == 0).any():
+            continue
+        search = Search(problem, k, "all", seed)
+        units, gain = search.units, 1
+        while gain:
+            gain = search.improve()
+            assert gain >= 0
+            units -= gain
+            assert units == assign_samples(problem, search.cell)[1]
+            # Rankings are kept up to date move by move.
+            fresh = np.empty_like(search.ranking)
+            search.rank(fresh)
+            np.testing.assert_array_equal(search.ranking, fresh)
+
+
+@pytest.mark.parametrize("options", PROBLEMS.values(), ids=PROBLEMS.keys())
+@pytest.mark.parametrize(("k", "samples"), [(2, 40), (3, 20)])
+def test_assigned_steps_and_reassignment_lower_the_total(k, samples, options):
+    for seed in range(12):
+        problem = random_problem(seed, samples, 7, **{"share": 0.4} | options)
+        if (np.diff(problem.cells.offsets) == 0).any():
+            continue
+        search = Search(problem, k, "assigned", seed)
+        units, gain = search.units, 1
+        while gain:
+            gain = search.improve()
+            assert gain >= 0
+            gain += search.reassign()
+            best, now = assign_samples(problem, search.cell)
+            # A step may also hand over what an earlier one left with the wrong camera.
+            assert now <= units - gain
+            assert search.reassign() == 0
+            np.testing.assert_array_equal(
+                cost_in_units(search, search.best), cost_in_units(search, best)
+            )
+            units = now
+
+
+def cost_in_units(search, best):
+    """Each sample's cost at its camera, -1 where no camera sees it."""
+    cells, problem = search.problem.cells, search.problem
+    costs = np.full(len(best), -1)
+    for q, (p, c) in enumerate(zip(problem.sample_index, problem.camera_index, strict=True)):
+        if best[p] == c:
+            held = cells.first[q] <= search.cell[c] <= cells.last[q]
+            costs[p] = cells.base[q] + (0 if held else cells.focus[p])
+    return costs
+
+
+@pytest.mark.parametrize("scope", ["all", "assigned"])
+@pytest.mark.parametrize(("k", "samples"), [(2, 14), (3, 7)])
+def test_when_nothing_gains_no_tuple_can_be_improved(k, samples, scope):
+    for seed in range(6):
+        problem = random_problem(seed, samples, 5, share=0.6)
+        if (np.diff(problem.cells.offsets) == 0).any():
+            continue
+        search = Search(problem, k, scope, seed)
+        while search.improve() + (search.reassign() if scope == "assigned" else 0):
+            pass
+        table, focus = reference.table(problem), search.focus()
+        cost = reference.cost(table, focus)
+        assert len(search.tuples.cameras) > 3
+        for members in search.tuples.cameras.tolist():
+            best, _ = reference.best_step(table, focus, members, scope)
+            assert best >= cost - 1e-9
+
+
+@pytest.mark.parametrize(("k", "samples"), [(2, 20), (3, 9)])
+def test_one_tuple_of_all_cameras_reaches_the_optimum(k, samples):
+    for seed in range(10):
+        problem = random_problem(seed, samples, k, share=0.8, ties=seed % 2 == 1)
+        search = Search(problem, k, "all", seed, Grid(1, k))
+        search.improve()
+        best = reference.optimum_by_enumeration(reference.table(problem))
+        assert 1000 * assign_samples(problem, search.cell)[1] / UNITS == pytest.approx(best)
+
+
+def test_tuples_that_nothing_touched_are_passed_over():
+    problem = random_problem(3, 60, 6, share=0.3)
+    search = Search(problem, 2, "all", 0, Grid(2, 3))
+    while search.improve():
+        pass
+    solved = search.solved.copy()
+    assert search.improve() == 0
+    np.testing.assert_array_equal(search.solved, solved)
+
+
+@pytest.mark.parametrize("k", [2, 3])
+def test_a_ranking_holds_the_cheapest_cameras_in_order(k):
+    problem = random_problem(5, 40, 6, share=0.4, ties=True)
+    search = Search(problem, k, "all", 1)
+    costs = [{} for _ in range(40)]
+    cells = problem.cells
+    for q, (p, c) in enumerate(zip(problem.sample_index, problem.camera_index, strict=True)):
+        held = cells.first[q] <= search.cell[c] <= cells.last[q]
+        costs[p][int(c)] = int(cells.base[q]) + (0 if held else int(cells.focus[p]))
+    for p in range(40):
+        cheapest = sorted((cost, c) for c, cost in costs[p].items())[: k + 1]
+        keys = [(cost << kernels.CAMERA_BITS) | c for cost, c in cheapest]
+        assert search.ranking[p, : len(keys)].tolist() == keys
+        for key in search.ranking[p, len(keys) :]:
+            assert key >> kernels.CAMERA_BITS == kernels.NEVER
+
+
+def test_batches_run_in_parallel_give_what_they_give_one_by_one():
+    problem = random_problem(6, 3000, 60, visible=ring_mask(3000, 60))
+    together = Search(problem, 2, "all", 0)
+    apart = Search(problem, 2, "all", 0)
+    batches = list(itertools.pairwise(together.tuples.batch_offsets))
+    assert max(high - low for low, high in batches) > 1
+    apart.tuples = type(apart.tuples)(
+        **{
+            **{name: getattr(together.tuples, name) for name in together.tuples.__annotations__},
+            "batch_offsets": np.arange(len(together.tuples.cameras) + 1),
+        }
+    )
+    assert with_threads(2, together.improve) == with_threads(1, apart.improve)
+    np.testing.assert_array_equal(together.cell, apart.cell)

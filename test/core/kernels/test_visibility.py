@@ -1,0 +1,42 @@
+import numpy as np
+
+from focus_planner.core import kernels
+
+
+def test_pairs_are_resorted_by_sample_cameras_ascending():
+    random = np.random.default_rng(0)
+    seen = random.random((6, 40)) < 0.4  # cameras × samples
+    _, sample = np.nonzero(seen)
+    camera_offsets = np.concatenate([[0], np.cumsum(seen.sum(axis=1))])
+    sample_offsets = np.zeros(41, dtype=np.int64)
+    by_sample, by_camera = kernels.by_sample(
+        camera_offsets, sample.astype(np.int32), sample_offsets
+    )
+    expected_sample, expected_camera = np.nonzero(seen.T)
+    np.testing.assert_array_equal(by_sample, expected_sample)
+    np.testing.assert_array_equal(by_camera, expected_camera)
+    np.testing.assert_array_equal(sample_offsets, np.cumsum([0, *seen.sum(axis=0)]))
+
+
+def test_what_is_counted_is_listed():
+    random = np.random.default_rng(1)
+    points = random.uniform(-2, 2, (300, 3))
+    normals = random.normal(size=(300, 3))
+    positions, rotations = random.uniform(-1, 1, (5, 3)), np.tile(np.eye(3), (5, 1, 1))
+    frustums = np.tile([100.0, 100, 50, 40, 100, 80, 0.05], (5, 1))
+    for facing in (False, True):
+        arguments = points, normals, positions, rotations, frustums, facing
+        counts = kernels.count_in_view(*arguments)
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        index = np.full(offsets[-1], -1, dtype=np.int32)
+        kernels.list_in_view(*arguments, offsets, index)
+        for c in range(5):
+            offset = points - positions[c]
+            u, v = (100 * offset[:, :2] / offset[:, 2:]).T + [[50], [40]]
+            expected = (offset[:, 2] > 0.05) & (u >= -0.5) & (u < 99.5) & (v >= -0.5) & (v < 79.5)
+            if facing:
+                expected &= (offset * normals).sum(axis=1) < 0
+            np.testing.assert_array_equal(
+                index[offsets[c] : offsets[c + 1]], np.flatnonzero(expected)
+            )
+        assert counts.sum() > 20

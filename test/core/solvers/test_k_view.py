@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+import reference
+from core.build import around, body, forward, merged, plane, problem_of, random_problem, torus
+
+from focus_planner import Rig, cylinder_rig
+from focus_planner.core.solvers import Options, em, k_view
+
+
+@pytest.mark.parametrize("ties", [False, True])
+@pytest.mark.parametrize(("k", "samples"), [(2, 25), (3, 10)])
+def test_k_cameras_reach_the_optimum(k, samples, ties):
+    beyond_em = 0
+    for seed in range(15):
+        problem = random_problem(seed, samples, k, share=0.8, ties=ties, equal=ties)
+        solution = k_view.solve(problem, Options(k=k))
+        best = reference.optimum_by_enumeration(reference.table(problem))
+        assert solution.cost == pytest.approx(best, abs=1e-9)
+        beyond_em += em.solve(problem).cost > best + 1e-6
+    if not ties:
+        assert beyond_em >= 2
+
+
+@pytest.mark.parametrize("scope", ["all", "assigned"])
+def test_three_cameras_two_at_a_time_are_near_the_optimum_and_never_below(scope):
+    excess = []
+    for seed in range(15):
+        problem = random_problem(seed, 12, 3, share=0.7)
+        cost = k_view.solve(problem, Options(scope=scope)).cost
+        best = reference.optimum_by_enumeration(reference.table(problem))
+        assert cost >= best - 1e-9
+        excess.append(cost / best - 1)
+    assert np.mean(excess) < 0.01
+
+
+def test_the_two_oracles_of_the_optimum_agree():
+    for seed in range(10):
+        table = reference.table(random_problem(seed, 12, 3, share=0.6, ties=seed % 2 == 1))
+        best, bound = reference.optimum(table)
+        assert best == pytest.approx(reference.optimum_by_enumeration(table), abs=1e-6)
+        assert bound == pytest.approx(best, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["arms_down", "arms_out", "arms_raised"])
+def test_bodies_are_planned_within_half_a_percent_of_the_optimum(name):
+    problem = problem_of(body(name), cylinder_rig(), 1000)
+    costs = {
+        (k, scope): k_view.solve(problem, Options(k=k, scope=scope)).cost
+        for k, scope in [(2, "all"), (2, "assigned"), (3, "all")]
+    }
+    best, bound = reference.optimum(reference.table(problem))
+    assert bound == pytest.approx(best, rel=1e-3)
+    assert min(costs.values()) >= bound - 1e-6
+    assert costs[2, "all"] <= 1.005 * best
+    assert costs[3, "all"] <= 1.005 * best
+    assert costs[2, "all"] <= costs[2, "assigned"] <= em.solve(problem).cost
+
+
+def test_the_grids_neighbours_serve_as_well():
+    rig = cylinder_rig()
+    problem = problem_of(body(), rig, 1000)
+    overlap, grid = (k_view.solve(problem, Options(grid=g)).cost for g in (None, rig.grid))
+    assert grid == pytest.approx(overlap, rel=0.01)
+    assert grid < em.solve(problem).cost
+
+
+def test_two_cameras_share_two_planes():
+    # Side by side they see both planes alike, one more of the one and one of the other.
+    mesh = merged(plane(0.2, 0.2, 0.7), plane(0.5, 0.5, 1.0))
+    rig = Rig((forward("a", (-0.01, 0, 0)), forward("b", (0.01, 0, 0))))
+    problem = problem_of(mesh, rig, 800)
+    solution = k_view.solve(problem)
+    held = sorted(solution.focus_distances)
+    assert 0.7 * 10.05 / 10.7 <= held[0] <= 0.7 * 9.95 / 9.3
+    assert 10.05 / 11 <= held[1] <= 9.95 / 9
+    table = reference.table(problem)
+    assert solution.cost == pytest.approx(reference.optimum_by_enumeration(table))
+
+
+def test_steps_start_where_em_ends():
+    for seed in range(40):
+        problem = random_problem(seed, 40, 6, share=0.4, ties=seed % 2 == 0)
+        log = []
+        k_view.solve(problem, Options(), lambda progress, log=log: not log.append(progress))
+        last_em = [progress for progress in log if progress.stage == "em"][-1]
+        first = next(progress for progress in log if progress.stage == "k_view")
+        assert first.cost <= min(last_em.cost, em.solve(problem).cost) + 1e-9
+
+
+def test_a_single_camera_is_left_to_em():
+    problem = problem_of(torus(0.4, 0.15), Rig(around(3, 1.0).cameras[:1]), 200)
+    for k in (2, 3):
+        solution = k_view.solve(problem, Options(k=k))
+        assert solution.converged
+        assert solution.cost == em.solve(problem).cost

@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+
+from focus_planner import InputError
+from focus_planner.core.checks import (
+    check_array,
+    check_choice,
+    check_finite,
+    check_number,
+    check_whole,
+)
+
+
+def test_an_error_says_what_where_and_what_to_do():
+    error = InputError("rig", "two cameras", "one", "add another")
+    assert str(error) == "rig: expected two cameras, got one; add another"
+    assert (error.argument, error.expected, error.got) == ("rig", "two cameras", "one")
+    assert error.remedy == "add another"
+    assert str(InputError("rig", "two cameras", "one")) == "rig: expected two cameras, got one"
+    assert isinstance(error, ValueError)
+
+
+def test_an_array_is_copied_contiguous_and_read_only():
+    given = np.arange(12, dtype=np.float32).reshape(3, 4).T
+    array = check_array("points", given, (None, 3))
+    assert array.dtype == np.float64
+    assert array.flags.c_contiguous
+    np.testing.assert_array_equal(array, given)
+    given[0, 0] = 99
+    assert array[0, 0] == 0
+    with pytest.raises(ValueError, match="read-only"):
+        array[0, 0] = 1
+
+
+@pytest.mark.parametrize(
+    ("value", "shape", "message"),
+    [
+        ([1.0, 2.0], (3,), r"p: expected shape \(3\), got shape \(2,\)"),
+        ([1.0, 2.0], (None, 3), r"p: expected shape \(n, 3\), got shape \(2,\)"),
+        (np.zeros((4, 2)), (None, 3), r"p: expected shape \(n, 3\), got shape \(4, 2\)"),
+        ("abc", (3,), r"p: expected numbers of shape \(3\), got could not convert"),
+        ([[1.0, 2.0, 3.0], [4.0]], (None, 3), r"p: expected numbers of shape \(n, 3\)"),
+        ([None, {}, ()], (3,), r"p: expected numbers of shape \(3\)"),
+    ],
+)
+def test_an_array_of_another_kind_is_refused(value, shape, message):
+    with pytest.raises(InputError, match=message):
+        check_array("p", value, shape)
+
+
+def test_an_integer_too_large_is_refused():
+    with pytest.raises(InputError, match=r"t: expected numbers of shape \(1\)"):
+        check_array("t", [2**70], (1,), np.int64)
+
+
+@pytest.mark.parametrize("value", [0.5, np.nan, -np.inf, np.uint64(2**63 + 1)])
+def test_whole_numbers_are_not_made_of_others(value):
+    with pytest.raises(
+        InputError, match=r"t: expected (whole numbers, got others|numbers of shape)"
+    ):
+        check_array("t", [value, 1], (2,), np.int64)
+    np.testing.assert_array_equal(check_array("t", [2.0, 1.0], (2,), np.int64), [2, 1])
+
+
+def test_the_first_row_that_is_not_finite_is_named():
+    array = np.zeros((5, 3))
+    check_finite("points", array, "point")
+    array[3, 1], array[4, 0] = np.nan, -np.inf
+    with pytest.raises(
+        InputError,
+        match=r"points: expected finite numbers, got NaN or infinity in 2 of 5 "
+        r"\(first: point 3\); drop them",
+    ):
+        check_finite("points", array, "point", "drop them")
+
+
+def test_numbers_within_limits_come_back_as_floats():
+    assert check_number("x", 3) == 3.0
+    assert isinstance(check_number("x", np.float32(0.5)), float)
+    assert isinstance(check_number("x", np.int64(2)), float)
+    assert check_number("x", 0, at_least=0) == 0.0
+    assert check_number("x", np.inf, infinite=True) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "message"),
+    [
+        (True, {}, "x: expected a number, got True"),
+        ("1", {}, "x: expected a number, got '1'"),
+        (None, {}, "x: expected a number, got None"),
+        (np.nan, {}, "x: expected a number, got nan"),
+        (np.inf, {}, "x: expected a number, got inf"),
+        (np.nan, {"infinite": True}, "x: expected a number, got nan"),
+        (-np.inf, {"infinite": True}, "x: expected a number, got -inf"),
+        (0, {"above": 0}, "x: expected a number above 0, got 0"),
+        (-0.5, {"at_least": 0}, "x: expected a number of at least 0, got -0.5"),
+    ],
+)
+def test_other_numbers_are_refused(value, limits, message):
+    with pytest.raises(InputError, match=message):
+        check_number("x", value, **limits)
+
+
+def test_whole_numbers():
+    assert check_whole("n", 3, 3) == 3
+    assert type(check_whole("n", np.int32(7), 0)) is int
+
+
+@pytest.mark.parametrize("value", [2, 3.0, "3", True, None, np.float64(4)])
+def test_what_is_no_whole_number_in_range_is_refused(value):
+    with pytest.raises(InputError, match="n: expected a whole number of at least 3, got "):
+        check_whole("n", value, 3)
+
+
+def test_a_choice_is_one_of_the_choices():
+    assert check_choice("method", "em", ("em", "k_view")) == "em"
+    with pytest.raises(InputError, match="method: expected one of em, k_view, got 'best'"):
+        check_choice("method", "best", ("em", "k_view"))

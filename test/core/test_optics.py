@@ -1,0 +1,138 @@
+import math
+
+import numpy as np
+import pytest
+import reference
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from focus_planner import InputError, Lens, depth_of_field, focus_interval, hyperfocal_distance
+
+PAPER = Lens(focal_length=0.05, hyperfocal_distance=10.0)
+
+
+@st.composite
+def lenses(draw, *, limits=False):
+    focal_length = draw(st.floats(0.004, 0.4))
+    h = focal_length * draw(st.floats(1.5, 2000))
+    low, high = 0.0, math.inf
+    if limits:
+        low = focal_length * draw(st.floats(0, 50))
+        high = max(low, 2 * focal_length) * draw(st.floats(1.01, 50))
+    return Lens(focal_length, h, low, high)
+
+
+def interval(depth, lens):
+    near, far = focus_interval(np.array([depth]), lens)
+    return float(near[0]), float(far[0])
+
+
+def test_the_papers_lens():
+    near, far = depth_of_field(np.array([0.75]), PAPER)
+    # By hand from D_N and D_F of Sec. 4.2: 7.5 / 10.7 and 7.5 / 9.3.
+    assert near[0] == pytest.approx(7.5 / 10.7, rel=1e-15)
+    assert far[0] == pytest.approx(7.5 / 9.3, rel=1e-15)
+    assert interval(0.75, PAPER) == pytest.approx((0.75 * 10.05 / 10.75, 0.75 * 9.95 / 9.25))
+
+
+@given(lenses(), st.floats(1.01, 1e5))
+def test_depth_of_field_is_the_references(lens, ratio):
+    s = lens.focal_length * ratio
+    near, far = depth_of_field(np.array([s]), lens)
+    assert (near[0], far[0]) == pytest.approx(reference.depth_of_field(s, lens), rel=1e-12)
+
+
+@given(lenses(), st.floats(1.01, 1e4), st.floats(1.01, 1e4))
+def test_a_focus_distance_is_in_the_interval_just_if_the_depth_is_in_its_field(
+    lens, depth_ratio, s_ratio
+):
+    depth, s = lens.focal_length * depth_ratio, lens.focal_length * s_ratio
+    near, far = interval(depth, lens)
+    # The two agree up to rounding at the ends.
+    for end in (near, far):
+        assume(not math.isclose(s, end, rel_tol=1e-9))
+    assert (near <= s <= far) == reference.in_focus(depth, s, lens)
+
+
+@given(lenses(), st.floats(1.01, 1e4))
+def test_the_ends_of_the_interval_put_the_depth_on_a_limit(lens, ratio):
+    depth = lens.focal_length * ratio
+    near, far = interval(depth, lens)
+    if not math.isclose(depth, lens.hyperfocal_distance, rel_tol=1e-6):
+        assert reference.depth_of_field(near, lens)[1] == pytest.approx(depth, rel=1e-6)
+    if far < math.inf and depth < 0.99 * lens.hyperfocal_distance:
+        assert reference.depth_of_field(far, lens)[0] == pytest.approx(depth, rel=1e-9)
+    assert near <= depth <= far
+
+
+@given(lenses(), st.floats(1.0, 1e3))
+def test_from_the_hyperfocal_distance_on_there_is_no_farthest(lens, factor):
+    assert interval(lens.hyperfocal_distance * factor, lens)[1] == math.inf
+    assert interval(lens.hyperfocal_distance * 0.999999, lens)[1] < math.inf
+
+
+@given(lenses(limits=True), st.floats(1.01, 1e4))
+def test_what_the_lens_can_be_set_to_cuts_the_interval(lens, ratio):
+    depth = lens.focal_length * ratio
+    near, far = interval(depth, lens)
+    free_near, free_far = interval(depth, Lens(lens.focal_length, lens.hyperfocal_distance))
+    cut = max(free_near, lens.min_focus), min(free_far, lens.max_focus)
+    assert (near, far) == (cut if cut[0] <= cut[1] else (math.inf, -math.inf))
+
+
+def test_a_lens_with_one_distance_holds_what_that_distance_holds():
+    fixed = Lens(0.05, 10.0, 0.75, 0.75)
+    assert interval(0.75, fixed) == (0.75, 0.75)
+    near, far = reference.depth_of_field(0.75, fixed)
+    assert interval(near * 0.999, fixed) == (math.inf, -math.inf)
+    assert interval(far * 1.001, fixed) == (math.inf, -math.inf)
+
+
+def test_nothing_within_the_focal_length_can_be_in_focus():
+    near, far = focus_interval(np.array([-1.0, 0.0, 0.05, 0.0501]), PAPER)
+    np.testing.assert_array_equal(near[:3], np.inf)
+    np.testing.assert_array_equal(far[:3], -np.inf)
+    assert near[3] <= far[3]
+
+
+def test_the_far_limit_ends_at_h_plus_f():
+    _, far = depth_of_field(np.array([10.04999, 10.05, 10.06, 1e6]), PAPER)
+    assert far[0] == pytest.approx(10.0 * 10.04999 / 1e-5, rel=1e-6)
+    np.testing.assert_array_equal(far[1:], np.inf)
+
+
+def test_one_camera_may_be_asked_at_once():
+    near, far = depth_of_field(0.75, PAPER)
+    assert (float(near), float(far)) == pytest.approx((7.5 / 10.7, 7.5 / 9.3))
+
+
+def test_hyperfocal_distance():
+    # 50 mm at f/8 with 0.03 mm: 2500 / 0.24 mm.
+    assert hyperfocal_distance(0.05, 8, 0.03e-3) == pytest.approx(10.4166667)
+    # The paper's H of 10 m is its F of 50 mm at f/8.33.
+    assert hyperfocal_distance(0.05, 25 / 3, 0.03e-3) == pytest.approx(10.0)
+
+
+@given(st.floats(0.01, 0.2), st.floats(1, 32), st.floats(5e-6, 5e-5), st.floats(2, 100))
+def test_a_thin_lens_blurs_by_the_circle_of_confusion_at_the_limits(f, number, circle, ratio):
+    s = f * ratio
+    lens = Lens(f, hyperfocal_distance(f, number, circle))
+    # Thin lens equation: images at v, the sensor at v_s; similar triangles behind the aperture.
+    aperture, v_s = f / number, 1 / (1 / f - 1 / s)
+    for limit in depth_of_field(np.array([s]), lens):
+        if limit[0] < np.inf:
+            v = 1 / (1 / f - 1 / limit[0])
+            assert aperture * abs(v - v_s) / v == pytest.approx(circle, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [
+        ((0, 8, 3e-5), "focal_length"),
+        ((0.05, 0, 3e-5), "f_number"),
+        ((0.05, 8, math.nan), "circle_of_confusion"),
+    ],
+)
+def test_lenses_without_a_hyperfocal_distance(values, name):
+    with pytest.raises(InputError, match=rf"lens.{name}: expected a number above 0"):
+        hyperfocal_distance(*values)

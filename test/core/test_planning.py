@@ -1,0 +1,405 @@
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+import reference
+from core.build import (
+    WIDE,
+    around,
+    body,
+    forward,
+    looking_at,
+    merged,
+    pairs_of,
+    plane,
+    sphere,
+    torus,
+    with_threads,
+)
+from numba import config, get_num_threads
+
+from focus_planner import (
+    Camera,
+    CameraStatus,
+    CostModel,
+    InputError,
+    Lens,
+    Mesh,
+    PlanRequest,
+    PointCloud,
+    Rig,
+    Scene,
+    cylinder_rig,
+    plan_focus,
+)
+from focus_planner.core import kernels
+from focus_planner.core.planning import METHODS, pose_problem
+from focus_planner.core.surface import sample_mesh
+from focus_planner.core.visibility import visible_pairs
+
+SCENE = Scene(torus(0.4, 0.15))
+RIG = around(6, 1.0)
+each_method = pytest.mark.parametrize("method", METHODS)
+
+
+def distances(plan):
+    return np.array([camera.focus_distance for camera in plan.cameras])
+
+
+@each_method
+def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
+    model = CostModel(0.3, 0.3, 0.4)
+    plan = plan_focus(SCENE, RIG, PlanRequest(method, samples=150, seed=3), model)
+    samples = SCENE.sample(150, 3)
+    visible = pairs_of(visible_pairs(SCENE, RIG, samples))
+    focus = distances(plan)
+    expected = reference.total_cost(
+        samples.points, samples.normals, samples.weights, RIG, visible, focus, model
+    )
+    assert plan.cost == pytest.approx(expected, rel=1e-12)
+    assert (plan.method, plan.samples, plan.seed, plan.converged) == (method, 150, 3, True)
+    assert plan.lower_bound is None or plan.lower_bound <= plan.cost
+    # Who images what, and how well, from Eq. 1 alone.
+    assigned, sharp = np.zeros(6, dtype=int), np.zeros(6, dtype=int)
+    for p in range(150):
+        costs = {
+            c: reference.pointwise_cost(
+                samples.points[p], samples.normals[p], camera, focus[c], model
+            )
+            for c, camera in enumerate(RIG.cameras)
+            if (p, c) in visible
+        }
+        if costs:
+            best = min(costs, key=costs.get)
+            camera = RIG.cameras[best]
+            depth = (samples.points[p] - camera.position) @ reference.camera_axes(camera)[2]
+            assigned[best] += 1
+            sharp[best] += reference.in_focus(depth, focus[best], camera.lens)
+    assert [camera.assigned_samples for camera in plan.cameras] == assigned.tolist()
+    assert [camera.in_focus_samples for camera in plan.cameras] == sharp.tolist()
+    seen = len({p for p, _ in visible})
+    assert sum(assigned) == seen
+    assert plan.surface_area == pytest.approx(SCENE.area)
+    assert plan.covered_area == pytest.approx(SCENE.area * seen / 150)
+    assert plan.in_focus_area == pytest.approx(SCENE.area * sum(sharp) / 150)
+    for camera, of_rig in zip(plan.cameras, RIG.cameras, strict=True):
+        assert camera.name == of_rig.name
+        limits = reference.depth_of_field(camera.focus_distance, of_rig.lens)
+        assert (camera.near_limit, camera.far_limit) == pytest.approx(limits)
+        assert camera.status is CameraStatus.PLANNED
+    assert plan.total_seconds >= plan.solve_seconds > 0
+
+
+def test_the_default_is_2_view_on_4096_samples():
+    assert PlanRequest() == PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf)
+    plan = plan_focus(SCENE, RIG)
+    assert (plan.method, plan.samples) == ("k_view", 4096)
+
+
+def without_seconds(plan):
+    return (
+        plan.cost,
+        plan.cameras,
+        plan.surface_area,
+        plan.covered_area,
+        plan.in_focus_area,
+        plan.converged,
+    )
+
+
+@each_method
+def test_a_plan_repeats_bit_for_bit(method):
+    request = PlanRequest(method, samples=500, seed=9)
+    first = plan_focus(Scene(torus(0.4, 0.15)), RIG, request)
+    second = plan_focus(Scene(torus(0.4, 0.15)), RIG, request)
+    assert without_seconds(first) == without_seconds(second)
+    other = plan_focus(SCENE, RIG, dataclasses.replace(request, seed=10))
+    assert other.cost != first.cost
+
+
+def test_a_plan_does_not_depend_on_the_threads():
+    # Enough pairs for the kernels to share their work.
+    scene, rig = Scene(body("arms_raised")), cylinder_rig()
+    request = PlanRequest("em", samples=20_000)
+    plans = [
+        with_threads(count, lambda: plan_focus(scene, rig, request))
+        for count in (1, config.NUMBA_NUM_THREADS)
+    ]
+    assert len(plans[0].problem.depth) > 200_000
+    assert without_seconds(plans[0]) == without_seconds(plans[1])
+
+
+def test_small_problems_run_on_one_thread_and_large_ones_on_all():
+    before = get_num_threads()
+    with kernels.threads_for(100):
+        assert get_num_threads() == 1
+    with kernels.threads_for(10**6):
+        assert get_num_threads() == config.NUMBA_NUM_THREADS
+    with pytest.raises(KeyError), kernels.threads_for(100):
+        raise KeyError
+    assert get_num_threads() == before
+
+
+class TestStatuses:
+    """What a plan says of a camera that has nothing to do."""
+
+    @staticmethod
+    def away(name="away", **changes):
+        return looking_at(name, (1.0, 0, 0), (2.0, 0, 0), **changes)
+
+    @each_method
+    def test_a_camera_that_sees_nothing_gets_the_others_median(self, method):
+        rig = Rig((*RIG.cameras, self.away()))
+        plan = plan_focus(SCENE, rig, PlanRequest(method, samples=300))
+        alone = plan.cameras[-1]
+        assert alone.status is CameraStatus.SEES_NOTHING
+        assert (alone.assigned_samples, alone.in_focus_samples) == (0, 0)
+        assert alone.focus_distance == np.median(distances(plan)[:-1])
+        assert all(camera.status is CameraStatus.PLANNED for camera in plan.cameras[:-1])
+
+    @pytest.mark.parametrize(
+        ("lens", "expected"),
+        [
+            (Lens(0.05, 10.0, 3.0, 4.0), 3.0),
+            (Lens(0.05, 10.0, 0.2, 0.3), 0.3),
+            (Lens(0.8, 100.0), 1.6),
+        ],
+    )
+    def test_as_far_as_its_lens_goes(self, lens, expected):
+        rig = Rig((*RIG.cameras, self.away(lens=lens)))
+        plan = plan_focus(SCENE, rig, PlanRequest(samples=300))
+        assert plan.cameras[-1].status is CameraStatus.SEES_NOTHING
+        assert plan.cameras[-1].focus_distance == expected
+
+    def test_a_camera_that_can_hold_nothing_in_focus_is_not_planned_as_if_it_could(self):
+        # It sees the torus from 1 m but focuses from 5 m on: its plan counts it as out of focus.
+        blind = tuple(
+            Camera(c.name, c.position, c.orientation, c.image, Lens(0.05, 10.0, 5.0, 9.0))
+            for c in RIG.cameras
+        )
+        plan = plan_focus(SCENE, Rig(blind), PlanRequest(samples=300))
+        assert all(camera.in_focus_samples == 0 for camera in plan.cameras)
+        assert plan.in_focus_area == 0
+        assert all(5.0 <= camera.focus_distance <= 9.0 for camera in plan.cameras)
+        table = reference.table(plan.problem)
+        assert plan.cost == pytest.approx(reference.cost(table, [5.0] * 6))
+
+    def test_a_camera_that_others_outdo_is_unassigned(self):
+        # Behind each other on one axis: the nearer one images all better.
+        near = looking_at("near", (1.0, 0, 0), (0, 0, 0))
+        rig = Rig((near, looking_at("far", (3.0, 0, 0), (0, 0, 0))))
+        scene = Scene(sphere(0.05))
+        plan = plan_focus(scene, rig, PlanRequest("em", samples=200))
+        assert [camera.status for camera in plan.cameras] == [
+            CameraStatus.PLANNED,
+            CameraStatus.UNASSIGNED,
+        ]
+        far = plan.cameras[1]
+        assert far.assigned_samples == 0
+        assert math.isfinite(far.focus_distance)
+        assert far.focus_distance > 1
+
+
+@each_method
+def test_lens_limits_are_kept_exactly(method):
+    lens = Lens(0.05, 10.0, 0.8, 0.95)
+    rig = around(6, 1.0, lens=lens)
+    plan = plan_focus(SCENE, rig, PlanRequest(method, samples=300))
+    assert ((distances(plan) >= 0.8) & (distances(plan) <= 0.95)).all()
+    free = plan_focus(SCENE, RIG, PlanRequest(method, samples=300))
+    assert ((distances(free) < 0.8) | (distances(free) > 0.95)).any()
+
+
+def test_far_limits_may_be_infinite():
+    rig = around(6, 1.0, lens=Lens(0.05, 0.6))
+    plan = plan_focus(SCENE, rig, PlanRequest(samples=200))
+    assert all(camera.focus_distance > 0 for camera in plan.cameras)
+    assert any(camera.far_limit == math.inf for camera in plan.cameras)
+
+
+def test_a_camera_before_a_plane_focuses_on_it():
+    # All or nothing: the interval of the depth, and the closed form of the cost.
+    scene, rig = Scene(plane(0.6, 0.6, 0.8)), Rig((forward(),))
+    mean_radius = 0.6 * (np.sqrt(2) + np.log(1 + np.sqrt(2))) / 6
+    for method in ("closest", "average", "em"):
+        plan = plan_focus(scene, rig, PlanRequest(method, samples=20_000))
+        camera = plan.cameras[0]
+        assert 0.8 * 10.05 / 10.8 <= camera.focus_distance <= 0.8 * 9.95 / 9.2
+        assert camera.near_limit <= 0.8 <= camera.far_limit
+        assert camera.assigned_samples == camera.in_focus_samples == 20_000
+        assert plan.cost == pytest.approx(1000 * (0.64 + mean_radius / 0.75) / 3, rel=2e-3)
+        assert plan.covered_area == plan.in_focus_area == pytest.approx(0.36)
+
+
+def test_a_planned_plane_is_centred_in_its_interval():
+    plan = plan_focus(Scene(plane(0.6, 0.6, 0.8)), Rig((forward(),)), PlanRequest("em", 100))
+    middle = (0.8 * 10.05 / 10.8 + 0.8 * 9.95 / 9.2) / 2
+    assert distances(plan) == pytest.approx([middle])
+
+
+def test_a_sphere_is_covered_as_far_as_it_is_seen():
+    # From distance D a sphere of radius R shows the share (1 − R/D)/2.
+    scene = Scene(sphere(0.25, subdivisions=4))
+    plan = plan_focus(scene, Rig(around(1, 1.0, height=0).cameras), PlanRequest("em", 20_000))
+    assert plan.covered_area / plan.surface_area == pytest.approx(0.75 / 2, abs=0.01)
+    assert plan.surface_area == pytest.approx(4 * np.pi / 16, rel=0.01)
+    # What is in focus is a zone between two depths: 2πR·height.
+    camera = plan.cameras[0]
+    near, far = max(camera.near_limit, 0.75), min(camera.far_limit, 1 - 0.25**2)
+    assert plan.in_focus_area == pytest.approx(2 * np.pi * 0.25 * (far - near), rel=0.03)
+
+
+def test_a_cloud_is_planned_like_its_mesh():
+    mesh = merged(sphere(0.2, (0.25, 0, 0), 4), sphere(0.3, (-0.3, 0.1, 0), 4))
+    dense = sample_mesh(mesh, 30_000, 0)
+    rig = around(8, 1.2)
+    for normals in (dense.normals, None):
+        scene = Scene(PointCloud(dense.points, normals))
+        plan = plan_focus(scene, rig, PlanRequest(samples=4000))
+        truth = plan_focus(Scene(mesh), rig, PlanRequest(samples=4000, seed=1))
+        assert plan.cost == pytest.approx(truth.cost, rel=0.03)
+        assert plan.surface_area == pytest.approx(truth.surface_area, rel=0.05)
+        assert plan.covered_area == pytest.approx(truth.covered_area, rel=0.07)
+
+
+def test_a_clouds_own_points_may_be_the_samples():
+    dense = sample_mesh(sphere(0.4, subdivisions=3), 2000, 0)
+    scene = Scene(PointCloud(dense.points, dense.normals))
+    plan = plan_focus(scene, RIG, PlanRequest(samples=0))
+    assert plan.samples == 2000
+    np.testing.assert_array_equal(plan.problem.samples.points, dense.points)
+    costs, _ = plan.problem.evaluate(distances(plan))
+    weights = plan.problem.samples.weights
+    assert weights.std() > 0.1 * weights.mean()
+    assert plan.cost == pytest.approx(1000 * (weights * costs).sum() / weights.sum())
+
+
+@each_method
+def test_a_time_budget_ends_the_solver_with_a_valid_plan(method):
+    scene, rig = Scene(body()), cylinder_rig(3, 8, bottom=0.3, top=1.5)
+    whole = plan_focus(scene, rig, PlanRequest(method, samples=1000))
+    hasty = plan_focus(scene, rig, PlanRequest(method, samples=1000, time_budget=1e-9))
+    assert whole.converged
+    assert hasty.converged == (method in {"closest", "average"})
+    assert np.isfinite(distances(hasty)).all()
+    closest = plan_focus(scene, rig, PlanRequest("closest", samples=1000))
+    if method != "average":
+        assert whole.cost <= hasty.cost <= closest.cost
+
+
+def test_a_watch_hears_of_every_step_and_may_end_it():
+    heard = []
+
+    def watch(progress):
+        heard.append(progress)
+        return len(heard) < 2
+
+    plan = plan_focus(SCENE, RIG, PlanRequest(samples=1000), watch=watch)
+    assert len(heard) == 2
+    assert not plan.converged
+    assert heard[0].cost >= heard[1].cost >= plan.cost - 1e-6  # whole units, rounded
+
+
+def test_stopping_down_costs_less():
+    # A smaller hyperfocal distance is more depth of field: every interval contains the old one.
+    for method in ("closest", "average"):
+        costs = [
+            plan_focus(SCENE, around(6, 1.0, lens=Lens(0.05, h)), PlanRequest(method, 300)).cost
+            for h in (20.0, 10.0, 5.0, 1.0)
+        ]
+        assert costs == sorted(costs, reverse=True)
+        assert costs[-1] < costs[0]
+
+
+@pytest.mark.parametrize("k", [2, 3])
+@pytest.mark.parametrize("scope", ["all", "assigned"])
+@pytest.mark.parametrize("tuples", ["overlap", "grid"])
+def test_every_kind_of_k_view(k, scope, tuples):
+    rig = cylinder_rig(3, 6, bottom=0.3, top=1.5)
+    scene = Scene(body())
+    plan = plan_focus(scene, rig, PlanRequest(samples=500, k=k, scope=scope, tuples=tuples))
+    em = plan_focus(scene, rig, PlanRequest("em", samples=500))
+    assert plan.cost < em.cost
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"method": "best"}, "method: expected one of closest, average, em, k_view"),
+        ({"samples": -1}, "samples: expected a whole number of at least 0, got -1"),
+        ({"samples": 10.0}, "samples: expected a whole number of at least 0, got 10.0"),
+        ({"seed": -1}, "seed: expected a whole number of at least 0, got -1"),
+        ({"k": 1}, "k: expected 2 or 3, got 1"),
+        ({"k": 4}, "k: expected 2 or 3, got 4"),
+        ({"scope": "some"}, "scope: expected one of all, assigned, got 'some'"),
+        ({"tuples": "none"}, "tuples: expected one of overlap, grid, got 'none'"),
+        ({"time_budget": 0}, "time_budget: expected a number above 0, got 0"),
+        ({"time_budget": math.nan}, "time_budget: expected a number above 0, got nan"),
+    ],
+)
+def test_requests_that_cannot_be(values, message):
+    with pytest.raises(InputError, match=message):
+        PlanRequest(**values)
+
+
+@pytest.mark.parametrize(
+    ("rig", "request_", "message"),
+    [
+        (
+            Rig(RIG.cameras[:1]),
+            PlanRequest(),
+            "k: expected at most 1, the number of cameras, got 2; a single camera .* method em",
+        ),
+        (Rig(RIG.cameras[:2]), PlanRequest(k=3), "k: expected at most 2, the number of cameras"),
+        (
+            RIG,
+            PlanRequest(samples=0),
+            "samples: expected at least 1 on a mesh, got 0; 0 takes a cloud's points themselves",
+        ),
+        (
+            RIG,
+            PlanRequest(tuples="grid"),
+            "tuples: expected overlap, for a rig without a grid, got 'grid'; or give the rig's",
+        ),
+    ],
+)
+def test_requests_that_fit_neither_rig_nor_surface(rig, request_, message):
+    with pytest.raises(InputError, match=message):
+        plan_focus(SCENE, rig, request_)
+
+
+def test_a_posed_problem_is_the_plans():
+    request = PlanRequest(samples=200)
+    problem, plan = pose_problem(SCENE, RIG, request), plan_focus(SCENE, RIG, request)
+    np.testing.assert_array_equal(problem.base_cost, plan.problem.base_cost)
+    assert problem.cost(distances(plan)) == plan.cost
+
+
+def test_planning_leaves_its_inputs_alone():
+    mesh = torus(0.4, 0.15)
+    vertices, triangles = mesh.vertices.copy(), mesh.triangles.copy()
+    scene = Scene(mesh)
+    for method, samples in itertools.product(METHODS, (100, 200)):
+        plan_focus(scene, RIG, PlanRequest(method, samples))
+    np.testing.assert_array_equal(mesh.vertices, vertices)
+    np.testing.assert_array_equal(mesh.triangles, triangles)
+
+
+def test_vertex_normals_count():
+    # Smooth normals on a coarse sphere: other costs than its flat triangles' own.
+    coarse = sphere(0.4, subdivisions=1)
+    smooth = Mesh(coarse.vertices, coarse.triangles, coarse.vertices)
+    flat, round_ = (plan_focus(Scene(m), RIG, PlanRequest("em", 2000)) for m in (coarse, smooth))
+    assert flat.cost != round_.cost
+    assert flat.cost == pytest.approx(round_.cost, rel=0.05)
+
+
+def test_a_wide_image_sees_more():
+    narrow = dataclasses.replace(WIDE, fx=1500.0, fy=1500.0)
+    plans = [
+        plan_focus(SCENE, around(6, 1.0, image=image), PlanRequest("em", 1000))
+        for image in (narrow, WIDE)
+    ]
+    assert plans[0].covered_area < plans[1].covered_area <= plans[1].surface_area

@@ -1,0 +1,241 @@
+import numpy as np
+import pytest
+from core.build import around, box, merged, plane, sphere, torus
+
+from focus_planner import InputError, Mesh, PointCloud, Scene
+from focus_planner.core.surface import cloud_shape, sample_cloud, sample_mesh, surfels
+from focus_planner.core.visibility import visible_pairs
+
+
+def areas(mesh):
+    return np.linalg.norm(mesh.cross_products, axis=1) / 2
+
+
+def barycentric(mesh, triangle, points):
+    """Coordinates (u, v, w) of points in a triangle's plane, and their distance from it."""
+    a, b, c = mesh.vertices[mesh.triangles[triangle]]
+    basis = np.stack([b - a, c - a, np.cross(b - a, c - a)], axis=1)
+    v, w, off = np.linalg.solve(basis, (points - a).T)
+    return np.stack([1 - v - w, v, w], axis=1), off
+
+
+def chi_square(counts, expected):
+    """The statistic over its number of degrees of freedom: about 1 where the counts fit."""
+    return ((counts - expected) ** 2 / expected).sum() / (len(counts) - 1)
+
+
+def test_samples_are_uniform_by_area():
+    # Two triangles in one plane, 1 : 7 by area, and one of 24 across.
+    mesh = Mesh(
+        [[0, 0, 0], [1, 0, 0], [0, 2, 0], [-7, 0, 0], [0, 0, 8], [0, 6, 0]],
+        [[0, 1, 2], [0, 2, 3], [0, 4, 5]],
+    )
+    samples = sample_mesh(mesh, 32_000, 5)
+    counts = [
+        (samples.points[:, 0] > 0).sum(),
+        (samples.points[:, 0] < 0).sum(),
+        (samples.points[:, 2] > 0).sum(),
+    ]
+    assert sum(counts) == 32_000
+    assert chi_square(np.array(counts), np.array([1000, 7000, 24000])) < 4
+    np.testing.assert_allclose(samples.weights, 32.0 / 32_000)
+
+
+def test_samples_are_uniform_in_a_triangle():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    x, y, z = sample_mesh(mesh, 40_000, 3).points.T
+    assert (z == 0).all()
+    assert ((x >= 0) & (y >= 0) & (x + y <= 1)).all()
+    # A triangle twice refined: 16 parts of one area.
+    column, row = np.floor(4 * x), np.floor(4 * y)
+    upper = (4 * x - column) + (4 * y - row) > 1
+    _, counts = np.unique(np.stack([column, row, upper]), axis=1, return_counts=True)
+    assert len(counts) == 16
+    assert chi_square(counts, np.full(16, 40_000 / 16)) < 2
+
+
+def test_samples_lie_on_the_triangles_with_their_normals():
+    mesh = torus()
+    samples = sample_mesh(mesh, 500, 1)
+    crosses = mesh.cross_products
+    units = crosses / np.linalg.norm(crosses, axis=1)[:, None]
+    for point, normal in zip(samples.points, samples.normals, strict=True):
+        matches = [
+            triangle
+            for triangle in np.flatnonzero(np.linalg.norm(units - normal, axis=1) < 1e-9)
+            if np.abs(barycentric(mesh, triangle, point[None])[1]) < 1e-9
+            and (barycentric(mesh, triangle, point[None])[0] > -1e-9).all()
+        ]
+        assert matches
+
+
+def test_normals_are_interpolated_between_the_vertices():
+    normals = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
+    mesh = Mesh([[0, 0, 0], [2, 0, 0], [0, 3, 0]], [[0, 1, 2]], 5 * normals)
+    samples = sample_mesh(mesh, 100, 0)
+    share, _ = barycentric(mesh, 0, samples.points)
+    expected = share @ normals
+    expected /= np.linalg.norm(expected, axis=1)[:, None]
+    np.testing.assert_allclose(samples.normals, expected, atol=1e-12)
+
+
+def test_where_vertex_normals_cancel_the_triangles_own_is_taken():
+    mesh = Mesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], [[1, 0, 0], [-0.5, 0.75**0.5, 0], [0, 0, 1]]
+    )
+    assert np.isfinite(sample_mesh(mesh, 100, 0).normals).all()
+    opposite = Mesh(mesh.vertices, mesh.triangles, [[1, 0, 0], [1, 0, 0], [1, 0, 0]])
+    object.__setattr__(opposite, "vertex_normals", np.zeros((3, 3)))
+    np.testing.assert_array_equal(
+        sample_mesh(opposite, 10, 0).normals, np.tile([0.0, 0, 1], (10, 1))
+    )
+
+
+def test_a_seed_repeats_bit_for_bit():
+    mesh = torus()
+    first, again, other = (sample_mesh(mesh, 1000, seed) for seed in (7, 7, 8))
+    for a, b in zip(
+        (first.points, first.normals, first.weights),
+        (again.points, again.normals, again.weights),
+        strict=True,
+    ):
+        assert a.tobytes() == b.tobytes()
+    assert not np.array_equal(first.points, other.points)
+
+
+def test_sampling_is_numpys_own():
+    # What a seed gives must not change unnoticed: recorded runs rely on it.
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2], [0, 1, 3]])
+    samples = sample_mesh(mesh, 3, 42)
+    random = np.random.default_rng(42)
+    triangle = (random.random(3) >= 0.5).astype(int)
+    root, v = np.sqrt(random.random(3)), random.random(3)
+    third = np.array([[0, 1, 0], [0, 0, 1]])[triangle]
+    expected = (root * (1 - v))[:, None] * [1.0, 0, 0] + (root * v)[:, None] * third
+    np.testing.assert_allclose(samples.points, expected, atol=1e-15)
+
+
+def random_plane(count, seed=0):
+    xy = np.random.default_rng(seed).random((count, 2))
+    return np.concatenate([xy * [2.0, 1.0], np.zeros((count, 1))], axis=1)
+
+
+def test_areas_of_a_cloud_sum_to_the_surfaces():
+    # 2 m² strewn at random, rim included, and a unit sphere's 4π m².
+    assert cloud_shape(PointCloud(random_plane(20_000))).areas.sum() == pytest.approx(2, rel=0.06)
+    points = np.random.default_rng(1).normal(size=(20_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    shape = cloud_shape(PointCloud(points))
+    assert shape.areas.sum() == pytest.approx(4 * np.pi, rel=0.03)
+    assert shape.spacing == pytest.approx(np.sqrt(4 * np.pi / 20_000), rel=0.05)
+
+
+def test_estimated_normals_are_the_surfaces_but_for_their_sign():
+    points = np.random.default_rng(2).normal(size=(20_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    shape = cloud_shape(PointCloud(points))
+    assert not shape.oriented
+    assert (np.abs((shape.normals * points).sum(axis=1)) > 0.99).all()
+
+
+def test_given_normals_are_kept():
+    normals = np.tile([0.0, 0.6, 0.8], (400, 1))
+    shape = cloud_shape(PointCloud(random_plane(400), 7 * normals))
+    assert shape.oriented
+    np.testing.assert_allclose(shape.normals, normals)
+
+
+def test_cameras_turn_estimated_normals_outward():
+    points = np.random.default_rng(3).normal(size=(8_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    scene = Scene(PointCloud(points))
+    assert not scene.oriented
+    samples = scene.sample(0, 0)
+    visibility = visible_pairs(scene, around(12, 4.0, height=3.0), samples)
+    seen = np.unique(visibility.sample_index)
+    assert len(seen) > 0.95 * len(points)
+    outward = (visibility.normals[seen] * samples.points[seen]).sum(axis=1)
+    assert (outward > 0.98).all()
+
+
+def test_a_part_scanned_twice_as_densely_gets_no_more_samples():
+    points = random_plane(40_000)
+    left = points[:, 0] < 1
+    # Half of the right half's points are missing.
+    kept = left | (np.random.default_rng(1).random(len(points)) < 0.5)
+    cloud = PointCloud(points[kept])
+    samples = sample_cloud(cloud, cloud_shape(cloud), 20_000, 4)
+    assert (samples.points[:, 0] < 1).mean() == pytest.approx(0.5, abs=0.02)
+    np.testing.assert_allclose(samples.weights, cloud_shape(cloud).areas.sum() / 20_000)
+
+
+def test_samples_of_a_cloud_are_its_points_with_their_normals():
+    mesh_samples = sample_mesh(sphere(), 2000, 0)
+    cloud = PointCloud(mesh_samples.points, mesh_samples.normals)
+    samples = sample_cloud(cloud, cloud_shape(cloud), 300, 9)
+    index = {tuple(point): i for i, point in enumerate(cloud.points)}
+    chosen = [index[tuple(point)] for point in samples.points]
+    np.testing.assert_array_equal(samples.normals, cloud.normals[chosen])
+    again = sample_cloud(cloud, cloud_shape(cloud), 300, 9)
+    assert samples.points.tobytes() == again.points.tobytes()
+
+
+def test_zero_samples_are_all_points_each_with_its_area():
+    cloud = PointCloud(random_plane(500))
+    shape = cloud_shape(cloud)
+    samples = sample_cloud(cloud, shape, 0, 0)
+    np.testing.assert_array_equal(samples.points, cloud.points)
+    np.testing.assert_array_equal(samples.weights, shape.areas)
+
+
+def test_points_that_coincide_tell_no_surface():
+    with pytest.raises(InputError, match="cloud: expected distinct points, got mostly points rep"):
+        cloud_shape(PointCloud(np.repeat(random_plane(10), 40, axis=0)))
+
+
+def test_the_smallest_cloud():
+    shape = cloud_shape(PointCloud(random_plane(16)))
+    assert np.isfinite(shape.areas).all()
+    assert np.isfinite(shape.normals).all()
+
+
+def test_surfels_are_squares_on_the_tangent_planes():
+    on_sphere = sample_mesh(sphere(), 200, 0)
+    cloud = PointCloud(on_sphere.points, on_sphere.normals)
+    shape = cloud_shape(cloud)
+    vertices, triangles = surfels(cloud, shape, 1.5)
+    corners = vertices.reshape(200, 4, 3)
+    offsets = corners - cloud.points[:, None]
+    np.testing.assert_allclose(corners.mean(axis=1), cloud.points, atol=1e-12)
+    np.testing.assert_allclose((offsets * cloud.normals[:, None]).sum(axis=2), 0, atol=1e-12)
+    half = 1.5 * np.sqrt(shape.areas)
+    np.testing.assert_allclose(np.linalg.norm(offsets, axis=2), np.tile(half[:, None], (1, 4)))
+    # Half a diagonal of r: a square of 2r², in two triangles.
+    square = Mesh(vertices, triangles)
+    np.testing.assert_allclose(areas(square), np.tile(half**2, 2))
+
+
+def test_a_scene_knows_its_size():
+    scene = Scene(merged(box((1, 2, 3)), plane(4, 1, 5.0)))
+    assert scene.area == pytest.approx(2 * (2 + 3 + 6) + 4)
+    np.testing.assert_allclose(scene.centre, [0, 0, 1.75])
+    assert scene.diagonal == pytest.approx(np.sqrt(4**2 + 2**2 + 6.5**2))
+    assert scene.oriented
+
+
+def test_what_a_scene_cannot_sample():
+    scene = Scene(box())
+    with pytest.raises(InputError, match="samples: expected at least 1 on a mesh, got 0; 0 takes"):
+        scene.sample(0, 0)
+    with pytest.raises(InputError, match="samples: expected a whole number of at least 0, got -1"):
+        scene.sample(-1, 0)
+    with pytest.raises(InputError, match="seed: expected a whole number of at least 0, got -2"):
+        scene.sample(10, -2)
+
+
+def test_unused_vertices_do_not_count():
+    mesh = box()
+    far = np.concatenate([mesh.vertices, [[1000.0, 0, 0]]])
+    scene = Scene(Mesh(far, mesh.triangles))
+    np.testing.assert_allclose(scene.centre, 0, atol=1e-12)
+    assert scene.diagonal == pytest.approx(np.sqrt(3))

@@ -1,0 +1,265 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from focus_planner import (
+    Camera,
+    CameraStatus,
+    CostModel,
+    Grid,
+    Image,
+    InputError,
+    Lens,
+    Mesh,
+    PointCloud,
+    Rig,
+)
+
+STRAIGHT = (0.0, 0.0, 0.0, 1.0)
+TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+
+
+def camera(name="a", **changes):
+    return Camera(**{"name": name, "position": (0, 0, 0), "orientation": STRAIGHT} | changes)
+
+
+def test_the_defaults_are_the_papers():
+    lens, image, model = Lens(), Image(), CostModel()
+    assert (lens.focal_length, lens.hyperfocal_distance) == (0.05, 10.0)
+    assert (lens.min_focus, lens.max_focus) == (0.0, math.inf)
+    assert (image.width, image.height) == (580, 870)
+    assert (image.fx, image.fy, image.cx, image.cy) == (1190.732, 1190.732, 284.813, 434.440)
+    assert model == CostModel(1 / 3, 1 / 3, 1 / 3, 1.0, 0.75)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"focal_length": 0}, "lens.focal_length: expected a number above 0, got 0"),
+        ({"focal_length": math.nan}, "lens.focal_length: expected a number above 0, got nan"),
+        (
+            {"hyperfocal_distance": 0.05},
+            r"lens.hyperfocal_distance: expected a number above 0.05, got 0.05",
+        ),
+        ({"hyperfocal_distance": math.inf}, "lens.hyperfocal_distance: .* got inf"),
+        ({"min_focus": -0.1}, "lens.min_focus: expected a number of at least 0, got -0.1"),
+        ({"min_focus": math.inf}, "lens.min_focus: .* got inf"),
+        ({"max_focus": 0.05}, "lens.max_focus: expected a number above 0.05, got 0.05"),
+        (
+            {"min_focus": 2.0, "max_focus": 1.5},
+            r"lens.min_focus: expected at most max_focus \(1.5 m\), got 2 m",
+        ),
+    ],
+)
+def test_lenses_that_cannot_be(values, message):
+    with pytest.raises(InputError, match=message):
+        Lens(**values)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"width": 0}, "image.width: expected a whole number of at least 1, got 0"),
+        ({"height": 8.5}, "image.height: expected a whole number of at least 1, got 8.5"),
+        ({"fx": 0}, "image.fx: expected a number above 0, got 0"),
+        ({"fy": -1.0}, "image.fy: expected a number above 0, got -1"),
+        ({"cx": math.nan}, "image.cx: expected a number, got nan"),
+        ({"cy": "x"}, "image.cy: expected a number, got 'x'"),
+    ],
+)
+def test_images_that_cannot_be(values, message):
+    with pytest.raises(InputError, match=message):
+        Image(**values)
+
+
+def test_a_camera_normalises_its_quaternion():
+    almost = camera(orientation=(0.5, 0.5, -0.5, 0.5004))
+    assert math.isclose(sum(q * q for q in almost.orientation), 1.0, rel_tol=1e-15)
+    assert camera(position=np.array([1, 2, 3])).position == (1.0, 2.0, 3.0)
+    assert all(type(x) is float for x in (*almost.orientation, *almost.position))
+
+
+@pytest.mark.parametrize("name", ["", "1a", "_a", "a-b", "a b", "ä", "a\n", None, 3])
+def test_names_that_are_no_topic(name):
+    with pytest.raises(InputError, match="camera name: expected letters, digits and underscores"):
+        camera(name)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"position": (0, 0)}, r"camera a: position: expected shape \(3\), got shape \(2,\)"),
+        ({"position": (0, 0, math.nan)}, "camera a: position: expected finite metres"),
+        ({"position": "abc"}, "camera a: position: expected numbers"),
+        ({"orientation": (0, 0, 1)}, r"camera a: orientation: expected shape \(4\)"),
+        (
+            {"orientation": (0, 0, 0, 0)},
+            (
+                "camera a: orientation: expected a unit quaternion x, y, z, w, got .* of length 0; "
+                "the pose was probably never set"
+            ),
+        ),
+        ({"orientation": (0, 0, 0, 1.01)}, "of length 1.01"),
+        ({"orientation": (0, 0, 0, math.nan)}, "of length nan"),
+    ],
+)
+def test_poses_that_cannot_be(values, message):
+    with pytest.raises(InputError, match=message):
+        camera(**values)
+
+
+def test_a_rig_needs_cameras_of_different_names_that_fit_its_grid():
+    with pytest.raises(InputError, match="rig: expected at least one camera, got none"):
+        Rig(())
+    with pytest.raises(InputError, match="rig: expected unique camera names, got 'b' 2 times"):
+        Rig((camera("a"), camera("b"), camera("b")))
+    with pytest.raises(
+        InputError, match=r"rig.grid: expected rows × columns = 2, the number of .*, got 2 × 3"
+    ):
+        Rig((camera("a"), camera("b")), grid=Grid(2, 3))
+    assert len(Rig((camera("a"), camera("b")), grid=Grid(1, 2))) == 2
+    assert Rig((camera(),)).frame_id == "world"
+
+
+@pytest.mark.parametrize("values", [{"rows": 0, "columns": 1}, {"rows": 1, "columns": 0}])
+def test_a_grid_has_rows_and_columns(values):
+    with pytest.raises(InputError, match="expected a whole number of at least 1, got 0"):
+        Grid(**values)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"focus_weight": -0.1}, "focus_weight: expected a number of at least 0, got -0.1"),
+        ({"projected_area_weight": -1}, "projected_area_weight: expected a number of at least 0"),
+        ({"axis_deviation_weight": math.nan}, "axis_deviation_weight: .* got nan"),
+        ({"focus_weight": 0.5}, "cost weights: expected a sum of at most 1, got 1.16667"),
+        ({"projected_area_scale": -1}, "projected_area_scale: expected a number of at least 0"),
+        ({"axis_deviation_limit": 0}, "axis_deviation_limit: expected a number above 0, got 0"),
+    ],
+)
+def test_cost_models_that_cannot_be(values, message):
+    with pytest.raises(InputError, match=message):
+        CostModel(**values)
+
+
+def test_a_mesh_keeps_its_own_read_only_arrays():
+    vertices = TETRAHEDRON.copy()
+    mesh = Mesh(vertices, FACES, 3 * np.ones((4, 3)))
+    vertices[:] = 0
+    np.testing.assert_array_equal(mesh.vertices, TETRAHEDRON)
+    assert mesh.triangles.dtype == np.int32
+    np.testing.assert_allclose(mesh.vertex_normals, 1 / np.sqrt(3))
+    for array in (mesh.vertices, mesh.triangles, mesh.vertex_normals):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        mesh.vertices = TETRAHEDRON
+
+
+def test_cross_products_point_outward_with_twice_the_area():
+    crosses = Mesh(TETRAHEDRON, FACES).cross_products
+    np.testing.assert_array_equal(crosses, [[0, 0, -1], [0, -1, 0], [-1, 0, 0], [1, 1, 1]])
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"triangles": np.zeros((0, 3), int)}, "mesh: expected at least one triangle, got none"),
+        ({"triangles": [[0, 1]]}, r"mesh triangles: expected shape \(n, 3\), got shape \(1, 2\)"),
+        ({"vertices": np.zeros((4, 2))}, r"mesh vertices: expected shape \(n, 3\)"),
+        (
+            {"triangles": [[0, 1, 2], [0, 1, 4]]},
+            r"mesh triangles: expected vertex indices from 0 to 3, got \[0, 1, 4\] in triangle 1",
+        ),
+        ({"triangles": [[0, -1, 2]]}, r"vertex indices from 0 to 3, got \[0, -1, 2\]"),
+        (
+            {"triangles": [[0, 1, 2], [0, 1, 1]]},
+            (
+                r"mesh triangles: expected triangles with an area, got 1 of 2 degenerate "
+                r"\(first: 1\); remove them"
+            ),
+        ),
+        (
+            {"vertices": np.where(TETRAHEDRON > 0, np.nan, TETRAHEDRON)},
+            (
+                r"mesh vertices: expected finite numbers, got NaN or infinity in 3 of 4 "
+                r"\(first: vertex 1\); repair the mesh"
+            ),
+        ),
+        ({"vertex_normals": np.ones((3, 3))}, r"mesh vertex_normals: expected shape \(4, 3\)"),
+        (
+            {"vertex_normals": np.zeros((4, 3))},
+            (
+                r"mesh vertex_normals: expected vectors with a length, got 4 of 4 of length zero "
+                r"\(first: 0\); leave the normals out"
+            ),
+        ),
+        (
+            {"vertex_normals": np.full((4, 3), np.inf)},
+            "mesh vertex_normals: expected finite numbers",
+        ),
+    ],
+)
+def test_meshes_that_cannot_be(values, message):
+    with pytest.raises(InputError, match=message):
+        Mesh(**{"vertices": TETRAHEDRON, "triangles": FACES} | values)
+
+
+def test_indices_of_vertices_are_whole():
+    with pytest.raises(InputError, match="mesh triangles"):
+        Mesh(TETRAHEDRON, [[0.0, 1.5, 2.0]])
+
+
+def test_a_thin_triangle_has_an_area_and_one_on_a_line_has_none():
+    Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]], [[0, 1, 2]])
+    with pytest.raises(InputError, match="1 of 1 degenerate"):
+        Mesh([[0, 0, 0], [1, 1, 1], [3, 3, 3]], [[0, 1, 2]])
+    # The smallest scenes are not degenerate for being small.
+    Mesh(1e-6 * TETRAHEDRON, FACES)
+
+
+def test_a_cloud_keeps_its_own_read_only_arrays():
+    points = np.random.default_rng(0).random((16, 3))
+    cloud = PointCloud(points, 2 * np.ones((16, 3)))
+    np.testing.assert_array_equal(cloud.points, points)
+    np.testing.assert_allclose((cloud.normals**2).sum(axis=1), 1)
+    for array in (cloud.points, cloud.normals):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize(
+    ("points", "normals", "message"),
+    [
+        (np.zeros((0, 3)), None, "cloud: expected at least 16 points, got an empty cloud"),
+        (np.zeros((15, 3)), None, "cloud: expected at least 16 points, got 15"),
+        (np.zeros((16, 2)), None, r"cloud points: expected shape \(n, 3\), got shape \(16, 2\)"),
+        (
+            np.full((16, 3), np.nan),
+            None,
+            (
+                r"cloud points: expected finite numbers, got NaN or infinity in 16 of 16 "
+                r"\(first: point 0\); remove the invalid points first"
+            ),
+        ),
+        (np.ones((16, 3)), np.ones((15, 3)), r"cloud normals: expected shape \(16, 3\)"),
+        (np.ones((16, 3)), np.zeros((16, 3)), "cloud normals: expected vectors with a length"),
+        (np.ones((16, 3)), np.full((16, 3), np.nan), "cloud normals: expected finite numbers"),
+    ],
+)
+def test_clouds_that_cannot_be(points, normals, message):
+    with pytest.raises(InputError, match=message):
+        PointCloud(points, normals)
+
+
+def test_statuses_are_the_messages_constants():
+    assert [(status.name, int(status)) for status in CameraStatus] == [
+        ("UNKNOWN", 0),
+        ("PLANNED", 1),
+        ("UNASSIGNED", 2),
+        ("SEES_NOTHING", 3),
+    ]

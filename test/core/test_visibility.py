@@ -1,0 +1,198 @@
+import numpy as np
+import pytest
+import reference
+from core.build import (
+    WIDE,
+    around,
+    box,
+    forward,
+    looking_at,
+    merged,
+    pairs_of,
+    plane,
+    sphere,
+    torus,
+)
+from scipy.spatial import cKDTree
+
+from focus_planner import Image, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
+from focus_planner.core.surface import sample_mesh
+from focus_planner.core.types import Samples
+from focus_planner.core.visibility import visible_pairs
+
+SURFACES = {
+    "sphere": sphere(0.4),
+    "box": box((0.5, 0.7, 0.6)),
+    "torus": torus(0.4, 0.15),
+    "two spheres": merged(sphere(0.2, (0.25, 0, 0)), sphere(0.3, (-0.3, 0.1, 0))),
+    "far from the origin": sphere(0.4, (900.0, -400.0, 30.0)),
+}
+
+
+@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES.keys())
+def test_cameras_see_what_brute_force_says(surface):
+    scene = Scene(surface)
+    samples = scene.sample(150, 2)
+    centre = tuple(scene.centre)
+    # A narrow image cuts the surface off.
+    rig = Rig(
+        tuple(
+            looking_at(f"c{i}", tuple(scene.centre + offset), centre, image=image)
+            for i, (offset, image) in enumerate(
+                [
+                    ((1.5, 0.2, 0.1), WIDE),
+                    ((0.1, -1.2, 0.4), WIDE),
+                    ((-0.9, 0.5, -0.6), Image(200, 150, 300.0, 300.0, 100.0, 75.0)),
+                    ((-0.3, 0.2, 1.1), WIDE),
+                ]
+            )
+        )
+    )
+    found = pairs_of(visible_pairs(scene, rig, samples))
+    unsure = 0
+    for p in range(len(samples)):
+        for c, camera in enumerate(rig.cameras):
+            arguments = surface, camera, samples.points[p], samples.normals[p]
+            # Rays graze edges: what depends on a hair's breadth is not asked for.
+            surely = reference.sees(*arguments, 0.5e-4 * scene.diagonal, 1e-5)
+            perhaps = reference.sees(*arguments, 2e-4 * scene.diagonal, -1e-5)
+            if surely == perhaps:
+                assert ((p, c) in found) == surely, (p, c)
+            else:
+                unsure += 1
+    assert unsure < 0.01 * len(samples) * len(rig)
+    assert 0.1 < len(found) / (len(samples) * len(rig)) < 0.6
+
+
+def wall(points, normal=(0.0, 0.0, -1.0)):
+    """Samples at points, before an object far behind them."""
+    points = np.asarray(points, dtype=float)
+    return Samples(points, np.tile(normal, (len(points), 1)), np.ones(len(points)))
+
+
+BEHIND = Scene(plane(1.0, 1.0, 50.0))
+
+
+def test_the_image_ends_at_the_outer_edges_of_its_pixels():
+    image = Image(8, 6, 10.0, 12.0, 3.25, 2.75)
+    # Rays through the four corners of every pixel of a wider image, 1 % inside the pixel.
+    u, v = np.meshgrid(np.arange(-2, 11), np.arange(-2, 9))
+    u, v = u.ravel(), v.ravel()
+    for du in (-0.495, 0.495):
+        for dv in (-0.495, 0.495):
+            z = np.linspace(1.0, 3.0, len(u))
+            x, y = (u + du - 3.25) / 10.0 * z, (v + dv - 2.75) / 12.0 * z
+            rig = Rig((forward(image=image),))
+            found = visible_pairs(BEHIND, rig, wall(np.stack([x, y, z], axis=1)))
+            expected = np.flatnonzero((u >= 0) & (u < 8) & (v >= 0) & (v < 6))
+            np.testing.assert_array_equal(found.sample_index, expected)
+            assert len(expected) == 48
+
+
+def test_the_image_is_the_right_way_up():
+    # x to the right, y down: the image's own axes, seen in the world through the pose.
+    camera = looking_at("c", (2.0, 0.0, 1.0), (0.0, 0.0, 1.0), image=Image(10, 10, 10, 10, -0.5, 0))
+    # Only columns right of the principal point and rows below it are in the image.
+    points = [[0, 0.5, 0.5], [0, -0.5, 0.5], [0, 0.5, 1.5], [0, -0.5, 1.5]]
+    found = visible_pairs(BEHIND, Rig((camera,)), wall(points, (1.0, 0.0, 0.0)))
+    np.testing.assert_array_equal(found.sample_index, [0])
+
+
+def test_nothing_behind_the_camera_or_within_its_focal_length_is_seen():
+    lens = Lens(0.05, 10.0)
+    points = [[0, 0, z] for z in (-1.0, 0.0, 0.02, 0.05, 0.0501, 0.3)]
+    found = visible_pairs(BEHIND, Rig((forward(lens=lens),)), wall(points))
+    np.testing.assert_array_equal(found.sample_index, [4, 5])
+
+
+def test_a_surface_is_seen_from_its_outer_side_only():
+    points = [[0, 0, 1.0], [0.5, 0, 1.0]]
+    rig = Rig((forward(),))
+    assert len(visible_pairs(BEHIND, rig, wall(points, (0, 0, 1.0))).sample_index) == 0
+    # Facing is told by the line of sight, not by the optical axis.
+    oblique = visible_pairs(BEHIND, rig, wall(points, (-0.995, 0, 0.0999)))
+    np.testing.assert_array_equal(oblique.sample_index, [1])
+
+
+def test_a_wall_hides_what_is_behind_it():
+    scene = Scene(merged(plane(1.0, 1.0, 1.0), plane(8.0, 8.0, 2.0)))
+    x = np.array([0.0, 0.4, 0.9, 0.99, 1.01, 1.5])
+    points = np.stack([x, np.zeros(6), np.full(6, 2.0)], axis=1)
+    found = visible_pairs(scene, Rig((forward(),)), wall(points))
+    # The near wall's shadow on the far one ends at x = 1.
+    np.testing.assert_array_equal(found.sample_index, [4, 5])
+
+
+def test_a_sheet_as_thin_as_a_shirt_hides_what_is_behind_it():
+    scene = Scene(merged(plane(1.0, 1.0, 1.0), plane(1.0, 1.0, 1.002)))
+    xy = np.stack(np.meshgrid(np.linspace(-0.4, 0.4, 9), np.linspace(-0.4, 0.4, 9)), axis=-1)
+    for depth, seen in ((1.0, 81), (1.002, 0)):
+        points = np.concatenate([xy.reshape(-1, 2), np.full((81, 1), depth)], axis=1)
+        assert len(visible_pairs(scene, Rig((forward(),)), wall(points)).sample_index) == seen
+
+
+def test_pairs_stand_camera_by_camera_samples_ascending():
+    scene = Scene(sphere(0.4))
+    rig = around(5, 1.5)
+    visibility = visible_pairs(scene, rig, scene.sample(300, 0))
+    assert visibility.camera_offsets.shape == (6,)
+    assert visibility.camera_offsets[0] == 0
+    assert visibility.camera_offsets[-1] == len(visibility.sample_index)
+    for low, high in zip(
+        visibility.camera_offsets[:-1], visibility.camera_offsets[1:], strict=True
+    ):
+        assert high > low
+        assert (np.diff(visibility.sample_index[low:high]) > 0).all()
+
+
+def test_blocks_of_rays_make_no_difference(monkeypatch):
+    scene, rig = Scene(torus(0.4, 0.15)), around(4, 1.5)
+    samples = scene.sample(200, 0)
+    whole = visible_pairs(scene, rig, samples)
+    monkeypatch.setattr("focus_planner.core.visibility._RAYS_AT_ONCE", 7)
+    blocks = visible_pairs(scene, rig, samples)
+    np.testing.assert_array_equal(whole.sample_index, blocks.sample_index)
+    np.testing.assert_array_equal(whole.camera_offsets, blocks.camera_offsets)
+
+
+@pytest.mark.parametrize("oriented", [True, False])
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        sphere(0.4, subdivisions=4),
+        merged(
+            sphere(0.2, (0.25, 0, 0), subdivisions=4), sphere(0.3, (-0.3, 0.1, 0), subdivisions=4)
+        ),
+    ],
+    ids=["sphere", "two spheres"],
+)
+def test_a_dense_cloud_is_seen_like_its_mesh(mesh, oriented):
+    dense = sample_mesh(mesh, 20_000, 1)
+    cloud = PointCloud(dense.points, dense.normals if oriented else None)
+    rig = around(6, 1.6)
+    samples = sample_mesh(mesh, 2000, 5)
+    seen = pairs_of(visible_pairs(Scene(mesh), rig, samples))
+    scene = Scene(cloud)
+    # The same points, with the estimated normals of the nearest points of the cloud.
+    if not oriented:
+        _, nearest = cKDTree(dense.points).query(samples.points)
+        normals = scene.sample(0, 0).normals[nearest]
+        samples = Samples(samples.points, normals, samples.weights)
+    seen_cloud = pairs_of(visible_pairs(scene, rig, samples))
+    assert len(seen ^ seen_cloud) < 0.04 * len(seen)
+
+
+def test_a_sphere_shows_each_camera_its_analytic_share():
+    # From distance D a sphere of radius R shows the cap cos > R/D: (1 − R/D)/2 of its area.
+    mesh, rig = sphere(0.25, subdivisions=4), cylinder_rig(1, 4, radius=1.0, bottom=0, top=0)
+    rig = Rig(tuple(looking_at(c.name, c.position, (0, 0, 0)) for c in rig.cameras))
+    samples = Scene(mesh).sample(40_000, 0)
+    counts = np.diff(visible_pairs(Scene(mesh), rig, samples).camera_offsets)
+    np.testing.assert_allclose(counts / 40_000, (1 - 0.25) / 2, atol=0.01)
+
+
+def test_a_flipped_mesh_is_seen_by_nobody():
+    mesh = sphere(0.4)
+    flipped = Mesh(mesh.vertices, mesh.triangles[:, ::-1])
+    scene = Scene(flipped)
+    assert len(visible_pairs(scene, around(4, 1.5), scene.sample(200, 0)).sample_index) == 0

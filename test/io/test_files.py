@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from focus_planner.core.checks import InputError
+from focus_planner.io.files import check_readable, check_writable, whole_file
+
+
+def test_a_file_takes_its_place_only_when_it_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_text("old")
+    with pytest.raises(TypeError), whole_file(path) as file:
+        file.write(b"half" + path.read_text())  # type: ignore[operator]
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+    with whole_file(path) as file:
+        file.write(b"new")
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_link_stays_a_link_and_permissions_follow_the_umask(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    with whole_file(tmp_path / "link") as file:
+        file.write(b"x")
+    assert (tmp_path / "link").is_symlink()
+    umask = os.umask(0)
+    os.umask(umask)
+    assert (tmp_path / "file").stat().st_mode & 0o777 == 0o666 & ~umask
+
+
+def test_a_device_is_written_to_as_it_is() -> None:
+    check_writable(Path(os.devnull))
+    with whole_file(Path(os.devnull)) as file:
+        file.write(b"x")
+
+
+@pytest.mark.parametrize(
+    ("path", "telling"),
+    [("none/file", "no folder .*none"), (".", "got a folder"), ("file/below", "no folder")],
+)
+def test_where_no_file_can_be_is_told_before(tmp_path: Path, path: str, telling: str) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=telling):
+        check_writable(tmp_path / path)
+
+
+def test_a_full_disk_is_told_in_one_line() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full")
+    with pytest.raises(InputError, match="No space left"), whole_file(Path("/dev/full")) as file:
+        file.write(b"x" * 100_000)
+
+
+def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="expected a plan, got no such file"):
+        check_readable(tmp_path / "none", "a plan")
+    with pytest.raises(InputError, match="a folder"):
+        check_readable(tmp_path, "a plan")
+    with pytest.raises(InputError, match="too long"):
+        check_readable(tmp_path / ("x" * 300), "a plan")

@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from matplotlib.image import imread
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import PointCloud, Rig
+from focus_planner.io import picture
+from focus_planner.io.bodies import body
+from focus_planner.io.surfaces import load_surface
+
+MESH = load_surface(body("arms_raised"))
+
+
+@pytest.fixture(autouse=True)
+def fewer_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(picture, "_SAMPLES", 15_000)
+
+
+def draw(scene: Scene, rig: Rig, methods: tuple[str, ...], path: Path, samples: int = 300) -> None:
+    plans = {m: plan_focus(scene, rig, PlanRequest(m, samples)) for m in methods}
+    picture.draw_plans(scene, rig, plans, path)
+
+
+def test_four_plans_make_a_wide_small_picture(tmp_path: Path) -> None:
+    path = tmp_path / "plans.png"
+    draw(Scene(MESH), cylinder_rig(), ("closest", "average", "em", "k_view"), path)
+    height, width, _ = imread(path).shape
+    assert 1500 < width < 1700
+    assert 500 < height < 1000
+    assert path.stat().st_size < 400_000
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_cloud_is_drawn_from_its_own_points(tmp_path: Path) -> None:
+    scene = Scene(PointCloud(MESH.vertices[::5]))
+    draw(scene, cylinder_rig(3, 8), ("em",), tmp_path / "plan.png", samples=0)
+    assert imread(tmp_path / "plan.png").shape[0] > 500
+
+
+def test_one_camera_is_drawn(tmp_path: Path) -> None:
+    draw(Scene(MESH), cylinder_rig(1, 1), ("em",), tmp_path / "plan.png")
+    assert (tmp_path / "plan.png").exists()
+
+
+def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="can be written"):
+        draw(Scene(MESH), cylinder_rig(1, 2), ("em",), tmp_path / "none" / "plan.png")

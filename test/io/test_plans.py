@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import CameraFocus, PlanRequest, plan_focus
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import CameraStatus, Lens
+from focus_planner.io.bodies import body
+from focus_planner.io.plans import SavedPlan, load_plan, plan_to_json, save_plan
+from focus_planner.io.surfaces import load_surface
+
+KEYS = [
+    *("method", "cost", "lower_bound", "samples", "seed", "surface_area", "covered_area"),
+    *("in_focus_area", "solve_seconds", "total_seconds", "cameras"),
+]
+CAMERA_KEYS = [
+    *("name", "status", "focus_distance", "near_limit", "far_limit"),
+    *("assigned_samples", "in_focus_samples"),
+]
+PLAN = SavedPlan(
+    "em",
+    1000 / 3,
+    None,
+    4096,
+    2**40 + 1,
+    *(1.9, 1.8, 1.7 + 1e-16),
+    *(0.1, 0.30000000000000004),
+    (
+        CameraFocus("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4),
+        CameraFocus("b", CameraStatus.UNASSIGNED, 12.0, 5.5, math.inf, 0, 0),
+        CameraFocus("c", CameraStatus.SEES_NOTHING, 1 / 3, 0.3, 0.4, 0, 0),
+    ),
+)
+
+
+def refuse_constant(name: str) -> float:
+    raise AssertionError(name)
+
+
+def test_it_has_the_keys_of_the_contract_and_is_standard_json() -> None:
+    data = json.loads(plan_to_json(PLAN), parse_constant=refuse_constant)
+    assert list(data) == KEYS
+    assert all(list(camera) == CAMERA_KEYS for camera in data["cameras"])
+    statuses = [camera["status"] for camera in data["cameras"]]
+    assert statuses == ["planned", "unassigned", "sees_nothing"]
+    assert data["cameras"][1]["far_limit"] is None
+    assert data["lower_bound"] is None
+    assert data["cost"] == 1000 / 3
+
+
+def test_it_comes_back_bit_for_bit(tmp_path: Path) -> None:
+    save_plan(PLAN, tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == PLAN
+    bounded = replace(PLAN, lower_bound=1 / 7)
+    save_plan(bounded, tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == bounded
+    assert list(tmp_path.iterdir()) == [tmp_path / "plan.json"]
+
+
+def test_what_is_planned_is_what_is_saved(tmp_path: Path) -> None:
+    # Focused beyond the hyperfocal distance, what is sharp has no end.
+    rig = cylinder_rig(2, 6, lens=Lens(hyperfocal_distance=0.5))
+    scene = Scene(load_surface(body("arms_down")))
+    plan = plan_focus(scene, rig, PlanRequest("em", samples=200))
+    save_plan(plan, tmp_path / "plan.json")
+    saved = load_plan(tmp_path / "plan.json")
+    for field in fields(SavedPlan):
+        assert getattr(saved, field.name) == getattr(plan, field.name)
+    assert any(math.isinf(camera.far_limit) for camera in saved.cameras)
+
+
+def test_keys_it_does_not_know_are_passed_over(tmp_path: Path) -> None:
+    data = json.loads(plan_to_json(PLAN)) | {"later": 1}
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    assert load_plan(tmp_path / "plan.json") == PLAN
+
+
+@pytest.mark.parametrize(
+    ("text", "telling"),
+    [
+        ("", "an empty file"),
+        ("{", "no JSON"),
+        ("[]", r"plan\.json"),
+        ("{}", "the key 'method'"),
+        (plan_to_json(PLAN).replace("unassigned", "lost"), "the key 'LOST'"),
+        (plan_to_json(PLAN)[:-40], "no JSON"),
+    ],
+)
+def test_what_is_no_plan_is_refused(tmp_path: Path, text: str, telling: str) -> None:
+    (tmp_path / "plan.json").write_text(text)
+    with pytest.raises(InputError, match=telling):
+        load_plan(tmp_path / "plan.json")

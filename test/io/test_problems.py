@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from focus_planner.core.planning import FocusPlan, PlanRequest, plan_focus
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import Lens, PointCloud, Rig
+from focus_planner.io.bodies import body
+from focus_planner.io.plans import save_plan
+from focus_planner.io.problems import save_problem
+from focus_planner.io.surfaces import load_surface
+
+
+def mixed_rig() -> Rig:
+    rig = cylinder_rig(3, 8)
+    cameras = [
+        camera.__class__(
+            camera.name,
+            camera.position,
+            camera.orientation,
+            lens=Lens(0.05, 4.0 + i % 3, 0.1 * (i % 4), np.inf if i % 2 else 0.7),
+        )
+        for i, camera in enumerate(rig.cameras)
+    ]
+    return Rig(tuple(cameras), grid=rig.grid)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return Scene(load_surface(body("arms_out")))
+
+
+def recomputed_cost(npz: Path, json_path: Path) -> float:
+    """Compute a plan's cost from its two files alone."""
+    with np.load(npz) as file:
+        data = dict(file)
+    plan = json.loads(json_path.read_text())
+    assert [camera["name"] for camera in plan["cameras"]] == data["camera_names"].tolist()
+    focus = np.array([camera["focus_distance"] for camera in plan["cameras"]])
+    camera, d = data["camera_index"], data["depth"]
+    s, f = focus[camera], data["focal_length"][camera]
+    h = data["hyperfocal_distance"][camera]
+    near = np.maximum(d * (h + f) / (h + d), data["min_focus"][camera])
+    far = np.where(d < h, d * (h - f) / np.where(d < h, h - d, 1), np.inf)
+    far = np.minimum(far, data["max_focus"][camera])
+    pair = data["base_cost"] + data["focus_weight"] * ~((near <= s) & (s <= far))
+    cost = np.ones(len(data["weights"]))
+    np.minimum.at(cost, data["sample_index"], pair)
+    return 1000 * float((data["weights"] * cost).sum() / data["weights"].sum())
+
+
+def save(plan: FocusPlan, folder: Path) -> tuple[Path, Path]:
+    files = folder / "problem.npz", folder / "plan.json"
+    save_problem(plan.problem, files[0])
+    save_plan(plan, files[1])
+    return files
+
+
+@pytest.mark.parametrize("method", ["closest", "average", "em", "k_view"])
+def test_the_cost_follows_from_the_files(tmp_path: Path, scene: Scene, method: str) -> None:
+    plan = plan_focus(scene, mixed_rig(), PlanRequest(method, samples=500))
+    assert recomputed_cost(*save(plan, tmp_path)) == pytest.approx(plan.cost, rel=1e-13)
+
+
+def test_the_cost_of_a_clouds_own_points_follows_from_the_files(
+    tmp_path: Path, scene: Scene
+) -> None:
+    cloud = Scene(PointCloud(scene.surface.vertices[::10]))
+    plan = plan_focus(cloud, mixed_rig(), PlanRequest("em", samples=0))
+    assert recomputed_cost(*save(plan, tmp_path)) == pytest.approx(plan.cost, rel=1e-13)
+
+
+def test_it_has_the_arrays_of_the_contract(tmp_path: Path, scene: Scene) -> None:
+    plan = plan_focus(scene, mixed_rig(), PlanRequest("em", samples=300))
+    npz, _ = save(plan, tmp_path)
+    with np.load(npz) as data:
+        assert data["points"].shape == data["normals"].shape == (300, 3)
+        assert data["weights"].shape == (300,)
+        assert data["weights"].sum() == pytest.approx(plan.surface_area)
+        pairs = len(plan.problem.depth)
+        for name in ("sample_index", "camera_index", "depth", "base_cost"):
+            assert data[name].shape == (pairs,)
+        # Outward: a camera sees what faces it.
+        positions = np.array([camera.position for camera in mixed_rig().cameras])
+        towards = positions[data["camera_index"]] - data["points"][data["sample_index"]]
+        assert ((towards * data["normals"][data["sample_index"]]).sum(axis=1) > 0).all()
+
+
+def test_the_same_problem_gives_the_same_file(tmp_path: Path, scene: Scene) -> None:
+    contents = set()
+    for _ in range(2):
+        npz, _ = save(plan_focus(scene, mixed_rig(), PlanRequest("em", samples=300)), tmp_path)
+        contents.add(npz.read_bytes())
+    assert len(contents) == 1

@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
+from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
+
+NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,12}", fullmatch=True) | st.sampled_from(
+    ["yes", "No", "null", "on", "y", "true", "e1", "inf", "NaN"]
+)
+METRES = st.floats(-1e6, 1e6)
+POSITIVE = st.floats(1e-6, 1e6)
+QUATERNIONS = (
+    st.tuples(*[st.floats(-1, 1)] * 4)
+    .filter(lambda q: math.hypot(*q) > 0.1)
+    .map(lambda q: tuple(x / math.hypot(*q) for x in q))
+)
+IMAGES = st.builds(
+    Image,
+    width=st.integers(1, 10_000),
+    height=st.integers(1, 10_000),
+    fx=POSITIVE,
+    fy=POSITIVE,
+    cx=METRES,
+    cy=METRES,
+)
+
+
+@st.composite
+def lenses(draw: st.DrawFn) -> Lens:
+    focal_length = draw(st.floats(1e-4, 0.5))
+    return Lens(
+        focal_length,
+        draw(st.floats(0.6, 1e9)),
+        draw(st.floats(0.0, 0.6)),
+        draw(st.floats(0.7, 1e3) | st.just(math.inf)),
+    )
+
+
+@st.composite
+def rigs(draw: st.DrawFn) -> Rig:
+    names = draw(st.lists(NAMES, min_size=1, max_size=6, unique=True))
+    images, kinds = draw(st.lists(IMAGES, min_size=1)), draw(st.lists(lenses(), min_size=1))
+    cameras = tuple(
+        Camera(
+            name,
+            draw(st.tuples(METRES, METRES, METRES)),
+            draw(QUATERNIONS),
+            draw(st.sampled_from(images)),
+            draw(st.sampled_from(kinds)),
+        )
+        for name in names
+    )
+    grid = draw(st.sampled_from([None, Grid(1, len(cameras)), Grid(len(cameras), 1)]))
+    return Rig(cameras, draw(st.text(max_size=10)), grid)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(rig=rigs())
+def test_a_rig_comes_back_bit_for_bit(tmp_path: Path, rig: Rig) -> None:
+    save_rig(rig, tmp_path / "rig.yaml")
+    assert load_rig(tmp_path / "rig.yaml") == rig
+
+
+def test_the_cylinder_comes_back_and_reads_like_the_contract(tmp_path: Path) -> None:
+    rig = cylinder_rig()
+    text = rig_to_yaml(rig)
+    lines = text.splitlines()
+    assert lines[0] == "frame_id: world"
+    assert lines[1].startswith("image: {width: 580, height: 870, fx: 1190.732, fy: 1190.732,")
+    assert lines[2].startswith("lens: {focal_length: 0.05, hyperfocal_distance: 10.0}")
+    assert lines[3] == "grid: {rows: 7, columns: 24}"
+    assert lines[5].startswith("  - {name: cam_0_00, position: [0.75, 0.0, 0.1], orientation: [")
+    assert len(lines) == 5 + 168
+    (tmp_path / "rig.yaml").write_text(text)
+    assert load_rig(tmp_path / "rig.yaml") == rig
+    assert yaml.safe_load(text)["cameras"][0]["orientation"] == [-0.5, -0.5, 0.5, 0.5]
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "rig.yaml"
+    path.write_text(text)
+    return path
+
+
+CAMERA = "{name: a, position: [1, 0, 0], orientation: [0, 0, 0, 1]}"
+
+
+def camera_with(**values: str) -> str:
+    return CAMERA[:-1] + "".join(f", {key}: {value}" for key, value in values.items()) + "}"
+
+
+def test_what_is_not_given_is_the_papers(tmp_path: Path) -> None:
+    rig = load_rig(write(tmp_path, f"cameras: [{CAMERA}]"))
+    assert rig == Rig((Camera("a", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),))
+
+
+def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
+    own = camera_with(image="{width: 640}", lens="{min_focus: 0.4}")
+    rig = load_rig(
+        write(
+            tmp_path,
+            f"image: {{width: 100, height: 200}}\nlens: {{focal_length: 0.035}}\ncameras: [{own}]",
+        )
+    )
+    assert rig.cameras[0].image == Image(width=640, height=200)
+    assert rig.cameras[0].lens == Lens(focal_length=0.035, min_focus=0.4)
+
+
+@pytest.mark.parametrize(
+    ("shared", "own", "hyperfocal"),
+    [
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{}", 0.05**2 / (8 * 3e-5)),
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{f_number: 4}", 0.05**2 / (4 * 3e-5)),
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{hyperfocal_distance: 7}", 7),
+        ("{hyperfocal_distance: 7}", "{f_number: 8, circle_of_confusion: 3e-5}", 0.0025 / 24e-5),
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{focal_length: 0.1}", 0.1**2 / (8 * 3e-5)),
+    ],
+)
+def test_the_aperture_gives_the_hyperfocal_distance(
+    tmp_path: Path, shared: str, own: str, hyperfocal: float
+) -> None:
+    rig = load_rig(write(tmp_path, f"lens: {shared}\ncameras: [{camera_with(lens=own)}]"))
+    assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(hyperfocal, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "telling"),
+    [
+        ("", "an empty file"),
+        ("\n", "expected keys and values: frame_id, image, .* got nothing"),
+        ("cameras: [1, 2", r"expected YAML, got line \d, column \d: "),
+        ("cameras: {{", "expected YAML, got line "),
+        ("a: !!python/object:os.system x", "expected YAML"),
+        ("frame_id: 2024-13-41", "expected YAML, got month must be in"),
+        ("- 1", "expected keys and values"),
+        ("frame_id: world", "cameras: expected a list of cameras, got nothing"),
+        ("cameras: []", "rig: expected at least one camera, got none"),
+        ("cameras: {a: 1}", "cameras: expected a list"),
+        ("camras: []", "camras: expected one of .*did you mean cameras"),
+        (f"cameras: [{camera_with(lense='{}')}]", r"cameras\[0\]\.lense: .*did you mean lens\?"),
+        (f"lens: {{f_nmber: 8}}\ncameras: [{CAMERA}]", r"lens\.f_nmber: .*did you mean f_number"),
+        (f"zoom: 1\ncameras: [{CAMERA}]", "zoom: expected one of the keys .*, got an unknown one$"),
+        ("cameras: [{name: a}]", r"cameras\[0\]\.position: expected a value, got none"),
+        ("cameras: [a]", r"cameras\[0\]: expected keys and values: name"),
+        (f"cameras: [{CAMERA}, {CAMERA}]", "unique camera names, got 'a' 2 times"),
+        (
+            f"cameras: [{CAMERA.replace('[0, 0, 0, 1]', '[0, 0, 0, 0]')}]",
+            r"cameras\[0\]: camera a: orientation: expected a unit quaternion .*never set",
+        ),
+        (
+            f"cameras: [{CAMERA.replace('[0, 0, 0, 1]', '[.nan, 0, 0, 1]')}]",
+            r"cameras\[0\]: camera a: orientation: expected a unit quaternion",
+        ),
+        (
+            f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, .nan, 0]')}]",
+            r"cameras\[0\]: camera a: position: expected finite metres",
+        ),
+        (
+            f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, 0]')}]",
+            r"cameras\[0\]\.position: expected a list of 3 numbers, got \[1, 0\]",
+        ),
+        (
+            f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, x, 0]')}]",
+            r"cameras\[0\]\.position\[1\]: expected a number, got 'x'",
+        ),
+        (f"cameras: [{CAMERA.replace('a,', '1a,')}]", r"cameras\[0\]: camera name: .*got '1a'"),
+        (f"cameras: [{CAMERA.replace('a,', 'yes,')}]", r"cameras\[0\]: camera name: .*got True"),
+        (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected f_number and circle"),
+        (
+            f"lens: {{f_number: 8, hyperfocal_distance: 9}}\ncameras: [{CAMERA}]",
+            "lens: expected hyperfocal_distance, or .*got values of both",
+        ),
+        (
+            f"lens: {{focal_length: -1}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.focal_length: .*above 0",
+        ),
+        (f"image: {{width: 1.5}}\ncameras: [{CAMERA}]", r"yaml: image\.width: expected a whole"),
+        (f"image: {{width: wide}}\ncameras: [{CAMERA}]", r"image\.width: expected a number"),
+        (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),
+        (f"grid: {{rows: 2}}\ncameras: [{CAMERA}]", r"grid\.columns: expected a value"),
+        (f"grid: {{rows: 2, columns: 3}}\ncameras: [{CAMERA}]", "rows × columns = 1"),
+        (f"frame_id: 3\ncameras: [{CAMERA}]", "frame_id: expected a name, got 3"),
+    ],
+)
+def test_a_bad_rig_is_refused_where_it_is_bad(tmp_path: Path, text: str, telling: str) -> None:
+    path = write(tmp_path, text)
+    with pytest.raises(InputError, match=telling) as caught:
+        load_rig(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_or_binary_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"expected a rig\.yaml, got no such file"):
+        load_rig(tmp_path / "none.yaml")
+    (tmp_path / "rig.yaml").write_bytes(bytes(range(255, 0, -1)))
+    with pytest.raises(InputError, match="not text"):
+        load_rig(tmp_path / "rig.yaml")
+
+
+def test_what_differs_from_the_others_is_written_with_its_camera() -> None:
+    base, *rest = cylinder_rig(1, 4).cameras
+    odd = Camera(base.name, base.position, base.orientation, Image(width=99), Lens(max_focus=2.0))
+    lines = rig_to_yaml(Rig((odd, *rest))).splitlines()
+    assert [line for line in lines if "image" in line][1].endswith(
+        "image: {width: 99}, lens: {max_focus: 2.0}}"
+    )
+    assert sum(bool(re.search("image|lens", line)) for line in lines) == 3

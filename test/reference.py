@@ -1,0 +1,396 @@
+"""Slow, obvious oracles, straight from the paper's equations; nothing of the core is used here.
+
+Cameras, lenses, cost models and meshes are the core's plain records, read by attribute.
+Distances are metres, normals point outward.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import coo_array
+
+# --- Optics (Sec. 4.2) ---------------------------------------------------------------------------
+
+
+def depth_of_field(s, lens):
+    """Return D_N(s) = H·s / (H + s − F) and D_F(s) = H·s / (H − s + F), inf beyond H + F."""
+    h, f = lens.hyperfocal_distance, lens.focal_length
+    near = h * s / (h + s - f)
+    far = h * s / (h - s + f) if h - s + f > 0 else math.inf
+    return near, far
+
+
+def in_focus(depth, s, lens):
+    """Return whether ``depth`` lies between the limits of focus distance s (Sec. 4.2)."""
+    near, far = depth_of_field(s, lens)
+    return near <= depth <= far
+
+
+# --- Cameras -------------------------------------------------------------------------------------
+
+
+def camera_axes(camera):
+    """Return the camera's x, y and z axis in the world: e → q·e·q* with q = (x, y, z, w)."""
+    qx, qy, qz, qw = camera.orientation
+
+    def turn(v):
+        # Rodrigues: v + 2w (u × v) + 2 u × (u × v), with u the quaternion's vector.
+        u = np.array([qx, qy, qz])
+        cross = np.cross(u, v)
+        return v + 2 * qw * cross + 2 * np.cross(u, cross)
+
+    return tuple(turn(axis) for axis in np.eye(3))
+
+
+def in_image(camera, point):
+    """Return the pinhole projection (u, v) and whether it falls on a pixel of the image."""
+    x_axis, y_axis, z_axis = camera_axes(camera)
+    offset = np.asarray(point) - np.asarray(camera.position)
+    z = float(offset @ z_axis)
+    if z <= 0:
+        return math.nan, math.nan, False
+    image = camera.image
+    u = image.fx * float(offset @ x_axis) / z + image.cx
+    v = image.fy * float(offset @ y_axis) / z + image.cy
+    # Pixel centres have whole coordinates: column 0 reaches from -0.5 to 0.5.
+    inside = 0 <= math.floor(u + 0.5) < image.width and 0 <= math.floor(v + 0.5) < image.height
+    return u, v, inside
+
+
+# --- Visibility ----------------------------------------------------------------------------------
+
+
+def occluded(mesh, origin, target, stop_short, margin=0.0):
+    """Return whether any triangle stands between origin and target (Möller–Trumbore).
+
+    Hits in the last ``stop_short`` metres before the target do not count. ``margin`` widens the
+    triangles, in barycentric coordinates; a negative one shrinks them.
+    """
+    direction = target - origin
+    length = math.sqrt(direction @ direction)
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    edge_1, edge_2 = b - a, c - a
+    p = np.cross(direction, edge_2)
+    determinant = (edge_1 * p).sum(axis=1)
+    parallel = np.abs(determinant) < 1e-15
+    inverse = 1 / np.where(parallel, 1.0, determinant)
+    offset = origin - a
+    u = (offset * p).sum(axis=1) * inverse
+    q = np.cross(offset, edge_1)
+    v = (q @ direction) * inverse
+    t = (edge_2 * q).sum(axis=1) * inverse
+    hit = (u >= -margin) & (v >= -margin) & (u + v <= 1 + margin)
+    return bool((hit & ~parallel & (t > 0) & (t * length < length - stop_short)).any())
+
+
+def sees(mesh, camera, point, normal, stop_short, margin=0.0):
+    """Return whether the camera sees the point: in the image, from outside, with a clear view."""
+    position = np.array(camera.position)
+    _, _, inside = in_image(camera, point)
+    depth = float((point - position) @ camera_axes(camera)[2])
+    return (
+        inside
+        and depth > camera.lens.focal_length
+        and float((point - position) @ normal) < 0
+        and not occluded(mesh, position, point, stop_short, margin)
+    )
+
+
+# --- Cost (Sec. 3.2) -----------------------------------------------------------------------------
+
+
+def pointwise_cost(point, normal, camera, s, model):
+    """Return κ_s^c(p) of a point that the camera sees (Eq. 1)."""
+    p, n_c = np.asarray(point), camera_axes(camera)[2]
+    n_p = -np.asarray(normal)  # the paper's point inward
+    offset = p - np.asarray(camera.position)
+    depth = float(offset @ n_c)
+    incidence = float(n_c @ n_p)
+    # Off the axis a camera may see a surface that is turned away from the axis: no pixels at all.
+    area = model.projected_area_scale * depth**2 / incidence if incidence > 0 else math.inf
+    deviation = math.sqrt(((offset - depth * n_c) ** 2).sum()) / model.axis_deviation_limit
+    return (
+        model.projected_area_weight * min(area, 1)
+        + model.axis_deviation_weight * min(deviation, 1)
+        + model.focus_weight * (1 - in_focus(depth, s, camera.lens))
+    )
+
+
+def total_cost(points, normals, weights, rig, visible, focus, model):
+    """Return 1000 × the weighted mean of min over cameras of κ (Eq. 2), unseen points costing 1.
+
+    ``visible`` is the set of (sample, camera) that are seen.
+    """
+    total = 0.0
+    for p in range(len(points)):
+        costs = [
+            pointwise_cost(points[p], normals[p], camera, focus[c], model)
+            for c, camera in enumerate(rig.cameras)
+            if (p, c) in visible
+        ]
+        total += weights[p] * min(costs, default=1.0)
+    return 1000 * total / sum(weights)
+
+
+# --- The discrete problem ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One camera's sight of one sample: its cost in focus, and the distances that focus it."""
+
+    base: float
+    near: float
+    far: float
+
+    def cost(self, s, focus_weight):
+        return self.base + (0.0 if self.near <= s <= self.far else focus_weight)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A discrete problem as a list of dictionaries: sample → camera → Seen."""
+
+    seen: list
+    weights: list
+    focus_weight: float
+    cameras: int
+
+    def share(self, p):
+        """Return what sample p adds to the cost per unit of pointwise cost."""
+        return 1000 * self.weights[p] / sum(self.weights)
+
+    def of_camera(self, c):
+        return {p: cameras[c] for p, cameras in enumerate(self.seen) if c in cameras}
+
+
+def table(problem):
+    """Return the table of a ``Problem``."""
+    seen = [{} for _ in range(len(problem.samples.weights))]
+    for q in range(len(problem.depth)):
+        seen[problem.sample_index[q]][int(problem.camera_index[q])] = Seen(
+            float(problem.base_cost[q]), float(problem.focus_near[q]), float(problem.focus_far[q])
+        )
+    weights = [float(weight) for weight in problem.samples.weights]
+    return Table(seen, weights, problem.focus_weight, len(problem.names))
+
+
+def cost(table, focus):
+    """Return the total cost at these focus distances (Eq. 2)."""
+    return sum(
+        table.share(p)
+        * min((seen.cost(focus[c], table.focus_weight) for c, seen in cameras.items()), default=1)
+        for p, cameras in enumerate(table.seen)
+    )
+
+
+def assign(table, focus):
+    """Return φ, each sample's cheapest camera, the first of equal ones, None if unseen (Eq. 5)."""
+    phi = []
+    for cameras in table.seen:
+        costs = {c: seen.cost(focus[c], table.focus_weight) for c, seen in cameras.items()}
+        phi.append(min(costs, key=lambda c: (costs[c], c)) if costs else None)
+    return phi
+
+
+def candidates(intervals):
+    """Return every focus distance worth trying: interval ends, and the middles between them."""
+    ends = sorted({end for near, far in intervals if near <= far for end in (near, far)})
+    finite = [end for end in ends if end < math.inf]
+    middles = [(a + b) / 2 for a, b in itertools.pairwise(finite)]
+    beyond = [2 * finite[-1]] if finite else []
+    return finite + middles + beyond
+
+
+def camera_candidates(table, c):
+    """Return the focus distances worth trying for camera c, one for each set they hold in focus."""
+    seen = table.of_camera(c)
+    by_set = {}
+    for s in candidates([(sight.near, sight.far) for sight in seen.values()]):
+        held = frozenset(p for p in seen if seen[p].near <= s <= seen[p].far)
+        by_set.setdefault(held, s)
+    return list(by_set.values())
+
+
+def stab(table, c, phi, present):
+    """Return camera c's best focus distance for its own samples by trying them all (Eq. 8).
+
+    Of equal distances the one that holds most of all that the camera sees, and the present one
+    before all others.
+    """
+    seen = table.of_camera(c)
+
+    def held(s):
+        inside = [p for p in seen if seen[p].near <= s <= seen[p].far]
+        own = sum(table.weights[p] for p in inside if phi[p] == c)
+        return own, sum(table.weights[p] for p in inside)
+
+    best, best_held = present, held(present)
+    for s in camera_candidates(table, c):
+        if _exceeds(held(s), best_held):
+            best, best_held = s, held(s)
+    return best
+
+
+def _exceeds(new, old):
+    """Compare tuples of sums in order, sums within rounding being equal."""
+    for a, b in zip(new, old, strict=True):
+        if abs(a - b) > 1e-12:
+            return a > b
+    return False
+
+
+def em(table, focus):
+    """Return the costs of EM's iterations and its last focus distances (Sec. 3.3)."""
+    focus, costs = list(focus), []
+    while True:
+        phi = assign(table, focus)
+        moved = [stab(table, c, phi, focus[c]) for c in range(table.cameras)]
+        costs.append(cost(table, moved))
+        if moved == focus:
+            return costs, focus
+        focus = moved
+
+
+def best_step(table, focus, members, scope):
+    """Return the least cost that moving ``members`` alone reaches, and the distances for it.
+
+    Every combination of candidate distances is tried (Sec. 3.4). With scope "all" each sample
+    goes to its cheapest camera, and the cost is the total. With "assigned" the samples assigned
+    to the members stay among them, and all others keep their camera: its cost is that of the
+    assignment, not of the cheapest camera.
+    """
+    phi = assign(table, focus)
+    trials = [camera_candidates(table, c) for c in members]
+    best, best_focus = math.inf, None
+    for distances in itertools.product(*trials):
+        moved = list(focus)
+        for c, s in zip(members, distances, strict=True):
+            moved[c] = s
+        everyone = scope == "all"
+        new = cost(table, moved) if everyone else assigned_cost(table, moved, phi, members)
+        if new < best:
+            best, best_focus = new, moved
+    return best, best_focus
+
+
+def assigned_cost(table, focus, phi, members):
+    """Return the cost where the samples of the members go to the cheapest of them (Sec. 3.4)."""
+    total = 0.0
+    for p, cameras in enumerate(table.seen):
+        if phi[p] is None:
+            total += table.share(p)
+            continue
+        allowed = members if phi[p] in members else [phi[p]]
+        total += table.share(p) * min(
+            cameras[c].cost(focus[c], table.focus_weight) for c in allowed if c in cameras
+        )
+    return total
+
+
+def optimum_by_enumeration(table):
+    """Return the least total cost by trying every combination of candidate distances (Eq. 3)."""
+    trials = [camera_candidates(table, c) or [1.0] for c in range(table.cameras)]
+    return min(cost(table, focus) for focus in itertools.product(*trials))
+
+
+class _Program:
+    """A mixed-integer program under construction; variables lie between 0 and 1."""
+
+    def __init__(self):
+        self.objective, self.integral = [], []
+        self.rows, self.columns, self.values, self.upper = [], [], [], []
+
+    def variable(self, coefficient, *, whole):
+        self.objective.append(coefficient)
+        self.integral.append(int(whole))
+        return len(self.objective) - 1
+
+    def at_most(self, limit, terms):
+        """Require the sum of value · variable over the terms to be at most ``limit``."""
+        for column, value in terms:
+            self.rows.append(len(self.upper))
+            self.columns.append(column)
+            self.values.append(value)
+        self.upper.append(limit)
+
+    def minimum(self):
+        """Return the least objective, and what HiGHS proves that it cannot be below."""
+        shape = len(self.upper), len(self.objective)
+        matrix = coo_array((self.values, (self.rows, self.columns)), shape=shape).tocsr()
+        result = milp(
+            np.array(self.objective),
+            integrality=np.array(self.integral),
+            bounds=Bounds(0, 1),
+            constraints=LinearConstraint(matrix, -np.inf, self.upper),
+            options={"mip_rel_gap": 0.0},
+        )
+        assert result.success, result.message
+        return result.fun, result.mip_dual_bound
+
+
+def optimum(table):
+    """Return the least total cost and a lower bound, by mixed-integer programming (HiGHS).
+
+    Facility location: x chooses one distance per camera, y the camera that images a sample in
+    focus, which needs a chosen distance that holds it. What remains, a sample out of focus in
+    the camera with the least base cost, is a constant.
+    """
+    program, holders = _Program(), {}
+    for c in range(table.cameras):
+        choices = [(program.variable(0.0, whole=True), held) for held in _largest_sets(table, c)]
+        program.at_most(1.0, [(x, 1.0) for x, _ in choices])
+        for x, held in choices:
+            for p in held:
+                holders.setdefault((p, c), []).append(x)
+    constant = 0.0
+    for p, cameras in enumerate(table.seen):
+        out = min((seen.base for seen in cameras.values()), default=1.0 - table.focus_weight)
+        out += table.focus_weight
+        constant += table.share(p) * out
+        sharp = []
+        for c, seen in cameras.items():
+            if seen.base < out and (p, c) in holders:
+                y = program.variable(-table.share(p) * (out - seen.base), whole=False)
+                sharp.append(y)
+                program.at_most(0.0, [(y, 1.0), *((x, -1.0) for x in holders[p, c])])
+        program.at_most(1.0, [(y, 1.0) for y in sharp])
+    best, bound = program.minimum()
+    return constant + best, constant + bound
+
+
+def _largest_sets(table, c):
+    """Return the sets of samples that one distance of camera c holds in focus.
+
+    What a distance holds is part of what the nearest interval start below it holds, so starts
+    are enough; and one whose set the next one's contains is not needed.
+    """
+    seen = table.of_camera(c)
+    starts = sorted({sight.near for sight in seen.values() if sight.near <= sight.far})
+    sets = [frozenset(p for p in seen if seen[p].near <= s <= seen[p].far) for s in starts]
+    return [
+        held
+        for held, following in itertools.zip_longest(sets, sets[1:], fillvalue=frozenset())
+        if not held <= following
+    ]
+
+
+# --- Kernels -------------------------------------------------------------------------------------
+
+
+def best_pair(gain_a, gain_b, rectangles, weights):
+    """Return the most of gain_a[i] + gain_b[j] − Σ weights of rectangles around (i, j)."""
+    best = -math.inf
+    for i in range(len(gain_a)):
+        for j in range(len(gain_b)):
+            value = int(gain_a[i]) + int(gain_b[j])
+            for (i_0, i_1, j_0, j_1), weight in zip(rectangles, weights, strict=True):
+                if i_0 <= i <= i_1 and j_0 <= j <= j_1:
+                    value -= int(weight)
+            best = max(best, value)
+    return best

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from rclpy.context import Context
+from rclpy.node import Node
+from ros.planner_process import PlannerProcess
+
+from focus_planner import cylinder_rig
+from focus_planner.io.bodies import body as body_path
+from focus_planner.io.surfaces import load_surface
+from focus_planner.ros.client import PlannerClient
+
+_count = itertools.count()
+
+
+@pytest.fixture(scope="session")
+def body():
+    return load_surface(body_path("arms_down"))
+
+
+@pytest.fixture(scope="session")
+def rig():
+    return cylinder_rig(rows=4, columns=8, radius=1.2)
+
+
+@pytest.fixture(scope="module")
+def start_planner():
+    """Start nodes; they are stopped, and must have ended well, at the end of the module."""
+    started = []
+
+    def start(*arguments):
+        started.append(PlannerProcess(f"planner_{next(_count)}", *arguments))
+        return started[-1]
+
+    yield start
+    assert [process.stop() for process in started] == [0] * len(started)
+
+
+@pytest.fixture(scope="module")
+def planner(start_planner):
+    return start_planner()
+
+
+@pytest.fixture(scope="module")
+def client(planner):
+    with PlannerClient(planner.name) as client:
+        yield client
+
+
+@pytest.fixture
+def context():
+    context = Context()
+    context.init(args=[])
+    yield context
+    context.try_shutdown()
+
+
+@pytest.fixture
+def make_node(context):
+    """Make nodes in this process, for what needs no executor."""
+    nodes = []
+
+    def make(**settings):
+        nodes.append(Node("here", context=context, use_global_arguments=False, **settings))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.destroy_node()

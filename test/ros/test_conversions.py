@@ -1,0 +1,374 @@
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from focus_planner_msgs.msg import CameraFocus as CameraFocusMsg
+from focus_planner_msgs.msg import CameraRig, FocusPlan, RigCamera
+from focus_planner_msgs.msg import Lens as LensMsg
+from focus_planner_msgs.srv import PlanFocus
+from geometry_msgs.msg import Pose, PoseArray, Quaternion
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
+from std_msgs.msg import Header
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import CameraFocus, PlanRequest, plan_focus
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import Camera, CameraStatus, Grid, Image, Lens, PointCloud, Rig
+from focus_planner.io.plans import SavedPlan
+from focus_planner.ros import conversions
+from focus_planner.ros.conversions import (
+    camera_focus_from_ros,
+    camera_focus_to_ros,
+    camera_from_ros,
+    cloud_from_ros,
+    cloud_to_ros,
+    distorted_cameras,
+    image_from_ros,
+    image_to_ros,
+    lens_from_ros,
+    lens_to_ros,
+    mesh_from_ros,
+    mesh_to_ros,
+    message_from_ros,
+    plan_from_ros,
+    plan_to_ros,
+    poses_from_ros,
+    poses_to_ros,
+    request_from_ros,
+    request_to_ros,
+    rig_from_ros,
+    rig_to_ros,
+)
+from focus_planner.ros.inputs import Optics
+
+OPTICS = Optics(Image(64, 48, 50.0, 51.0, 31.5, 23.5), Lens(0.035, 5.0, 0.2, 4.0))
+
+numbers = st.floats(-1e6, 1e6)
+positions = st.tuples(numbers, numbers, numbers)
+positive = st.floats(1e-3, 1e3)
+
+
+def through_bytes(message):
+    return deserialize_message(serialize_message(message), type(message))
+
+
+@st.composite
+def unit_quaternions(draw):
+    q = np.array(draw(st.tuples(*[st.floats(-1, 1)] * 4)))
+    norm = np.linalg.norm(q)
+    return tuple((q / norm).tolist()) if norm > 1e-3 else (0.0, 0.0, 0.0, 1.0)
+
+
+@st.composite
+def lenses(draw):
+    focal_length = draw(st.floats(0.01, 0.2))
+    min_focus = draw(st.floats(0.0, 1.0))
+    return Lens(
+        focal_length,
+        draw(st.floats(0.5, 100.0)),
+        min_focus,
+        draw(st.one_of(st.just(math.inf), st.floats(1.0, 50.0))),
+    )
+
+
+images = st.builds(
+    Image, st.integers(1, 10_000), st.integers(1, 10_000), positive, positive, numbers, numbers
+)
+
+
+@st.composite
+def rigs(draw):
+    count = draw(st.integers(1, 4))
+    cameras = tuple(
+        Camera(
+            f"cam_{i}",
+            draw(positions),
+            draw(unit_quaternions()),
+            draw(images),
+            draw(lenses()),
+        )
+        for i in range(count)
+    )
+    return Rig(cameras, "world", draw(st.sampled_from([None, Grid(1, count), Grid(count, 1)])))
+
+
+@given(rigs())
+def test_a_rig_survives_the_wire_bit_for_bit(rig):
+    assert rig_from_ros(through_bytes(rig_to_ros(rig)), OPTICS, "world") == rig
+
+
+@given(rigs())
+def test_poses_survive_the_wire_bit_for_bit(rig):
+    received = poses_from_ros(through_bytes(poses_to_ros(rig)), OPTICS, "world")
+    for index, (camera, sent) in enumerate(zip(received.cameras, rig.cameras, strict=True)):
+        assert (camera.position, camera.orientation) == (sent.position, sent.orientation)
+        assert (camera.name, camera.image, camera.lens) == (
+            f"cam_{index:03d}",
+            OPTICS.image,
+            OPTICS.lens,
+        )
+
+
+@given(images)
+def test_images_survive_the_wire(image):
+    assert image_from_ros(through_bytes(image_to_ros(image))) == image
+
+
+@given(lenses())
+def test_lenses_survive_the_wire(lens):
+    assert lens_from_ros(through_bytes(lens_to_ros(lens))) == lens
+
+
+def test_a_lens_by_f_number_and_circle_of_confusion():
+    lens = lens_from_ros(LensMsg(focal_length=0.05, f_number=8.0, circle_of_confusion=3.125e-5))
+    assert lens.focal_length == 0.05
+    assert lens.hyperfocal_distance == pytest.approx(10.0)
+    with pytest.raises(InputError, match=r"lens\.f_number: expected a number above 0, got 0"):
+        lens_from_ros(LensMsg(focal_length=0.05))
+
+
+@given(
+    st.builds(
+        PlanRequest,
+        method=st.sampled_from(["closest", "average", "em", "k_view"]),
+        samples=st.integers(1, 2**32 - 1),
+        seed=st.integers(1, 2**64 - 1),
+        k=st.sampled_from([2, 3]),
+        scope=st.sampled_from(["all", "assigned"]),
+        time_budget=st.one_of(st.just(math.inf), positive),
+    )
+)
+def test_requests_survive_the_wire(request):
+    assert request_from_ros(through_bytes(request_to_ros(request)), PlanRequest()) == request
+
+
+def test_what_a_request_leaves_out_is_the_default():
+    defaults = PlanRequest("em", 7, 8, 3, "assigned", "grid", 9.0)
+    assert request_from_ros(PlanFocus.Request(), defaults) == defaults
+
+
+def test_a_request_that_makes_no_sense_is_an_input_error():
+    with pytest.raises(InputError, match="time_budget: expected a number above 0, got nan"):
+        request_from_ros(PlanFocus.Request(time_budget=math.nan), PlanRequest())
+    with pytest.raises(InputError, match=r"method: expected one of .*, got 'guess'"):
+        request_from_ros(PlanFocus.Request(method="guess"), PlanRequest())
+
+
+def test_meshes_survive_the_wire(body):
+    received = mesh_from_ros(mesh_to_ros(body))
+    np.testing.assert_array_equal(received.vertices, body.vertices)
+    np.testing.assert_array_equal(received.triangles, body.triangles)
+    swapped = mesh_from_ros(mesh_to_ros(body, big_endian=True))
+    np.testing.assert_array_equal(swapped.vertices, body.vertices)
+
+
+@pytest.mark.parametrize("with_normals", [False, True])
+def test_clouds_survive_the_wire(with_normals):
+    random = np.random.default_rng(1)
+    normals = random.normal(size=(50, 3))
+    cloud = PointCloud(random.normal(size=(50, 3)), normals if with_normals else None)
+    received = cloud_from_ros(through_bytes(cloud_to_ros(cloud, "world")), "world")
+    np.testing.assert_array_equal(received.points, cloud.points)
+    if with_normals:
+        np.testing.assert_allclose(received.normals, cloud.normals, rtol=1e-15)
+    else:
+        assert received.normals is None
+
+
+def cloud_message(columns, *, dtype="f4", big_endian=False, gap=0, row_gap=0, rows=1, order="xyz"):
+    """A cloud whose fields stand in any order, with gaps between and behind them."""
+    points = np.asarray(columns, dtype=np.float64)
+    size = np.dtype(dtype).itemsize
+    step = (size + gap) * 3 + gap
+    offsets = {name: gap + i * (size + gap) for i, name in enumerate(order)}
+    width = len(points) // rows
+    row_step = width * step + row_gap
+    data = np.full((rows, row_step), 0xAB, dtype=np.uint8)
+    packed = np.dtype(
+        {
+            "names": list(order),
+            "formats": [(">" if big_endian else "<") + dtype] * 3,
+            "offsets": [offsets[name] for name in order],
+            "itemsize": step,
+        }
+    )
+    view = np.ndarray((rows, width), packed, data, strides=(row_step, step))
+    for column, name in enumerate("xyz"):
+        view[name] = points[:, column].reshape(rows, width)
+    datatype = PointField.FLOAT32 if dtype == "f4" else PointField.FLOAT64
+    return PointCloud2(
+        header=Header(frame_id="world"),
+        height=rows,
+        width=width,
+        fields=[PointField(name=n, offset=offsets[n], datatype=datatype, count=1) for n in order],
+        is_bigendian=big_endian,
+        point_step=step,
+        row_step=row_step,
+        data=data.tobytes(),
+        is_dense=True,
+    )
+
+
+@given(
+    st.sampled_from(["f4", "f8"]),
+    st.booleans(),
+    st.integers(0, 5),
+    st.integers(0, 9),
+    st.sampled_from([1, 2, 4]),
+    st.permutations("xyz"),
+)
+def test_any_layout_of_a_cloud_is_read(dtype, big_endian, gap, row_gap, rows, order):
+    points = np.random.default_rng(2).normal(size=(20, 3)).astype(dtype)
+    message = cloud_message(
+        points,
+        dtype=dtype,
+        big_endian=big_endian,
+        gap=gap,
+        row_gap=row_gap,
+        rows=rows,
+        order="".join(order),
+    )
+    np.testing.assert_array_equal(cloud_from_ros(through_bytes(message), "world").points, points)
+
+
+def test_points_that_are_not_finite_are_left_out_where_the_cloud_says_so():
+    points = np.random.default_rng(3).normal(size=(20, 3))
+    points[[3, 7], [0, 2]] = math.nan
+    message = cloud_message(points, dtype="f8")
+    with pytest.raises(InputError, match=r"NaN or infinity in 2 of 20 \(first: point 3\)"):
+        cloud_from_ros(message, "world")
+    message.is_dense = False
+    np.testing.assert_array_equal(
+        cloud_from_ros(message, "world").points, np.delete(points, [3, 7], axis=0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [
+        ({"data": bytes(10)}, "height × row_step bytes of data .*, got 10 bytes"),
+        ({"row_step": 1}, "rows of at least width × point_step"),
+        ({"width": 10_000}, "rows of at least width × point_step"),
+        ({"height": 2**32 - 1}, "got 240 bytes for 4294967295 rows"),
+        ({"point_step": 8}, "cloud field z: expected an end within point_step"),
+        ({"fields": []}, "cloud fields: expected x, y and z, got none"),
+        (
+            {"fields": [PointField(name=n, datatype=PointField.INT16, count=1) for n in "xyz"]},
+            "cloud field x: expected one FLOAT32 or FLOAT64, got 1 of datatype 3",
+        ),
+        ({"header": Header(frame_id="base")}, "header.frame_id: expected 'world'.*, got 'base'"),
+        ({"header": Header()}, "header.frame_id: expected 'world'.*, got ''"),
+        ({"width": 0, "row_step": 0, "data": b""}, "at least 16 points, got an empty cloud"),
+    ],
+)
+def test_a_cloud_that_contradicts_itself_is_an_input_error(change, error):
+    message = cloud_message(np.zeros((20, 3)))
+    for name, value in change.items():
+        setattr(message, name, value)
+    with pytest.raises(InputError, match=error):
+        cloud_from_ros(through_bytes(message), "world")
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "error"),
+    [
+        (Quaternion(x=0.0, y=0.0, z=0.0, w=0.0), "cam_001: orientation: .*probably never set"),
+        (Quaternion(x=math.nan), "cam_001: orientation"),
+        (Quaternion(w=2.0), "of length 2"),
+    ],
+)
+def test_an_orientation_that_is_none_is_an_input_error(quaternion, error):
+    message = PoseArray(
+        header=Header(frame_id="world"), poses=[Pose(), Pose(orientation=quaternion)]
+    )
+    with pytest.raises(InputError, match=error):
+        poses_from_ros(message, OPTICS, "world")
+
+
+def test_an_empty_rig_is_an_input_error():
+    with pytest.raises(InputError, match="rig: expected at least one camera, got none"):
+        poses_from_ros(PoseArray(header=Header(frame_id="world")), OPTICS, "world")
+    with pytest.raises(InputError, match="rig: expected at least one camera, got none"):
+        rig_from_ros(CameraRig(header=Header(frame_id="world")), OPTICS, "world")
+
+
+def test_a_camera_takes_what_it_leaves_out_from_the_optics():
+    camera = camera_from_ros(RigCamera(name="left"), OPTICS)
+    assert (camera.image, camera.lens) == (OPTICS.image, OPTICS.lens)
+
+
+def test_errors_of_a_camera_name_it():
+    message = RigCamera(name="left", camera_info=CameraInfo(width=10, height=10))
+    with pytest.raises(InputError, match=r"camera left: image\.fx: expected a number above 0"):
+        camera_from_ros(message, OPTICS)
+    message = RigCamera(name="left", lens=LensMsg(focal_length=-0.05, hyperfocal_distance=1.0))
+    with pytest.raises(InputError, match=r"camera left: lens\.focal_length"):
+        camera_from_ros(message, OPTICS)
+
+
+def test_distortion_is_told():
+    cameras = [RigCamera(name="a"), RigCamera(name="b", camera_info=CameraInfo(d=[0.0, 0.1]))]
+    assert distorted_cameras(CameraRig(cameras=cameras)) == ["b"]
+
+
+def test_the_states_of_a_camera_are_those_of_the_message():
+    constants = {
+        name.removeprefix("STATUS_"): getattr(CameraFocusMsg, name)
+        for name in dir(CameraFocusMsg)
+        if name.startswith("STATUS_")
+    }
+    assert constants == {status.name: status.value for status in CameraStatus}
+
+
+@given(
+    st.builds(
+        CameraFocus,
+        name=st.just("left"),
+        status=st.sampled_from(CameraStatus),
+        focus_distance=positive,
+        near_limit=positive,
+        far_limit=st.one_of(positive, st.just(math.inf)),
+        assigned_samples=st.integers(0, 2**32 - 1),
+        in_focus_samples=st.integers(0, 2**32 - 1),
+    )
+)
+def test_a_cameras_focus_survives_the_wire(focus):
+    message = through_bytes(camera_focus_to_ros(focus, Header(frame_id="world")))
+    assert camera_focus_from_ros(message) == focus
+    assert message.dioptres == 1 / focus.focus_distance
+
+
+def test_a_plan_survives_the_wire(body, rig):
+    plan = plan_focus(Scene(body), rig, PlanRequest(samples=200))
+    message = through_bytes(plan_to_ros(plan, "world", Time(sec=5), "a name"))
+    received = plan_from_ros(message)
+    for field in fields(SavedPlan):
+        assert getattr(received, field.name) == getattr(plan, field.name)
+    assert math.isnan(message.lower_bound)
+    assert (message.plan_id, message.header) == ("a name", message.cameras[0].header)
+
+
+@pytest.mark.parametrize("message_type", [PointCloud2, PoseArray, CameraRig, FocusPlan])
+@given(head=st.sampled_from([b"", b"\x00\x01\x00\x00"]), payload=st.binary(max_size=100))
+def test_other_bytes_are_an_input_error_or_a_message(message_type, head, payload):
+    try:
+        message = message_from_ros(head + payload, message_type)
+    except InputError as error:
+        assert error.argument == f"{message_type.__name__} message"  # noqa: PT017
+    else:
+        assert isinstance(message, message_type)
+
+
+def test_every_conversion_has_its_opposite():
+    names = {name for name in dir(conversions) if name.endswith(("_from_ros", "_to_ros"))}
+    stems = {name.removesuffix("_from_ros").removesuffix("_to_ros") for name in names}
+    assert {f"{s}_from_ros" for s in stems} | {f"{s}_to_ros" for s in stems} == names | {
+        "message_to_ros",  # rclpy's serialize_message
+    }

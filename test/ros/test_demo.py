@@ -1,0 +1,41 @@
+from __future__ import annotations
+
+import pytest
+
+from focus_planner import demo
+from focus_planner.io.plans import load_plan
+from focus_planner.io.rigs import load_rig
+
+
+def test_the_demonstration(tmp_path, capsys, monkeypatch):
+    drawn = {}
+    # Drawing is tested where it is at home, and takes longer than all else here.
+    monkeypatch.setattr(demo, "draw_plans", lambda scene, rig, plans, path: drawn.update(plans))
+    assert demo.run(tmp_path / "new") == 0
+    shown = capsys.readouterr().out
+    assert "closest (autofocus)" in shown
+    assert "k_view" in shown
+    plan = load_plan(tmp_path / "new" / "plan.json")
+    assert list(drawn.values())[-1].cameras == plan.cameras
+    assert len(load_rig(tmp_path / "new" / "rig.yaml")) == len(plan.cameras) == 168
+    assert plan.cost < drawn["closest (autofocus)"].cost
+    for camera in plan.cameras:
+        assert f"{100 * camera.focus_distance:.0f}" in shown
+
+
+def test_a_node_that_fails_is_told(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(demo.sys, "executable", "/bin/false")
+    assert demo.run(tmp_path) == 1
+    assert "the node did not start; its log is" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("width", [80, 200])
+def test_the_distances_fit_the_terminal(width):
+    rig = demo.cylinder_rig()
+    cameras = [
+        demo.CameraFocus(c.name, demo.CameraStatus.SEES_NOTHING, 9.99, 0.1, 2.0, 0, 0)
+        for c in rig.cameras
+    ]
+    lines = demo._distances(rig, cameras, width).plain.splitlines()
+    assert max(map(len, lines)) <= width
+    assert sum(line.count("x999") for line in lines) == len(rig)

@@ -1,0 +1,436 @@
+"""A node in a process of its own, called over DDS."""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import PointCloud2
+
+from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import Camera, Image, Lens, PointCloud, Rig
+from focus_planner.ros.cdr import write_mesh
+from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.conversions import (
+    cloud_to_ros,
+    mesh_to_ros,
+    plan_from_ros,
+    poses_to_ros,
+    rig_to_ros,
+)
+
+SAMPLES = 300
+
+
+@pytest.fixture
+def ready(client, body, rig):
+    """The client of a node that has a good surface and a good rig in force."""
+    client.publish_mesh(body)
+    client.publish_rig(rig)
+    return client
+
+
+def planned(client, **request):
+    response = client.plan(**{"samples": SAMPLES, **request})
+    assert response.success, response.message
+    return response.plan
+
+
+def refused(client, **request):
+    response = client.plan(**{"samples": SAMPLES, **request})
+    assert not response.success
+    assert response.plan.plan_id == ""
+    return response.message
+
+
+def what_counts(plan):
+    """All of a plan but its name and its times."""
+    return replace(plan_from_ros(plan), solve_seconds=0.0, total_seconds=0.0)
+
+
+def of_the_core(surface, rig, **request):
+    plan = plan_focus(Scene(surface), rig, PlanRequest(**{"samples": SAMPLES, **request}))
+    return plan.cost, plan.cameras
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"method": "closest"},
+        {"method": "average", "seed": 7},
+        {"method": "em", "samples": 1000},
+        {"method": "k_view"},
+        {"method": "k_view", "k": 3, "scope": "assigned"},
+    ],
+)
+def test_a_plan_is_the_cores_bit_for_bit(ready, body, rig, request_):
+    plan = plan_from_ros(planned(ready, **request_))
+    assert (plan.cost, plan.cameras) == of_the_core(body, rig, **request_)
+
+
+def test_the_same_request_gives_the_same_plan_under_another_name(ready):
+    first, second = planned(ready), planned(ready)
+    assert what_counts(first) == what_counts(second)
+    assert first.plan_id != second.plan_id
+
+
+def test_a_plan_tells_about_itself(ready, body):
+    plan = planned(ready, method="em", seed=3)
+    assert (plan.method, plan.samples, plan.seed) == ("em", SAMPLES, 3)
+    assert plan.header.frame_id == "world"
+    assert plan.header.stamp.sec > 0
+    assert math.isnan(plan.lower_bound)
+    assert plan.surface_area == pytest.approx(Scene(body).area)
+    assert 0 < plan.in_focus_area <= plan.covered_area <= plan.surface_area
+    assert 0 <= plan.solve_seconds <= plan.total_seconds
+
+
+def test_who_subscribes_late_gets_the_newest_plan(ready, planner, rig):
+    plan = planned(ready)
+    with PlannerClient(planner.name) as late:
+        assert late.latched_plan().plan_id == plan.plan_id
+        assert what_counts(late.latched_plan()) == what_counts(plan)
+        for index in (0, len(rig) - 1):
+            focus = late.latched_focus(rig.cameras[index].name)
+            assert focus == plan.cameras[index]
+
+
+def test_poses_alone_make_a_rig(ready, body, rig):
+    ready.publish_poses(rig)
+    plan = planned(ready)
+    named = Rig(
+        tuple(replace(c, name=f"cam_{i:03d}") for i, c in enumerate(rig.cameras)), rig.frame_id
+    )
+    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, named)
+    assert ready.latched_focus("cam_007") == plan.cameras[7]
+
+
+def test_a_rig_says_what_its_cameras_are(ready, body, rig):
+    cameras = [replace(c, lens=Lens(0.035, 6.0), image=Image(width=700)) for c in rig.cameras]
+    other = Rig((*cameras[:5], *rig.cameras[5:]), rig.frame_id)
+    ready.publish_rig(other)
+    plan = planned(ready)
+    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, other)
+
+
+@pytest.mark.parametrize("with_normals", [False, True])
+@pytest.mark.parametrize("samples", [0, SAMPLES])
+def test_a_cloud_is_planned_for(ready, body, rig, with_normals, samples):
+    random = Scene(body).sample(4000, 1)
+    cloud = PointCloud(random.points, random.normals if with_normals else None)
+    ready.publish_cloud(cloud)
+    assert ready.set_parameters(samples=samples)[0].successful
+    plan = planned(ready, samples=0)
+    assert ready.set_parameters(samples=4096)[0].successful
+    assert plan.cost == of_the_core(cloud, rig, samples=samples)[0]
+
+
+def test_big_endian_meshes_are_read(ready, body, rig):
+    before = planned(ready)
+    ready.publish_cloud(PointCloud(body.vertices))
+    ready.publish("mesh", mesh_to_ros(body, big_endian=True))
+    assert what_counts(planned(ready)) == what_counts(before)
+
+
+def test_the_newest_surface_is_planned_for_mesh_or_cloud(ready, body, rig):
+    mesh_cost = planned(ready).cost
+    ready.publish_cloud(PointCloud(body.vertices))
+    cloud_cost = planned(ready).cost
+    ready.publish_mesh(body)
+    assert planned(ready).cost == mesh_cost != cloud_cost
+
+
+# --- bad input ---------------------------------------------------------------------------------
+
+
+def mesh(change):
+    def bad(body, rig):
+        vertices, triangles = body.vertices.copy(), body.triangles.copy()
+        vertices, triangles = change(vertices, triangles)
+        return "mesh", write_mesh(triangles, vertices)
+
+    return bad
+
+
+def with_nan(vertices, triangles):
+    vertices[5, 1] = math.nan
+    return vertices, triangles
+
+
+def out_of_range(vertices, triangles):
+    triangles[9, 2] = len(vertices)
+    return vertices, triangles
+
+
+def degenerate(vertices, triangles):
+    triangles[9] = triangles[9, [0, 0, 1]]
+    return vertices, triangles
+
+
+def cloud(frame_id="world", **change):
+    def bad(body, rig):
+        message = cloud_to_ros(PointCloud(body.vertices), frame_id)
+        for name, value in change.items():
+            setattr(message, name, value)
+        return "cloud", message
+
+    return bad
+
+
+def poses(change):
+    def bad(body, rig):
+        message = poses_to_ros(rig)
+        change(message)
+        return "camera_poses", message
+
+    return bad
+
+
+def no_poses(message):
+    message.poses = []
+
+
+def zero_quaternion(message):
+    q = message.poses[3].orientation
+    q.x = q.y = q.z = q.w = 0.0
+
+
+def nan_position(message):
+    message.poses[3].position.y = math.nan
+
+
+def inside(message):
+    p = message.poses[3].position
+    p.x, p.y, p.z = 0.0, 0.0, 1.2
+
+
+def in_millimetres(message):
+    for pose in message.poses:
+        p = pose.position
+        p.x, p.y, p.z = 1000 * p.x, 1000 * p.y, 1000 * p.z
+
+
+def rig_with(change):
+    def bad(body, rig):
+        message = rig_to_ros(rig)
+        change(message)
+        return "rig", message
+
+    return bad
+
+
+def duplicate(message):
+    message.cameras[1].name = message.cameras[0].name
+
+
+def no_cameras(message):
+    message.cameras = []
+
+
+def bad_name(message):
+    message.cameras[1].name = "left/right"
+
+
+def bad_grid(message):
+    message.grid_rows = 3
+
+
+def wrong_frame(message):
+    message.header.frame_id = "base_link"
+
+
+BAD_INPUTS = {
+    "a mesh with NaN": (mesh(with_nan), r"NaN or infinity in 1 of \d+ \(first: vertex 5\)"),
+    "no triangles": (mesh(lambda v, t: (v, t[:0])), "mesh: expected at least one triangle"),
+    "indices out of range": (mesh(out_of_range), "mesh triangles: expected vertex indices from"),
+    "degenerate triangles": (mesh(degenerate), r"1 of \d+ degenerate \(first: 9\)"),
+    "millimetres": (mesh(lambda v, t: (1000 * v, t)), "surface is probably in millimetres"),
+    "inverted normals": (mesh(lambda v, t: (v, t[:, ::-1])), "normals are probably inverted"),
+    "half a mesh": (lambda body, _: ("mesh", mesh_to_ros(body)[:-5]), "the message was cut off"),
+    "an empty cloud": (
+        cloud(width=0, row_step=0, data=b""),
+        "cloud: expected at least 16 points, got an empty cloud",
+    ),
+    "a cloud in another frame": (cloud("lidar"), "'world' .*, got 'lidar'"),
+    "a cloud without a frame": (cloud(""), "'world' .*, got ''"),
+    "a cloud of integers": (cloud(fields=[]), "cloud fields: expected x, y and z"),
+    "an empty cloud message": (lambda *_: ("cloud", PointCloud2()), "header.frame_id"),
+    "no poses": (poses(no_poses), "rig: expected at least one camera, got none"),
+    "a zero quaternion": (poses(zero_quaternion), "cam_003: orientation: .*never set"),
+    "a pose with NaN": (poses(nan_position), "cam_003: position: expected finite metres"),
+    "poses in another frame": (poses(wrong_frame), "'world' .*, got 'base_link'"),
+    "poses in millimetres": (poses(in_millimetres), "camera poses are probably in millimetres"),
+    "a camera inside the body": (poses(inside), r"1 of 32 inside it \(cam_003\)"),
+    "no cameras": (rig_with(no_cameras), "rig: expected at least one camera, got none"),
+    "duplicate names": (rig_with(duplicate), "unique camera names, got 'cam_0_00' 2 times"),
+    "a bad name": (rig_with(bad_name), "camera name: expected letters.*'left/right'"),
+    "a bad grid": (rig_with(bad_grid), r"rows × columns = 32"),
+    "a rig in another frame": (rig_with(wrong_frame), "'world' .*, got 'base_link'"),
+    "half a rig": (lambda *_: ("rig", b"\x00\x01\x00\x00\x07"), "CameraRig message"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_INPUTS)
+def test_bad_input_is_told_once_and_the_last_good_one_is_planned_for(ready, body, rig, case):
+    bad, reason = BAD_INPUTS[case]
+    before = planned(ready)
+    ready.publish(*bad(body, rig))
+    message = refused(ready)
+    assert re.search(reason, message), message
+    assert "stays in force: call again" in message
+    # Nothing was published in place of the last good plan.
+    assert ready.latched_plan().plan_id == before.plan_id
+    assert what_counts(planned(ready)) == what_counts(before)
+
+
+@pytest.mark.parametrize(
+    ("request_", "reason"),
+    [
+        (
+            {"method": "guess"},
+            "method: expected one of closest, average, em, k_view.*, got 'guess'",
+        ),
+        ({"k": 4}, "k: expected 2 or 3, got 4"),
+        ({"scope": "some"}, "scope: expected one of all, assigned, got 'some'"),
+        ({"time_budget": -1.0}, "time_budget: expected a number above 0, got -1"),
+        ({"time_budget": math.nan}, "time_budget: expected a number above 0, got nan"),
+    ],
+)
+def test_a_bad_request_is_told(ready, request_, reason):
+    before = planned(ready)
+    assert re.search(reason, refused(ready, **request_))
+    assert what_counts(planned(ready)) == what_counts(before)
+
+
+def test_more_cameras_at_once_than_there_are_is_a_bad_request(ready, body, rig):
+    few = Rig(rig.cameras[:2])
+    ready.publish_rig(few)
+    message = refused(ready, method="k_view", k=3)
+    assert "k: expected at most 2, the number of cameras, got 3" in message
+    plan = planned(ready, method="k_view")
+    assert plan.cost == of_the_core(body, few)[0]
+
+
+def test_malformed_bytes_do_not_end_the_node(ready, body):
+    before = planned(ready)
+    payload = mesh_to_ros(body)
+    random = np.random.default_rng(4)
+    for length in (0, 1, 3, 4, 7, 8, 9, 1000, len(payload) - 1):
+        ready.publish("mesh", payload[:length])
+    for topic in ("mesh", "cloud", "camera_poses", "rig"):
+        for size in (4, 40, 400):
+            ready.publish(topic, random.bytes(size))
+            ready.publish(topic, b"\x00\x01\x00\x00" + random.bytes(size))
+    assert "refused" in refused(ready)
+    assert what_counts(planned(ready)) == what_counts(before)
+
+
+def test_without_input_every_call_says_what_is_missing(start_planner, body, rig):
+    planner = start_planner("-p", "method:=em", "-p", "samples:=200")
+    with PlannerClient(planner.name) as client:
+        for _ in range(2):
+            message = client.plan().message
+            assert "surface: expected a mesh on ~/mesh or a cloud on ~/cloud, got none" in message
+            assert "rig: expected poses on ~/camera_poses or a rig on ~/rig, got none" in message
+        client.publish_rig(rig)
+        client.publish("mesh", b"")
+        for _ in range(2):
+            assert "got none that can be used: the surface received on" in client.plan().message
+        client.publish_mesh(body)
+        plan = client.plan().plan
+        assert (plan.method, plan.samples) == ("em", 200)
+
+
+# --- many callers, parameters, long plans ------------------------------------------------------
+
+
+def test_many_callers_at_once_are_all_answered_alike(ready, planner):
+    wanted = planned(ready, method="em")
+    answers = []
+
+    def call():
+        with PlannerClient(planner.name) as another:
+            calls = [another.plan_async(method="em", samples=SAMPLES) for _ in range(5)]
+            last = another.plan(method="em", samples=SAMPLES)
+            answers.extend([*(call.result() for call in calls), last])
+
+    callers = [threading.Thread(target=call) for _ in range(6)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join()
+    assert len(answers) == 36
+    assert all(answer.success for answer in answers)
+    assert all(what_counts(answer.plan) == what_counts(wanted) for answer in answers)
+    assert len({answer.plan.plan_id for answer in answers}) == 36
+
+
+def test_a_burst_of_one_caller_is_answered_whole(ready):
+    calls = [ready.plan_async(method="closest", samples=100) for _ in range(50)]
+    ready.plan(method="closest", samples=100)
+    assert all(call.result().success for call in calls)
+
+
+def test_a_bad_parameter_is_refused_with_the_reason(ready):
+    results = ready.set_parameters(method="guess", frame_id="base", k=9, samples=-1)
+    assert not any(result.successful for result in results)
+    assert "method: expected one of" in results[0].reason
+    assert "read-only" in results[1].reason
+    assert "Max: 3" in results[2].reason
+    assert "out of range" in results[3].reason
+
+
+def test_a_changed_lens_applies_to_poses_at_the_next_call(ready, body, rig):
+    ready.publish_poses(rig)
+    sharper = planned(ready)
+    assert ready.set_parameters(lens__hyperfocal_distance=40.0)[0].successful
+    plan = planned(ready)
+    assert ready.set_parameters(lens__hyperfocal_distance=10.0)[0].successful
+    other = Rig(
+        tuple(
+            Camera(f"cam_{i:03d}", c.position, c.orientation, lens=Lens(0.05, 40.0))
+            for i, c in enumerate(rig.cameras)
+        )
+    )
+    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, other)
+    assert what_counts(planned(ready)) == what_counts(sharper)
+
+
+def test_the_node_answers_while_it_plans(ready, body):
+    ready.publish_rig(cylinder_rig())
+    long = ready.plan_async(method="k_view", k=3, samples=10_000)
+    for seed in range(5):
+        assert ready.set_parameters(seed=seed)[0].successful
+    ready.publish_mesh(body)
+    next_ = ready.plan_async(method="closest", samples=100)
+    assert not long.done()
+    ready.plan(method="closest", samples=100)
+    assert long.result().success
+    assert next_.result().success
+    assert ready.set_parameters(seed=0)[0].successful
+
+
+def test_a_time_budget_is_told(ready):
+    response = ready.plan(method="em", samples=SAMPLES, time_budget=1e-6)
+    assert response.success
+    assert "stopped by the time budget" in response.message
+
+
+def test_distortion_is_warned_of_and_ignored(ready, planner, rig):
+    before = planned(ready)
+    message = rig_to_ros(rig)
+    message.cameras[4].camera_info.d = [0.1, 0.0]
+    ready.publish("rig", message)
+    assert what_counts(planned(ready)) == what_counts(before)
+    planner.wait_for_log("distortion is ignored, images are taken to be rectified: cam_0_04")
+
+
+def test_the_log_holds_no_traceback(ready, planner):
+    planned(ready)
+    assert "Traceback" not in planner.log

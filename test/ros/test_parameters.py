@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.parameter import Parameter
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import PlanRequest
+from focus_planner.core.types import CostModel, Lens
+from focus_planner.ros.inputs import Optics
+from focus_planner.ros.parameters import DECLARATIONS, Parameters, Settings
+
+
+def started_with(make_node, **values):
+    return make_node(parameter_overrides=[Parameter(n, value=v) for n, v in values.items()])
+
+
+def change(node, **values):
+    return node.set_parameters_atomically(
+        [Parameter(name.replace("__", "."), value=value) for name, value in values.items()]
+    )
+
+
+def test_the_defaults_are_the_cores(make_node):
+    assert Parameters(make_node()).current == Settings(
+        "world", PlanRequest(), Optics(), CostModel()
+    )
+
+
+def test_every_parameter_is_described(make_node):
+    node = make_node()
+    Parameters(node)
+    for declaration in DECLARATIONS:
+        descriptor = node.describe_parameter(declaration.name)
+        assert len(descriptor.description) > 20
+        ranges = len(descriptor.integer_range) + len(descriptor.floating_point_range)
+        assert ranges == (not isinstance(declaration.default, str))
+
+
+def test_values_given_at_the_start_are_used(make_node):
+    node = started_with(make_node, method="em", time_budget=2.0, frame_id="rig")
+    settings = Parameters(node).current
+    assert settings.request == PlanRequest(method="em", time_budget=2.0)
+    assert settings.frame_id == "rig"
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "text"),
+    [
+        ({"k": 4}, InvalidParameterValueException, "Max: 3, value: 4"),
+        ({"k": "two"}, InvalidParameterTypeException, "expecting type"),
+        ({"method": "guess"}, InputError, "method: expected one of"),
+        ({"frame_id": ""}, InputError, "frame_id: expected the name of a frame"),
+        ({"lens.min_focus": 2.0, "lens.max_focus": 1.0}, InputError, "lens.min_focus"),
+    ],
+)
+def test_bad_values_at_the_start_are_an_error(make_node, values, error, text):
+    with pytest.raises(error, match=text):
+        Parameters(started_with(make_node, **values))
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ({"method": "guess"}, "method: expected one of closest.*'guess'"),
+        ({"scope": "some"}, "scope: expected one of"),
+        ({"k": 1}, "Min: 2, Max: 3, value: 1"),
+        ({"samples": -1}, "out of range"),
+        ({"time_budget": -1.0}, "out of range"),
+        ({"time_budget": math.nan}, "out of range"),
+        ({"samples": 1.5}, "Wrong parameter type"),
+        ({"frame_id": "base"}, "read-only"),
+        ({"lens__focal_length": 0.0}, r"lens\.focal_length: expected a number above 0"),
+        ({"lens__hyperfocal_distance": 0.0}, r"lens\.f_number: expected a number above 0"),
+        ({"image__fx": 0.0}, r"image\.fx: expected a number above 0"),
+        ({"cost__focus_weight": 0.5}, "cost weights: expected a sum of at most 1"),
+        ({"lens__min_focus": 2.0, "lens__max_focus": 1.0}, r"lens\.min_focus: expected at most"),
+    ],
+)
+def test_a_bad_change_is_refused_with_the_reason(make_node, values, reason):
+    node = make_node()
+    parameters = Parameters(node)
+    before = parameters.current
+    result = change(node, **values)
+    assert not result.successful
+    assert re.search(reason, result.reason)
+    assert parameters.current is before
+
+
+def test_a_good_change_is_applied(make_node):
+    node = make_node()
+    parameters = Parameters(node)
+    assert change(node, lens__max_focus=3.0, seed=5).successful
+    assert parameters.current.optics.lens == Lens(max_focus=3.0)
+    assert parameters.current.request == PlanRequest(seed=5)
+
+
+def test_a_lens_by_f_number(make_node):
+    node = make_node()
+    parameters = Parameters(node)
+    assert change(node, lens__f_number=8.0, lens__circle_of_confusion=3.125e-5).successful
+    assert parameters.current.optics.lens.hyperfocal_distance == 10.0
+    assert change(node, lens__f_number=16.0, lens__hyperfocal_distance=0.0).successful
+    assert parameters.current.optics.lens.hyperfocal_distance == pytest.approx(5.0)
+
+
+def test_parameters_of_others_are_let_through(make_node):
+    node = make_node()
+    Parameters(node)
+    node.declare_parameter("another", 1)
+    assert change(node, another=2).successful

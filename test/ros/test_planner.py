@@ -1,0 +1,270 @@
+"""What is in force, what is refused, and who is told: without a node."""
+
+from __future__ import annotations
+
+import re
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.types import Image, Lens, Mesh
+from focus_planner.ros.inputs import Arrival, Optics
+from focus_planner.ros.planner import NotReady, Planner
+
+REQUEST = PlanRequest(method="em", samples=300)
+RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+FAR_RIG = cylinder_rig(rows=2, columns=6, radius=9.0, bottom=9.0, top=9.1)
+
+
+def box(size, centre=(0.0, 0.0, 0.0)):
+    corners = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    return Mesh(size * corners + np.array(centre), np.array(triangles))
+
+
+BOX, OTHER = box(0.3), box(0.4)
+FAR_BOX = box(0.3, (0.0, 0.0, 9.05))
+
+
+class Log:
+    def __init__(self):
+        self.warnings, self.errors = [], []
+
+    def warning(self, message):
+        self.warnings.append(message)
+
+    def error(self, message):
+        self.errors.append(message)
+
+
+class Bench:
+    """A planner, and a clock that ticks with every message."""
+
+    def __init__(self):
+        self.log = Log()
+        self.rigs = []
+        self.planner = Planner(self.log, self.rigs.append)
+        self._now = datetime(2025, 1, 1, tzinfo=timezone.utc)
+
+    def _arrival(self, topic, said, payload):
+        self._now += timedelta(seconds=1)
+
+        def read(optics):
+            if isinstance(said, Exception):
+                raise said
+            return said(optics) if callable(said) else said
+
+        return Arrival(topic, payload or str(id(said)).encode(), read, self._now)
+
+    def surface(self, said, payload=None, *, digest=True):
+        self.planner.surface.receive(self._arrival("~/mesh", said, payload))
+        if digest:
+            self.planner.digest(Optics())
+
+    def rig(self, said, payload=None, *, digest=True):
+        self.planner.rig.receive(self._arrival("~/rig", said, payload))
+        if digest:
+            self.planner.digest(Optics())
+
+    def plan(self, optics=Optics()):  # noqa: B008 - frozen
+        return self.planner.plan(REQUEST, optics)[0]
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+@pytest.fixture
+def ready(bench):
+    bench.surface(BOX)
+    bench.rig(RIG)
+    return bench
+
+
+def same(plan, surface, rig):
+    return plan.cameras == plan_focus(Scene(surface), rig, REQUEST).cameras
+
+
+BAD = InputError("mesh", "a good one", "a bad one")
+
+
+def test_it_says_what_is_missing(bench):
+    with pytest.raises(NotReady, match=r"surface: expected a mesh on ~/mesh.*none yet\. rig: exp"):
+        bench.plan()
+    bench.surface(BOX)
+    with pytest.raises(NotReady, match=r"^rig: expected poses on ~/camera_poses or a rig on ~/rig"):
+        bench.plan()
+    bench.rig(RIG)
+    assert same(bench.plan(), BOX, RIG)
+
+
+def test_the_newest_surface_and_rig_are_planned_for(ready):
+    ready.surface(OTHER)
+    assert same(ready.plan(), OTHER, RIG)
+    other_rig = cylinder_rig(rows=2, columns=7, radius=1.0, bottom=-0.1, top=0.1)
+    ready.rig(other_rig)
+    assert same(ready.plan(), OTHER, other_rig)
+    assert ready.rigs == [RIG, other_rig]
+
+
+def test_what_came_during_a_plan_is_taken_in_by_the_next(ready):
+    ready.surface(OTHER, digest=False)
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_a_refused_surface_is_told_once_and_the_last_good_one_stays(ready):
+    ready.surface(BAD)
+    assert ready.log.warnings == [f"refused the surface received on ~/mesh at 00:00:03 UTC: {BAD}"]
+    with pytest.raises(NotReady) as refused:
+        ready.plan()
+    assert str(refused.value) == (
+        f"{BAD}. So the surface received on ~/mesh at 00:00:03 UTC was refused, and the surface"
+        " received on ~/mesh at 00:00:01 UTC stays in force: call again to plan with that one"
+    )
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_without_a_good_one_every_caller_is_told(bench):
+    bench.rig(RIG)
+    bench.surface(BAD)
+    for _ in range(2):
+        with pytest.raises(NotReady, match=r"none that can be used: the surface .* was refused \("):
+            bench.plan()
+
+
+def test_a_good_surface_after_a_refused_one_needs_no_word(ready):
+    ready.surface(BAD)
+    ready.surface(OTHER)
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_the_one_in_force_sent_again_after_a_refused_one_needs_no_word(ready):
+    ready.surface(BAD)
+    ready.surface(BOX)
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_both_refusals_are_told_at_once(ready):
+    ready.surface(BAD)
+    ready.rig(InputError("rig", "one", "none"))
+    with pytest.raises(NotReady, match=r"mesh: expected.* call again .*\. rig: expected one, got"):
+        ready.plan()
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_of_a_backlog_the_newest_good_one_counts_and_the_bad_one_after_it_is_told(ready):
+    ready.surface(box(0.2), digest=False)
+    ready.surface(OTHER, digest=False)
+    ready.surface(BAD, digest=False)
+    with pytest.raises(NotReady, match="a bad one"):
+        ready.plan()
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_a_surface_sent_again_is_not_built_again(ready):
+    ready.surface(OTHER, b"the same bytes")
+    scene = ready.planner.surface.in_force.value
+    ready.surface(RuntimeError("is not read again"), b"the same bytes")
+    assert ready.planner.surface.in_force.value is scene
+    assert ready.log.errors == []
+
+
+@pytest.mark.parametrize(
+    ("surface", "suspicion"),
+    [
+        (box(300.0), "millimetres"),
+        (Mesh(BOX.vertices, BOX.triangles[:, ::-1]), "normals are probably inverted"),
+        (FAR_BOX, "of which 0% can be seen"),
+    ],
+)
+def test_a_surface_that_does_not_fit_the_rig_is_refused_at_once(ready, surface, suspicion):
+    ready.surface(surface)
+    assert re.search(suspicion, ready.log.warnings[0])
+    with pytest.raises(NotReady, match=suspicion):
+        ready.plan()
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_a_rig_that_does_not_fit_the_surface_is_refused_at_once(ready):
+    ready.rig(FAR_RIG)
+    with pytest.raises(NotReady, match="the rig received on ~/rig at 00:00:02 UTC stays in force"):
+        ready.plan()
+    assert same(ready.plan(), BOX, RIG)
+    assert ready.rigs == [RIG]
+
+
+@pytest.mark.parametrize("rig_first", [False, True])
+def test_a_surface_and_a_rig_that_fit_only_each_other_replace_both(ready, rig_first):
+    if rig_first:
+        ready.rig(FAR_RIG)
+        ready.surface(FAR_BOX)
+    else:
+        ready.surface(FAR_BOX)
+        ready.rig(FAR_RIG)
+    assert same(ready.plan(), FAR_BOX, FAR_RIG)
+
+
+def test_they_do_so_in_one_backlog_as_well(ready):
+    ready.surface(FAR_BOX, digest=False)
+    ready.rig(FAR_RIG, digest=False)
+    assert same(ready.plan(), FAR_BOX, FAR_RIG)
+
+
+def test_of_a_backlog_the_half_that_fits_is_taken(ready):
+    ready.surface(OTHER, digest=False)
+    ready.rig(FAR_RIG, digest=False)
+    with pytest.raises(NotReady, match="the rig received on ~/rig at 00:00:04 UTC was refused"):
+        ready.plan()
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_what_never_fitted_is_reported_until_something_better_comes(bench):
+    bench.surface(BOX)
+    bench.rig(FAR_RIG)
+    assert "do not fit each other" in bench.log.warnings[0]
+    for _ in range(2):
+        with pytest.raises(InputError, match="of which 0% can be seen"):
+            bench.plan()
+    bench.rig(RIG)
+    assert same(bench.plan(), BOX, RIG)
+
+
+def test_cameras_follow_the_optics(bench):
+    def read(optics):
+        return cylinder_rig(
+            rows=2,
+            columns=6,
+            radius=1.0,
+            bottom=-0.1,
+            top=0.1,
+            lens=optics.lens,
+            image=optics.image,
+        )
+
+    bench.surface(BOX)
+    bench.rig(read)
+    assert same(bench.plan(), BOX, RIG)
+    optics = Optics(Image(width=500), Lens(hyperfocal_distance=4.0))
+    assert same(bench.plan(optics), BOX, read(optics))
+    assert same(bench.plan(), BOX, RIG)
+
+
+def test_whatever_a_surface_raises_it_is_refused(ready):
+    ready.surface(RuntimeError("no idea"))
+    with pytest.raises(NotReady, match=r"internal error: RuntimeError\('no idea'\)"):
+        ready.plan()
+    assert "Traceback" in ready.log.errors[0]
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_the_watch_is_asked(ready):
+    told = []
+    ready.planner.plan(REQUEST, Optics(), watch=lambda progress: told.append(progress) or True)
+    assert told

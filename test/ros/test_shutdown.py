@@ -1,0 +1,73 @@
+"""How the node starts and ends."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.ros.client import PlannerClient
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_idle_it_ends_cleanly(start_planner, number):
+    planner = start_planner()
+    planner.wait_for_log("ready")
+    planner.signal(number)
+    assert planner.wait() == 0
+    assert "Traceback" not in planner.log
+
+
+def test_while_it_starts_it_ends_cleanly(start_planner):
+    planner = start_planner()
+    planner.wait_for_log("loading kernels")
+    planner.signal(signal.SIGINT)
+    assert planner.wait() == 0
+    assert "Traceback" not in planner.log
+
+
+def test_while_it_plans_it_ends_cleanly_and_the_callers_are_told(start_planner, body):
+    planner = start_planner("--log-level", "focus_planner:=debug")
+    with PlannerClient(planner.name) as client:
+        client.publish_mesh(body)
+        client.publish_rig(cylinder_rig())
+        planned = client.plan_async(method="k_view", k=3, samples=20_000)
+        queued = client.plan_async(method="em")
+        planner.wait_for_log("planning: .*20000")
+        planner.signal(signal.SIGINT)
+        client.wait_for(planned)
+        client.wait_for(queued)
+        for answer in (planned.result(), queued.result()):
+            assert not answer.success
+            assert answer.message == "the node is shutting down"
+    assert planner.wait() == 0
+    assert "Traceback" not in planner.log
+
+
+def test_a_call_before_it_is_ready_waits(start_planner, body, rig):
+    planner = start_planner()
+    with PlannerClient(planner.name) as client:
+        client.publish_mesh(body)
+        client.publish_rig(rig)
+        response = client.plan(method="em", samples=100)
+    assert response.success, response.message
+    assert "ready" in planner.log
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["-p", "method:=guess"], "planner_node: method: expected one of closest"),
+        (["-p", "k:=7"], "planner_node: Invalid parameter value (7)"),
+        (["--unheard-of"], "planner_node: UnknownROSArgsError: ['--unheard-of']"),
+    ],
+)
+def test_bad_arguments_end_it_with_one_line(arguments, error):
+    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args", *arguments]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert error in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1

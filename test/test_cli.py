@@ -1,0 +1,447 @@
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+import yaml
+
+from focus_planner import cli
+from focus_planner.core.planning import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.types import Lens, Rig
+from focus_planner.io.bodies import body
+from focus_planner.io.plans import load_plan
+from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
+
+RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05)
+BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
+BALL.apply_translation([0.0, 0.0, 0.9])
+PROGRAM = [sys.executable, "-c", "import sys; from focus_planner.cli import main; sys.exit(main())"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working directory with a ball, its cloud and a rig around them."""
+    monkeypatch.chdir(tmp_path)
+    BALL.export("ball.ply")
+    np.savetxt("ball.xyz", BALL.vertices)
+    save_rig(RIG, Path("rig.yaml"))
+    return tmp_path
+
+
+def plan(*options: str, surface: str = "ball.ply", rig: str = "rig.yaml") -> int:
+    return cli.main(["plan", surface, "--rig", rig, *options])
+
+
+def fails_in_one_line(capsys: pytest.CaptureFixture[str], status: int, *telling: str) -> None:
+    out, err = capsys.readouterr()
+    assert status == 2
+    assert out == ""
+    assert err.startswith("focus_planner: error: ")
+    assert err.endswith("\n")
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+    for word in telling:
+        assert word in err
+
+
+# --- rig ---------------------------------------------------------------------------------------
+
+
+def test_rig_cylinder_prints_the_contracts_rig(here: Path, capsys: Any) -> None:
+    words = "rig cylinder --rows 7 --columns 24 --radius 0.75 --bottom 0.1 --top 1.7"
+    assert cli.main(words.split()) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert out == rig_to_yaml(cylinder_rig())
+    assert len(yaml.safe_load(out)["cameras"]) == 168
+
+
+def test_rig_cylinder_takes_a_lens(here: Path, capsys: Any) -> None:
+    options = ["--f-number", "8", "--circle-of-confusion", "3e-5", "--min-focus", "0.3"]
+    assert cli.main(["rig", "cylinder", "--frame-id", "booth", "--bottom", "-0.1", *options]) == 0
+    Path("own.yaml").write_text(capsys.readouterr().out)
+    rig = load_rig("own.yaml")
+    assert rig.frame_id == "booth"
+    assert rig.cameras[0].position[2] == -0.1
+    assert rig.cameras[0].lens == Lens(0.05, 0.05**2 / (8 * 3e-5), 0.3)
+
+
+@pytest.mark.parametrize(
+    ("options", "telling"),
+    [
+        ("--rows 0", "rows: expected a whole number of at least 1, got 0"),
+        ("--rows many", "argument --rows: invalid int value: 'many'"),
+        ("--radius -1", "radius: expected a number above 0"),
+        ("--bottom 2 --top 1", "top: expected at least bottom"),
+        ("--radius nan", "radius: expected a number"),
+        ("--f-number 8", "lens: expected f_number and circle_of_confusion together"),
+        ("--f-number 8 --circle-of-confusion 3e-5 --hyperfocal-distance 9", "values of both"),
+        ("--min-focus 3 --max-focus 2", "lens.min_focus: expected at most max_focus"),
+        ("--colour red", "unrecognized arguments: --colour red"),
+    ],
+)
+def test_rig_cylinder_refuses(options: str, telling: str, capsys: Any) -> None:
+    fails_in_one_line(capsys, cli.main(["rig", "cylinder", *options.split()]), telling)
+
+
+# --- plan --------------------------------------------------------------------------------------
+
+
+def test_piped_it_prints_plan_json_and_nothing_else(here: Path, capsys: Any) -> None:
+    assert plan("--samples", "200") == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    data = json.loads(out)
+    assert data["method"] == PlanRequest().method
+    assert data["samples"] == 200
+    assert len(data["cameras"]) == len(RIG)
+    assert sorted(here.iterdir()) == sorted(here / n for n in ("ball.ply", "ball.xyz", "rig.yaml"))
+
+
+def test_it_writes_what_is_asked_for(here: Path, capsys: Any) -> None:
+    names = ["plan.json", "problem.npz", "plan.png"]
+    options = ["--output", names[0], "--problem", names[1], "--picture", names[2]]
+    assert plan("--samples", "200", "--method", "em", *options) == 0
+    assert capsys.readouterr() == ("", "")
+    assert load_plan(Path("plan.json")).method == "em"
+    with np.load("problem.npz") as problem:
+        assert len(problem["points"]) == 200
+    assert Path("plan.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("surface", ["ball.ply", "ball.xyz"])
+@pytest.mark.parametrize("method", ["closest", "k_view"])
+def test_the_same_seed_gives_the_same_plan(
+    here: Path, capsys: Any, method: str, surface: str
+) -> None:
+    plans = []
+    for seed in ("3", "3", "4"):
+        options = ["--method", method, "--samples", "300", "--seed", seed]
+        assert plan(*options, surface=surface) == 0
+        data = json.loads(capsys.readouterr().out)
+        plans.append({key: value for key, value in data.items() if "seconds" not in key})
+    assert plans[0] == plans[1]
+    assert plans[0] != plans[2]
+
+
+def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[PlanRequest] = []
+
+    def plan_focus(scene: Any, rig: Rig, request: PlanRequest, watch: Any) -> Any:
+        seen.append(request)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus", plan_focus)
+    options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
+    assert plan(*options.split(), "--time-budget", "1.5") == 130
+    assert plan() == 130
+    assert seen == [PlanRequest("k_view", 7, 5, 3, "assigned", "grid", 1.5), PlanRequest()]
+
+
+def test_samples_0_takes_the_clouds_points(here: Path, capsys: Any) -> None:
+    assert plan("--samples", "0", "--method", "em", surface="ball.xyz") == 0
+    assert json.loads(capsys.readouterr().out)["samples"] == len(BALL.vertices)
+
+
+def with_camera(**changes: Any) -> str:
+    """Return a rig.yaml whose second camera is changed."""
+    values = yaml.safe_load(rig_to_yaml(RIG))
+    values["cameras"][1].update(changes)
+    return yaml.safe_dump(values)
+
+
+def ball(**changes: Any) -> trimesh.Trimesh:
+    arrays = {"vertices": BALL.vertices.copy(), "faces": BALL.faces.copy()} | changes
+    return trimesh.Trimesh(**arrays, process=False)
+
+
+def nan_vertices() -> np.ndarray[Any, Any]:
+    vertices = np.array(BALL.vertices)
+    vertices[5, 1] = np.nan
+    return vertices
+
+
+def bad_faces(index: list[int]) -> np.ndarray[Any, Any]:
+    faces = np.array(BALL.faces)
+    faces[3] = index
+    return faces
+
+
+@pytest.mark.parametrize(
+    ("mesh", "telling"),
+    [
+        (ball(vertices=nan_vertices()), "NaN or infinity in 1 of 642 (first: vertex 5)"),
+        (ball(faces=bad_faces([0, 1, 999])), "expected vertex indices from 0 to 641"),
+        (ball(faces=bad_faces([4, 4, 9])), "1 of 1280 degenerate (first: 3)"),
+        (ball(faces=np.array(BALL.faces)[:, ::-1]), "normals are probably inverted"),
+        (ball(vertices=1000 * BALL.vertices), "probably in millimetres"),
+        (ball(vertices=BALL.vertices + [500, 0, 0]), "cameras within 100 times"),
+    ],
+)
+def test_a_bad_mesh_is_refused(
+    here: Path, capsys: Any, mesh: trimesh.Trimesh, telling: str
+) -> None:
+    mesh.export("bad.ply")
+    fails_in_one_line(capsys, plan("--samples", "200", surface="bad.ply"), telling)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "telling"),
+    [
+        ("bad.ply", "not a mesh at all\n", "bad.ply: expected a whole ply file"),
+        ("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangle"),
+        ("bad.xyz", "# x y z\n", "an empty cloud"),
+        ("bad.txt", "hello\n", "got '.txt'"),
+        ("rig.yaml", "cameras: []\n", "got '.yaml'"),
+    ],
+)
+def test_what_is_no_surface_is_refused(
+    here: Path, capsys: Any, name: str, content: str, telling: str
+) -> None:
+    save_rig(RIG, Path("other.yaml"))
+    Path(name).write_text(content)
+    fails_in_one_line(capsys, plan(surface=name, rig="other.yaml"), telling)
+
+
+@pytest.mark.parametrize(
+    ("text", "telling"),
+    [
+        (with_camera(orientation=[0, 0, 0, 0]), "cameras[1]: camera cam_0_01: orientation"),
+        (with_camera(orientation=[0, 0, 0, float("nan")]), "expected a unit quaternion"),
+        (with_camera(position=[0, 0, float("nan")]), "position: expected finite metres"),
+        (with_camera(position=[0.0, 0.0, 0.9]), "1 of 12 inside it (cam_0_01)"),
+        (with_camera(name="cam_0_00"), "unique camera names"),
+        (with_camera(lense={}), "did you mean lens?"),
+        ("cameras: []\n", "at least one camera"),
+        ("cameras: [\n", "expected YAML"),
+        (
+            rig_to_yaml(
+                Rig(
+                    tuple(
+                        replace(c, position=tuple(1000 * x for x in c.position))
+                        for c in RIG.cameras
+                    )
+                )
+            ),
+            "millimetres",
+        ),
+    ],
+)
+def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) -> None:
+    Path("bad.yaml").write_text(text)
+    fails_in_one_line(capsys, plan("--samples", "200", rig="bad.yaml"), telling)
+
+
+@pytest.mark.parametrize(
+    ("options", "telling"),
+    [
+        ("--method best", "method: expected one of closest, average, em, k_view, got 'best'"),
+        ("--method optimal", "method: expected one of"),
+        ("--k 4", "k: expected 2 or 3, got 4"),
+        ("--scope some", "scope: expected one of all, assigned"),
+        ("--tuples pairs", "tuples: expected one of overlap, grid"),
+        ("--samples -1", "samples: expected a whole number of at least 0"),
+        ("--samples 0", "samples: expected at least 1 on a mesh"),
+        ("--samples 1e3", "invalid int value: '1e3'"),
+        ("--seed -1", "seed: expected a whole number"),
+        ("--time-budget 0", "time_budget: expected a number above 0"),
+        ("--output none/plan.json", "none/plan.json: expected a file in a folder that exists"),
+        ("--output .", "got a folder"),
+        ("--problem none/x.npz", "none/x.npz"),
+        ("--picture none/x.png", "none/x.png"),
+        ("--sampels 3", "unrecognized arguments: --sampels 3"),
+        ("--sam 3", "unrecognized arguments: --sam 3"),
+    ],
+)
+def test_a_bad_option_is_refused(here: Path, capsys: Any, options: str, telling: str) -> None:
+    fails_in_one_line(capsys, plan(*options.split()), telling)
+
+
+def test_k_above_the_number_of_cameras_is_refused(here: Path, capsys: Any) -> None:
+    save_rig(Rig(RIG.cameras[:2]), Path("two.yaml"))
+    status = plan("--k", "3", rig="two.yaml")
+    fails_in_one_line(capsys, status, "k: expected at most 2, the number of cameras, got 3")
+
+
+def test_grid_tuples_need_a_grid(here: Path, capsys: Any) -> None:
+    save_rig(Rig(RIG.cameras), Path("loose.yaml"))
+    status = plan("--samples", "200", "--tuples", "grid", rig="loose.yaml")
+    fails_in_one_line(capsys, status, "give the rig's grid")
+
+
+def test_missing_files_are_told(here: Path, capsys: Any) -> None:
+    fails_in_one_line(capsys, plan(surface="none.ply"), "none.ply", "no such file")
+    fails_in_one_line(capsys, plan(rig="none.yaml"), "none.yaml", "no such file")
+
+
+def test_where_to_write_is_checked_before_anything_is_read(here: Path, capsys: Any) -> None:
+    status = plan("--output", "none/plan.json", surface="none.ply", rig="none.yaml")
+    fails_in_one_line(capsys, status, "none/plan.json")
+
+
+def test_too_little_memory_is_told(
+    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run_out(*_: Any, **__: Any) -> None:
+        raise MemoryError("Unable to allocate 7 PiB")
+
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus", run_out)
+    fails_in_one_line(capsys, plan(), "not enough memory")
+
+
+# --- the rest ----------------------------------------------------------------------------------
+
+
+def test_help_names_every_choice_and_default(capsys: Any) -> None:
+    assert cli.main(["plan", "--help"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for choice in (*METHODS, *SCOPES, *TUPLES):
+        assert choice in text
+    defaults = PlanRequest()
+    for default in (defaults.method, defaults.samples, defaults.seed, defaults.k):
+        assert f"({default})" in text
+    assert f"({defaults.scope})" in text
+    assert f"({defaults.tuples})" in text
+
+
+@pytest.mark.parametrize("words", ["", "rig", "node", "demo", "rig cylinder"])
+def test_every_command_has_help(words: str, capsys: Any) -> None:
+    assert cli.main([*words.split(), "--help"]) == 0
+    assert "usage: focus_planner" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [[], ["rig"], ["fly"], ["plan"], ["rig", "sphere"]])
+def test_an_incomplete_command_is_refused(words: list[str], capsys: Any) -> None:
+    fails_in_one_line(capsys, cli.main(words), "--help)")
+
+
+def test_it_tells_its_version(capsys: Any) -> None:
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("focus_planner")
+
+
+def module(name: str, monkeypatch: pytest.MonkeyPatch, **functions: Any) -> None:
+    stand_in = ModuleType(name)
+    vars(stand_in).update(functions)
+    monkeypatch.setitem(sys.modules, name, stand_in)
+
+
+def test_node_passes_everything_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[list[str]] = []
+    module("focus_planner.ros.node", monkeypatch, main=lambda args: seen.append(args) or 7)
+    assert cli.main(["node", "--ros-args", "-p", "samples:=9", "--help"]) == 7
+    assert seen == [["--ros-args", "-p", "samples:=9", "--help"]]
+
+
+def test_demo_takes_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Path] = []
+    module("focus_planner.demo", monkeypatch, run=seen.append)
+    assert cli.main(["demo"]) == 0
+    assert cli.main(["demo", "--output", "there"]) == 0
+    assert seen == [Path("demo_output"), Path("there")]
+
+
+@pytest.mark.parametrize("command", ["node", "demo"])
+def test_without_ros_it_says_so(command: str, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.setitem(sys.modules, "focus_planner.ros.node", None)
+    monkeypatch.setitem(sys.modules, "focus_planner.demo", None)
+    fails_in_one_line(capsys, cli.main([command]), "needs ROS 2 (rclpy)")
+
+
+def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    def interrupt(_: list[str]) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_run", interrupt)
+    assert cli.main([]) == 130
+    assert capsys.readouterr() == ("", "")
+
+
+# --- as a process ------------------------------------------------------------------------------
+
+
+def test_a_closed_pipe_is_quiet() -> None:
+    ours, theirs = os.pipe()
+    os.close(ours)
+    words = [*PROGRAM, "rig", "cylinder"]
+    done = subprocess.run(words, stdout=theirs, stderr=subprocess.PIPE, check=False)
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
+def test_a_process_is_quiet_when_piped_and_bad_input_costs_one_line(here: Path) -> None:
+    words = [*PROGRAM, "plan", str(body("arms_down")), "--rig", "rig.yaml", "--samples", "200"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert json.loads(done.stdout)["samples"] == 200
+    done = subprocess.run([*words, "--k", "9"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "focus_planner: error: k: expected 2 or 3, got 9\n"
+
+
+def on_a_terminal(
+    *options: str, stdout: int | None = None, interrupt_at: bytes | None = None
+) -> tuple[int, str]:
+    """Run the program with its stderr, and stdout unless given, on a terminal."""
+    ours, theirs = pty.openpty()
+    words = [*PROGRAM, "plan", "ball.ply", "--rig", "rig.yaml", "--samples", "300", *options]
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "100"}
+    environment.pop("NO_COLOR", None)
+    with subprocess.Popen(
+        words, stdout=theirs if stdout is None else stdout, stderr=theirs, env=environment
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        try:
+            while part := os.read(ours, 65536):
+                shown += part
+                if interrupt_at and interrupt_at in shown:
+                    process.send_signal(signal.SIGINT)
+                    interrupt_at = None
+        except OSError:  # what Linux says when the other end has gone
+            pass
+    os.close(ours)
+    return process.returncode, shown.decode()
+
+
+def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
+    status, shown = on_a_terminal()
+    assert status == 0
+    assert "finding what 12 cameras see" in shown
+    for word in ("cost", "in focus", "m²", "% of the surface", "planned"):
+        assert word in shown
+    assert '"cameras"' not in shown
+
+
+def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
+    with Path("plan.json").open("wb") as file:
+        status, shown = on_a_terminal(stdout=file.fileno())
+    assert status == 0
+    assert "finding what" in shown
+    assert "in focus" not in shown
+    assert json.loads(Path("plan.json").read_text())["samples"] == 300
+
+
+def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
+    assert on_a_terminal("--quiet", "--output", "plan.json") == (0, "")
+    assert load_plan(Path("plan.json")).samples == 300
+
+
+def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
+    status, shown = on_a_terminal("--samples", "1000000", interrupt_at=b"finding what")
+    assert status == 130
+    assert "finding what" in shown
+    assert "Traceback" not in shown
+    assert "Interrupt" not in shown
