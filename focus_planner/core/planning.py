@@ -70,7 +70,7 @@ class PlanRequest:
         check_choice("method", self.method, METHODS)
         check_whole("samples", self.samples, 0)
         check_whole("seed", self.seed, 0)
-        if self.k not in (2, 3):
+        if isinstance(self.k, bool) or not isinstance(self.k, int) or self.k not in (2, 3):
             raise InputError("k", "2 or 3", repr(self.k))
         check_choice("scope", self.scope, SCOPES)
         check_choice("tuples", self.tuples, TUPLES)

@@ -183,6 +183,7 @@ class Rig:
     grid: Grid | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "cameras", tuple(self.cameras))
         if not self.cameras:
             raise InputError("rig", "at least one camera", "none")
         names = [camera.name for camera in self.cameras]

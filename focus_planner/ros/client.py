@@ -33,7 +33,8 @@ _INPUTS = {
     "camera_poses": PoseArray,
     "rig": CameraRig,
 }
-_RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
+# With a depth of 1 Fast DDS asks for an acknowledgement with every message, else every 3 s.
+_RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 # Many calls at once must not push each other out of a queue.
 _ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 _PATIENCE = 30.0

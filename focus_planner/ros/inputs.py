@@ -107,23 +107,17 @@ class Input(Generic[Said, Value]):
 
     def newest(self, optics: Optics) -> Held[Said, Value] | None:
         """Return the newest that can be read and says anything new, refusing those after it."""
-        while self._inbox:
-            arrival = self._inbox.pop()
-            try:
-                held = self._read(arrival, optics)
-            except InputError as error:
-                self.refuse(arrival, error)
-                continue
-            except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
-                self._log.error(traceback.format_exc())
-                self.refuse(arrival, _internal(self.name, error))
-                continue
-            self._inbox.clear()
-            if self.in_force and held.value == self.in_force.value:
-                self.put_in_force(held)
-                return None
-            return held
-        return None
+        backlog = [self._inbox.popleft() for _ in range(len(self._inbox))]
+        for arrival in reversed(backlog):
+            held = self._read(arrival, optics)
+            if held is not None:
+                break
+        else:
+            return None
+        if self.in_force and held.value == self.in_force.value:
+            self.put_in_force(held)
+            return None
+        return held
 
     def refuse(self, arrival: Arrival[Said], error: InputError) -> None:
         """Remember, and log, why a message is not planned with."""
@@ -165,11 +159,18 @@ class Input(Generic[Said, Value]):
         arrival, error = self._refused
         return f"none that can be used: the {self.name} {arrival} was refused ({error})"
 
-    def _read(self, arrival: Arrival[Said], optics: Optics) -> Held[Said, Value]:
-        held = self.in_force
-        if held and arrival.payload == held.arrival.payload:
-            return Held(arrival, held.value)
-        return Held(arrival, self._make(arrival.read(optics)))
+    def _read(self, arrival: Arrival[Said], optics: Optics) -> Held[Said, Value] | None:
+        """Return what a message says, None if it is refused."""
+        if self.in_force and arrival.payload == self.in_force.arrival.payload:
+            return Held(arrival, self.in_force.value)
+        try:
+            return Held(arrival, self._make(arrival.read(optics)))
+        except InputError as error:
+            self.refuse(arrival, error)
+        except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
+            self._log.error(traceback.format_exc())
+            self.refuse(arrival, _internal(self.name, error))
+        return None
 
 
 def _internal(name: str, error: Exception) -> InputError:

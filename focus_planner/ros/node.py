@@ -74,6 +74,32 @@ class _Call:
     started: float
 
 
+@dataclass(frozen=True)
+class _Taken:
+    """A message, and when the middleware received it, nanoseconds."""
+
+    at: int
+    payload: bytes
+    receive: Callable[[bytes], None]
+
+
+@dataclass(frozen=True)
+class _Listener:
+    """A subscription, and what becomes of its messages."""
+
+    subscription: Subscription
+    receive: Callable[[bytes], None]
+
+    def take(self) -> list[_Taken]:
+        """Take a message if one has arrived."""
+        with self.subscription.handle:
+            taken = self.subscription.handle.take_message(self.subscription.msg_type, True)
+        if taken is None:
+            return []
+        payload, info = taken
+        return [_Taken(info["received_timestamp"], payload, self.receive)]
+
+
 class PlannerNode(Node):
     """Plans the focus of all cameras of a rig for the newest surface.
 
@@ -120,7 +146,7 @@ class PlannerNode(Node):
         self._distorted: list[str] = []
         self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
         self._do_next(self._warm_up)
-        self._inputs = [
+        self._listeners = [
             self._listen(Mesh, "~/mesh", self._planner.surface, self._read_mesh),
             self._listen(PointCloud2, "~/cloud", self._planner.surface, self._read_cloud),
             self._listen(PoseArray, "~/camera_poses", self._planner.rig, self._read_poses),
@@ -153,17 +179,29 @@ class PlannerNode(Node):
 
     def _listen(
         self, message_type: type, topic: str, target: Input[Any, Any], read: Read
-    ) -> tuple[Subscription, Callable[[bytes], None]]:
-        """Subscribe; return the subscription and what takes its messages."""
-
+    ) -> _Listener:
         def receive(payload: bytes) -> None:
             target.receive(Arrival(topic, payload, partial(read, payload)))
             self._do_next(self._digest)
 
+        def take(payload: bytes, info: dict[str, int]) -> None:
+            self._take_all([_Taken(info["received_timestamp"], payload, receive)])
+
+        with_info: Callable[..., None] = take  # rclpy's type knows only callbacks without
         subscription = self.create_subscription(
-            message_type, topic, receive, _TOPICS, raw=True, qos_overriding_options=_OVERRIDES
+            message_type, topic, with_info, _TOPICS, raw=True, qos_overriding_options=_OVERRIDES
         )
-        return subscription, receive
+        return _Listener(subscription, receive)
+
+    def _take_all(self, taken: list[_Taken]) -> None:
+        """Receive what was taken and all else that has arrived, in the order of arrival.
+
+        The executor goes by topic, not by time, and takes messages before calls only by chance.
+        """
+        while more := [one for listener in self._listeners for one in listener.take()]:
+            taken += more
+        for one in sorted(taken, key=lambda one: one.at):
+            one.receive(one.payload)
 
     def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
         return mesh_from_ros(payload)
@@ -196,7 +234,7 @@ class PlannerNode(Node):
         self, request: PlanFocus.Request, response: PlanFocus.Response
     ) -> PlanFocus.Response:
         """Hand a call to the planning thread and wait for its answer."""
-        self._take_all()
+        self._take_all([])
         answer = Future()
         self._calls.add(answer)
         call = _Call(request, self._settings.current, time.perf_counter())
@@ -210,13 +248,6 @@ class PlannerNode(Node):
         if plan is not None:
             response.plan = plan
         return response
-
-    def _take_all(self) -> None:
-        """Take what has arrived before a call, which rclpy might otherwise hand over after it."""
-        for subscription, receive in self._inputs:
-            with subscription.handle:
-                while taken := subscription.handle.take_message(subscription.msg_type, True):
-                    receive(taken[0])
 
     def _give_up(self) -> None:
         for answer in self._calls:

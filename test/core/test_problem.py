@@ -197,11 +197,11 @@ def test_ranges_of_cells_say_what_is_in_focus(problem):
 
 
 def test_units_are_shares_of_the_total():
-    problem = CASES["random"]
+    problem = random_problem(0, 40, 4, weight=0.2)
     cells, weights = problem.cells, problem.samples.weights / problem.samples.weights.sum()
     one = 2.0**43
     np.testing.assert_allclose(cells.unseen, weights * one, atol=0.5)
-    np.testing.assert_allclose(cells.focus, weights / 3 * one, atol=0.5)
+    np.testing.assert_allclose(cells.focus, weights * 0.2 * one, atol=0.5)
     np.testing.assert_allclose(
         cells.base, weights[problem.sample_index] * problem.base_cost * one, atol=0.5
     )

@@ -30,8 +30,10 @@ def start_planner():
     """Start nodes; they are stopped, and must have ended well, at the end of the module."""
     started = []
 
-    def start(*arguments):
-        started.append(PlannerProcess(f"planner_{next(_count)}", *arguments))
+    def start(*arguments, debug=False):
+        name = f"planner_{next(_count)}"
+        level = ["--log-level", f"{name}:=debug"] if debug else []
+        started.append(PlannerProcess(name, *arguments, *level))
         return started[-1]
 
     yield start

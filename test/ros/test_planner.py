@@ -168,6 +168,15 @@ def test_of_a_backlog_the_newest_good_one_counts_and_the_bad_one_after_it_is_tol
     assert same(ready.plan(), OTHER, RIG)
 
 
+def test_what_comes_while_another_is_read_is_not_lost(ready):
+    def slow(_):
+        ready.surface(OTHER, digest=False)
+        return box(0.2)
+
+    ready.surface(slow)
+    assert same(ready.plan(), OTHER, RIG)
+
+
 def test_a_surface_sent_again_is_not_built_again(ready):
     ready.surface(OTHER, b"the same bytes")
     scene = ready.planner.surface.in_force.value
@@ -181,7 +190,7 @@ def test_a_surface_sent_again_is_not_built_again(ready):
     [
         (box(300.0), "millimetres"),
         (Mesh(BOX.vertices, BOX.triangles[:, ::-1]), "normals are probably inverted"),
-        (FAR_BOX, "of which 0% can be seen"),
+        (FAR_BOX, "expected cameras that see the surface, got none that does"),
     ],
 )
 def test_a_surface_that_does_not_fit_the_rig_is_refused_at_once(ready, surface, suspicion):
@@ -230,7 +239,7 @@ def test_what_never_fitted_is_reported_until_something_better_comes(bench):
     bench.rig(FAR_RIG)
     assert "do not fit each other" in bench.log.warnings[0]
     for _ in range(2):
-        with pytest.raises(InputError, match="of which 0% can be seen"):
+        with pytest.raises(InputError, match="got none that does"):
             bench.plan()
     bench.rig(RIG)
     assert same(bench.plan(), BOX, RIG)

@@ -30,7 +30,7 @@ def test_while_it_starts_it_ends_cleanly(start_planner):
 
 
 def test_while_it_plans_it_ends_cleanly_and_the_callers_are_told(start_planner, body):
-    planner = start_planner("--log-level", "focus_planner:=debug")
+    planner = start_planner(debug=True)
     with PlannerClient(planner.name) as client:
         client.publish_mesh(body)
         client.publish_rig(cylinder_rig())

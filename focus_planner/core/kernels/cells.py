@@ -9,10 +9,12 @@ interval into a range of whole numbers, so that no solver ever sorts again.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from focus_planner.core.kernels.compiling import parallel_kernel
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def maximal_cells(offsets, starts, ends, cell_counts, cell_near, cell_far):
     """Fill each camera's cells from its sorted interval starts and ends.
 
@@ -38,7 +40,7 @@ def maximal_cells(offsets, starts, ends, cell_counts, cell_near, cell_far):
         cell_counts[c] = count
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def cell_ranges(offsets, starts, ends, cell_offsets, cell_near, cell_far, first, last):
     """Fill ``first`` and ``last`` (P,), camera by camera: the cells that hold a pair in focus.
 

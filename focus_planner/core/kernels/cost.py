@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 UNSEEN = -1
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def best_cameras(
     sample_offsets, camera_index, base_cost, focus_near, focus_far, focus_weight, focus, costs, best
 ):
@@ -30,7 +32,7 @@ def best_cameras(
         best[p] = which
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def base_costs(
     points,
     normals,
@@ -65,7 +67,7 @@ def base_costs(
         base_cost[q] = area_weight * area + deviation_weight * deviation
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def focus_room(
     sample_offsets, camera_index, focus_near, focus_far, focus, best, room_near, room_far
 ):

@@ -21,8 +21,9 @@ camera's number: keys sort by cost, ties by number, and fit a cache line.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.cost import UNSEEN
 from focus_planner.core.kernels.pairs import best_pair
 
@@ -32,12 +33,12 @@ NEVER = np.int64(2**44)  # more than any sample's cost: that of no camera at all
 _NOBODY = (NEVER << CAMERA_BITS) | _CAMERA
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _gain(least, base):
     return max(least - base, np.int64(0))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _alone(ranking, best, p, c, base, focus):
     """Return what camera c gains from holding p in focus, all other cameras standing still."""
     if len(ranking) == 0:
@@ -48,7 +49,7 @@ def _alone(ranking, best, p, c, base, focus):
     return _gain(min(other >> CAMERA_BITS, base + focus), base)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _outside(ranking, p, members):
     """Return the least cost of sample p over the cameras that are not members, if it counts."""
     for i in range(ranking.shape[1] if len(ranking) > 0 else 0):
@@ -62,7 +63,7 @@ def _outside(ranking, p, members):
     return NEVER
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _rank(sample_offsets, camera_index, base, focus, first, last, cell, ranking, p):
     """Fill sample p's cheapest cameras, ascending."""
     ranks = ranking.shape[1]
@@ -82,14 +83,14 @@ def _rank(sample_offsets, camera_index, base, focus, first, last, cell, ranking,
             ranking[p, i] = key
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def rank_cameras(sample_offsets, camera_index, base, focus, first, last, cell, ranking):
     """Fill every sample's ranking."""
     for p in prange(len(ranking)):
         _rank(sample_offsets, camera_index, base, focus, first, last, cell, ranking, p)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _sum_steps(c, low, high, seen, pair_base, pair_first, pair_last, focus, ranking, best, steps):
     """Fill camera c's ``steps`` from its pairs ``low`` to ``high``, one more than its cells."""
     steps[:] = 0
@@ -101,7 +102,7 @@ def _sum_steps(c, low, high, seen, pair_base, pair_first, pair_last, focus, rank
             steps[pair_last[j] + 1] -= gain
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def improve_tuples(
     tuples,
     batch_offsets,
@@ -230,7 +231,7 @@ def improve_tuples(
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _move_in_ranking(
     sample_offsets,
     camera_index,
@@ -276,7 +277,7 @@ def _move_in_ranking(
         touched[camera_index[q]], summed[camera_index[q]] = now, 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _hand_over(members, p, bases, firsts, lasts, focus, cell, best):
     """Assign sample p, if it is one of the tuple's, to the cheapest of the tuple's cameras."""
     least, which, owner = NEVER, -1, -1
@@ -293,7 +294,7 @@ def _hand_over(members, p, bases, firsts, lasts, focus, cell, best):
         best[p] = members[which]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _solve(
     members,
     samples,
@@ -425,7 +426,7 @@ def _solve(
     return found - now
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add_rectangle(bases, firsts, lasts, out, rectangles, weights, count):
     """Add the cells of the first two cameras that both hold a sample, if both gain by it."""
     weight = out - max(bases[0], bases[1])
@@ -437,7 +438,7 @@ def _add_rectangle(bases, firsts, lasts, out, rectangles, weights, count):
     return count + 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def reassign(
     sample_offsets, camera_index, base, focus, first, last, cell, best, summed, touched, clock
 ):

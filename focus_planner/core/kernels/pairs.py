@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from focus_planner.core.kernels.compiling import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floor):
     """Maximise gain_a[i] + gain_b[j] − Σ of the weights of the rectangles that hold (i, j).
 
@@ -96,7 +97,7 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
     return best, best_i, best_j
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _best_in_line(gain, offset, rectangles, weights, count, at, axis):
     """Return the best gain, and its cell, along the other axis of the line ``at`` on ``axis``."""
     steps = np.zeros(len(gain) + 1, dtype=np.int64)
@@ -112,7 +113,7 @@ def _best_in_line(gain, offset, rectangles, weights, count, at, axis):
     return best + offset, where
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _hopeful(gain, floor):
     """Return the first and last index whose gain exceeds the floor."""
     low, high = 0, len(gain) - 1
@@ -123,7 +124,7 @@ def _hopeful(gain, floor):
     return low, high
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(tree, lazy, size, first, last, value):
     """Add ``value`` to leaves ``first`` to ``last``; ``tree[1]`` is the maximum of all.
 

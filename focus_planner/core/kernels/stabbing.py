@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from focus_planner.core.kernels.compiling import parallel_kernel
 from focus_planner.core.kernels.cost import UNSEEN
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def assign(sample_offsets, camera_index, base, focus, first, last, cell, best):
     """Fill ``best`` (N,) with each sample's cheapest camera (Eq. 5); return the cost in units.
 
@@ -30,7 +31,7 @@ def assign(sample_offsets, camera_index, base, focus, first, last, cell, best):
     return total
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def stab(camera_offsets, seen, seen_first, seen_last, focus, cell_offsets, best, cell):
     """Move each camera to the cell that holds most of its samples' weight in focus (Eq. 8).
 

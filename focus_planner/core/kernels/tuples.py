@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def count_common(camera_offsets, seen, sample_offsets, camera_index, low, counts):
     """Fill ``counts`` (B, C): how many samples camera ``low + row`` and each other both see."""
     for row in prange(len(counts)):
@@ -19,7 +21,7 @@ def count_common(camera_offsets, seen, sample_offsets, camera_index, low, counts
         counts[row, c] = 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def colour(tuples, reach_offsets, reach):
     """Return a colour per tuple such that tuples of one colour do not reach each other.
 
@@ -50,7 +52,7 @@ def colour(tuples, reach_offsets, reach):
     return colours
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _next_sample(members, camera_offsets, seen, heads):
     """Return the least sample at the heads of the members' lists, -1 at their ends."""
     least = -1
@@ -62,7 +64,7 @@ def _next_sample(members, camera_offsets, seen, heads):
     return least
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def count_shared(tuples, camera_offsets, seen):
     """Return (T,) how many samples at least two cameras of each tuple see."""
     counts = np.zeros(len(tuples), dtype=np.int64)
@@ -82,7 +84,7 @@ def count_shared(tuples, camera_offsets, seen):
     return counts
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@parallel_kernel
 def list_shared(
     tuples,
     camera_offsets,

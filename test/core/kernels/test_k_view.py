@@ -93,6 +93,7 @@ PROBLEMS = {
     "few distances": {"lens": Lens(0.05, 10.0, 0.6, 0.7)},
     "deep field": {"lens": Lens(0.05, 3.0)},
     "sparse": {"share": 0.25},
+    "little weight": {"weight": 0.1},
 }
 
 
@@ -208,6 +209,25 @@ def test_one_tuple_of_all_cameras_reaches_the_optimum(k, samples):
         search.improve()
         best = reference.optimum_by_enumeration(reference.table(problem))
         assert 1000 * assign_samples(problem, search.cell)[1] / UNITS == pytest.approx(best)
+
+
+@pytest.mark.parametrize("scope", ["all", "assigned"])
+@pytest.mark.parametrize("k", [2, 3])
+def test_what_is_passed_over_has_nothing_to_gain(k, scope):
+    # What is known of one pass serves the next; a search that knows nothing finds nothing more.
+    gaining = 0
+    for seed in range(8):
+        problem = random_problem(seed, 500, 25, visible=ring_mask(500, 25))
+        search, passes = Search(problem, k, scope, seed), 0
+        while search.improve() + (search.reassign() if scope == "assigned" else 0):
+            passes += 1
+        gaining += passes > 1
+        fresh = Search(problem, k, scope, seed)
+        fresh.cell[:] = search.cell
+        fresh.best, _ = assign_samples(problem, fresh.cell)
+        fresh.rank(fresh.ranking)
+        assert fresh.improve() == 0
+    assert gaining
 
 
 def test_tuples_that_nothing_touched_are_passed_over():

@@ -114,7 +114,7 @@ def test_progress_tells_the_cost_at_the_cells_chosen_so_far(name, monkeypatch):
     for module in (em, k_view):
         monkeypatch.setattr(module, "finish_cells", not_centred)
     for seed in range(30):
-        problem = random_problem(seed, 60, 6)
+        problem = random_problem(seed, 60, 6, weight=[1 / 3, 0.1][seed % 2])
         full = Log()
         solve(SETTINGS[name], problem, full)
         for steps in range(1, len(full.progress) + 1):
