@@ -18,7 +18,16 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
     ],
     # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
-    install_requires=["matplotlib", "numba", "numpy", "open3d-cpu", "pyyaml", "rich", "scipy", "trimesh"],
+    install_requires=[
+        "matplotlib",
+        "numba",
+        "numpy",
+        "open3d-cpu",
+        "pyyaml",
+        "rich",
+        "scipy",
+        "trimesh",
+    ],
     entry_points={
         "console_scripts": [
             "focus_planner = focus_planner.cli:main",

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from focus_planner.core.checks import InputError
     from focus_planner.core.optics import depth_of_field, focus_interval, hyperfocal_distance
-    from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
+    from focus_planner.core.planning import (
+        CameraFocus,
+        FocusPlan,
+        PlanRequest,
+        SolvedPlan,
+        plan_focus,
+    )
     from focus_planner.core.problem import Problem
     from focus_planner.core.rig import cylinder_rig
     from focus_planner.core.scene import Scene
@@ -40,6 +46,7 @@ __all__ = [
     "Problem",
     "Rig",
     "Scene",
+    "SolvedPlan",
     "cylinder_rig",
     "depth_of_field",
     "focus_interval",
@@ -50,7 +57,7 @@ __all__ = [
 _HOMES = {
     "checks": ("InputError",),
     "optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "planning": ("CameraFocus", "FocusPlan", "PlanRequest", "plan_focus"),
+    "planning": ("CameraFocus", "FocusPlan", "PlanRequest", "SolvedPlan", "plan_focus"),
     "problem": ("Problem",),
     "rig": ("cylinder_rig",),
     "scene": ("Scene",),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 from focus_planner.core.checks import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning import FocusPlan, PlanRequest
+    from focus_planner.core.planning import PlanRequest, SolvedPlan
     from focus_planner.core.scene import Scene
     from focus_planner.core.solvers import Progress
     from focus_planner.core.types import Rig
@@ -151,7 +151,7 @@ def _read(options: argparse.Namespace, tell: Tell) -> tuple[Scene, Rig, PlanRequ
     return Scene(load_surface(options.surface)), rig, request
 
 
-def _solve(scene: Scene, rig: Rig, request: PlanRequest, tell: Tell) -> FocusPlan:
+def _solve(scene: Scene, rig: Rig, request: PlanRequest, tell: Tell) -> SolvedPlan:
     from focus_planner.core.planning import plan_focus
 
     def watch(progress: Progress) -> bool:
@@ -163,7 +163,7 @@ def _solve(scene: Scene, rig: Rig, request: PlanRequest, tell: Tell) -> FocusPla
 
 
 def _write(
-    options: argparse.Namespace, scene: Scene, rig: Rig, plan: FocusPlan, tell: Tell
+    options: argparse.Namespace, scene: Scene, rig: Rig, plan: SolvedPlan, tell: Tell
 ) -> None:
     from focus_planner.io.plans import save_plan
     from focus_planner.io.problems import save_problem
@@ -180,7 +180,7 @@ def _write(
         draw_plans(scene, rig, {plan.method: plan}, options.picture)
 
 
-def _show(options: argparse.Namespace, plan: FocusPlan) -> None:
+def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
     """Show a person the summary, and a program on stdout the plan that is in no file."""
     stream: TextIO = sys.stdout if options.output is None else sys.stderr
     if stream.isatty() and not options.quiet:
@@ -191,7 +191,7 @@ def _show(options: argparse.Namespace, plan: FocusPlan) -> None:
         sys.stdout.write(plan_to_json(plan))
 
 
-def _print_summary(plan: FocusPlan, stream: TextIO) -> None:
+def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -204,7 +204,7 @@ def _print_summary(plan: FocusPlan, stream: TextIO) -> None:
     Console(file=stream).print(table)
 
 
-def _summary(plan: FocusPlan) -> Iterator[tuple[str, str, str]]:
+def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     """Yield rows: what, how much, a note."""
     from collections import Counter
 

@@ -18,13 +18,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from focus_planner.core.planning import METHODS, CameraFocus
+from focus_planner.core.planning import METHODS, CameraFocus, FocusPlan
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import CameraStatus, Mesh, Rig
 from focus_planner.io.bodies import body
 from focus_planner.io.picture import draw_plans
-from focus_planner.io.plans import SavedPlan, save_plan
+from focus_planner.io.plans import save_plan
 from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
 from focus_planner.ros.client import PlannerClient
@@ -49,7 +49,7 @@ _COLOURS = ("red", "yellow", "green", "cyan", "blue", "magenta")
 class _Result:
     """One method's plan, and how long its caller waited, seconds."""
 
-    plan: SavedPlan
+    plan: FocusPlan
     waited: float
 
 

@@ -104,7 +104,7 @@ class CameraFocus:
     in_focus_samples: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class FocusPlan:
     """Focus distances for a rig, and how good they are.
 
@@ -122,10 +122,6 @@ class FocusPlan:
     solve_seconds, total_seconds : float
     cameras : tuple of CameraFocus
         In the rig's order.
-    problem : Problem
-        What was solved.
-    converged : bool
-        False if the time budget, or the watch, ended the solver.
     """
 
     method: str
@@ -139,8 +135,22 @@ class FocusPlan:
     solve_seconds: float
     total_seconds: float
     cameras: tuple[CameraFocus, ...]
+
+
+@dataclass(frozen=True)
+class SolvedPlan(FocusPlan):
+    """A plan that was just made.
+
+    Attributes
+    ----------
+    converged : bool
+        False if the time budget, or the watch, ended the solver.
+    problem : Problem
+        What was solved.
+    """
+
     converged: bool
-    problem: Problem = field(repr=False)
+    problem: Problem = field(repr=False, compare=False)
 
 
 def plan_focus(
@@ -149,7 +159,7 @@ def plan_focus(
     request: PlanRequest | None = None,
     model: CostModel | None = None,
     watch: Watch = go_on,
-) -> FocusPlan:
+) -> SolvedPlan:
     """Sample the surface, find what each camera sees, and solve for the focus distances.
 
     The same arguments give the same plan, bit for bit, but for its seconds.
@@ -247,7 +257,7 @@ def _plan(
     converged: bool,
     solve_seconds: float,
     started: float,
-) -> FocusPlan:
+) -> SolvedPlan:
     focus = _fill_in(problem, solved)
     costs, best = problem.evaluate(focus)
     weights = problem.samples.weights
@@ -274,7 +284,7 @@ def _plan(
             )
         )
     area_per_weight = scene.area / float(weights.sum())
-    return FocusPlan(
+    return SolvedPlan(
         method=request.method,
         cost=mean_cost(weights, costs),
         lower_bound=None,

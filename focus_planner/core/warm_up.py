@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -15,19 +15,31 @@ _SAMPLES = 200
 _MERIDIANS, _PARALLELS = 24, 12
 
 
-def warm_up() -> None:
+def warm_up(go_on: Callable[[], bool] = lambda: True) -> None:
     """Plan a small ball in every way there is, so that no request has to wait for a compiler.
 
     Kernels are compiled per type of their arguments, and those depend on the method, on the kind
     of surface and on whether the samples are a cloud's own points. Half a minute the first time,
-    then under a second: Numba keeps what it compiled beside the package.
+    then under a second: Numba keeps what it compiled.
+
+    Parameters
+    ----------
+    go_on : callable, optional
+        Asked before every plan whether to make it.
     """
     rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1)
+    for scene, request in _plans():
+        if not go_on():
+            return
+        plan_focus(scene, rig, request)
+
+
+def _plans() -> Iterator[tuple[Scene, PlanRequest]]:
     for scene, samples in _scenes():
-        plan_focus(scene, rig, PlanRequest(method="closest", samples=samples))
+        yield scene, PlanRequest(method="closest", samples=samples)
     scene = Scene(_ball())
     for request in _requests():
-        plan_focus(scene, rig, request)
+        yield scene, request
 
 
 def _scenes() -> Iterator[tuple[Scene, int]]:

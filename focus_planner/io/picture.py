@@ -21,7 +21,6 @@ from focus_planner.core.problem import Problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import FloatArray, IntArray, PointCloud, Rig, Samples
 from focus_planner.io.files import whole_file
-from focus_planner.io.plans import SavedPlan
 
 _SAMPLES = 150_000
 _PIXELS = 440  # along a body's longer side
@@ -61,9 +60,7 @@ _VIEWS = (
 )
 
 
-def draw_plans(
-    scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan | SavedPlan], path: Path
-) -> None:
+def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Path) -> None:
     """Draw plans for one surface and rig side by side, into a PNG file.
 
     The costs drawn, and those in the titles, are measured on fresh samples: on its own a plan
@@ -101,7 +98,7 @@ def draw_plans(
         sheet.figure.savefig(file, format="png")
 
 
-def _fresh_problem(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan | SavedPlan]) -> Problem:
+def _fresh_problem(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan]) -> Problem:
     """Return a problem of many samples, drawn with no plan's seed; of a small cloud all points."""
     few = isinstance(scene.surface, PointCloud) and len(scene.surface.points) < _SAMPLES
     return pose_problem(
@@ -151,7 +148,7 @@ class _Sheet:
         return self.figure.add_axes((x / w, y / h, width / w, height / h))
 
 
-def _distances(plan: FocusPlan | SavedPlan) -> FloatArray:
+def _distances(plan: FocusPlan) -> FloatArray:
     return np.array([camera.focus_distance for camera in plan.cameras])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -14,36 +14,19 @@ from focus_planner.core.types import CameraStatus
 from focus_planner.io.files import read_text, whole_file
 
 
-@dataclass(frozen=True)
-class SavedPlan:
-    """A plan as plan.json holds it: a :class:`FocusPlan` without its problem."""
-
-    method: str
-    cost: float
-    lower_bound: float | None
-    samples: int
-    seed: int
-    surface_area: float
-    covered_area: float
-    in_focus_area: float
-    solve_seconds: float
-    total_seconds: float
-    cameras: tuple[CameraFocus, ...]
-
-
-def plan_to_json(plan: FocusPlan | SavedPlan) -> str:
+def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
     Numbers have all their digits. JSON knows no infinity: a far limit that is infinite is null.
     """
-    names = [field.name for field in fields(SavedPlan) if field.name != "cameras"]
+    names = [field.name for field in fields(FocusPlan) if field.name != "cameras"]
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
     cameras = ",\n".join(f"    {json.dumps(_camera_to_json(c))}" for c in plan.cameras)
     lines.append(f'  "cameras": [\n{cameras}\n  ]')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def save_plan(plan: FocusPlan | SavedPlan, path: Path) -> None:
+def save_plan(plan: FocusPlan, path: Path) -> None:
     """Write plan.json, whole or not at all.
 
     Raises
@@ -55,7 +38,7 @@ def save_plan(plan: FocusPlan | SavedPlan, path: Path) -> None:
         file.write(plan_to_json(plan).encode())
 
 
-def load_plan(path: Path) -> SavedPlan:
+def load_plan(path: Path) -> FocusPlan:
     """Read plan.json; what it does not know of is passed over.
 
     Raises
@@ -83,9 +66,9 @@ def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
     }
 
 
-def _plan_from_json(data: dict[str, Any]) -> SavedPlan:
-    known = {field.name: data[field.name] for field in fields(SavedPlan)}
-    return SavedPlan(**known | {"cameras": tuple(map(_camera_from_json, data["cameras"]))})
+def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
+    known = {field.name: data[field.name] for field in fields(FocusPlan)}
+    return FocusPlan(**known | {"cameras": tuple(map(_camera_from_json, data["cameras"]))})
 
 
 def _camera_from_json(data: dict[str, Any]) -> CameraFocus:

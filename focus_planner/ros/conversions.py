@@ -37,7 +37,6 @@ from focus_planner.core.types import (
     PointCloud,
     Rig,
 )
-from focus_planner.io.plans import SavedPlan
 from focus_planner.ros.cdr import read_mesh, write_mesh
 from focus_planner.ros.inputs import Optics
 
@@ -291,9 +290,9 @@ def camera_focus_to_ros(focus: CameraFocus, header: Header) -> CameraFocusMsg:
     )
 
 
-def plan_from_ros(message: FocusPlanMsg) -> SavedPlan:
+def plan_from_ros(message: FocusPlanMsg) -> FocusPlan:
     """Return the plan; a message does not hold the problem that was solved."""
-    return SavedPlan(
+    return FocusPlan(
         method=message.method,
         cost=message.cost,
         lower_bound=None if math.isnan(message.lower_bound) else message.lower_bound,
@@ -308,9 +307,7 @@ def plan_from_ros(message: FocusPlanMsg) -> SavedPlan:
     )
 
 
-def plan_to_ros(
-    plan: FocusPlan | SavedPlan, frame_id: str, stamp: Time, plan_id: str
-) -> FocusPlanMsg:
+def plan_to_ros(plan: FocusPlan, frame_id: str, stamp: Time, plan_id: str) -> FocusPlanMsg:
     """Return the plan as it is published and answered."""
     header = Header(frame_id=frame_id, stamp=stamp)
     return FocusPlanMsg(

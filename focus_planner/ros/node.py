@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future as Job
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
@@ -34,7 +36,7 @@ from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import FocusPlan as Plan
+from focus_planner.core.planning import SolvedPlan
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Rig, Surface
 from focus_planner.core.warm_up import warm_up
@@ -60,6 +62,8 @@ _OVERRIDES = QoSOverridingOptions([QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURA
 # The default keeps the ten newest requests and silently drops what else came at once.
 ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 _SHUTTING_DOWN = "the node is shutting down"
+# Less than what launch and systemd wait before they kill.
+_SECONDS_TO_FINISH = 3.0
 
 Read = Callable[[bytes, Optics], Any]
 _Outcome = tuple[bool, str, FocusPlan | None]
@@ -141,6 +145,7 @@ class PlannerNode(Node):
         self._cameras = CameraTopics(self)
         self._planner = Planner(self.get_logger(), self._cameras.follow)
         self._planning = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
+        self._jobs: set[Job[None]] = set()
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._distorted: list[str] = []
@@ -162,7 +167,7 @@ class PlannerNode(Node):
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Answer until :meth:`stop`, and then until every caller has an answer."""
-        while self._calls or not self._stopping.is_set():
+        while self.context.ok() and (self._calls or not self._stopping.is_set()):
             self._guard(executor.spin_once)
 
     def stop(self) -> None:
@@ -172,10 +177,9 @@ class PlannerNode(Node):
         if self.executor:
             self.executor.create_task(self._give_up)
 
-    def destroy_node(self) -> None:
-        """Wait for the planning thread, and destroy all publishers and subscriptions."""
-        self._planning.shutdown(wait=True)
-        super().destroy_node()
+    def finish(self, timeout: float) -> bool:
+        """Wait for the planning thread after :meth:`stop`; return whether it has ended."""
+        return not wait(self._jobs, timeout).not_done
 
     def _listen(
         self, message_type: type, topic: str, target: Input[Any, Any], read: Read
@@ -256,9 +260,11 @@ class PlannerNode(Node):
     def _do_next(self, job: Callable[[], None]) -> bool:
         """Queue a job for the planning thread; return whether there still is one."""
         try:
-            self._planning.submit(self._guard, job)
+            future = self._planning.submit(self._guard, job)
         except RuntimeError:
             return False
+        self._jobs.add(future)
+        future.add_done_callback(self._jobs.discard)
         return True
 
     def _guard(self, job: Callable[[], None]) -> None:
@@ -271,8 +277,9 @@ class PlannerNode(Node):
 
     def _warm_up(self) -> None:
         self.get_logger().info("loading kernels; compiling them the first time takes a while")
-        warm_up()
-        self.get_logger().info("ready")
+        warm_up(lambda: not self._stopping.is_set())
+        if not self._stopping.is_set():
+            self.get_logger().info("ready")
 
     def _digest(self) -> None:
         self._planner.digest(self._settings.current.optics)
@@ -281,7 +288,7 @@ class PlannerNode(Node):
         try:
             outcome = self._plan(call)
         except (InputError, NotReady) as error:
-            self.get_logger().warning(f"no plan: {error}")
+            self.get_logger().info(f"no plan: {error}")
             outcome = False, str(error), None
         except Exception as error:  # noqa: BLE001 - the caller is told, the log has the rest
             self.get_logger().error(traceback.format_exc())
@@ -320,12 +327,18 @@ def main(args: list[str] | None = None) -> int:
             print(f"planner_node: {what}{error}", file=sys.stderr)  # noqa: T201 - no logger yet
             try_shutdown()
             return 2
-        _run(node, signals)
+        finished = _run(node, signals)
         rclpy.shutdown()
+    if not finished:
+        # Nothing can interrupt a kernel, and Python would wait for it. There is nothing to lose:
+        # callers are answered, and the middleware is shut down.
+        sys.stderr.flush()
+        os._exit(0)
     return 0
 
 
-def _run(node: PlannerNode, signals: set[signal.Signals]) -> None:
+def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:
+    """Serve until a signal comes; return whether the planning thread ended in time."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     thread = threading.Thread(target=node.spin, args=(executor,), name="executor")
@@ -334,7 +347,9 @@ def _run(node: PlannerNode, signals: set[signal.Signals]) -> None:
     node.stop()
     thread.join()
     executor.shutdown()
+    finished = node.finish(_SECONDS_TO_FINISH)
     node.destroy_node()
+    return finished
 
 
 @contextmanager
@@ -355,7 +370,7 @@ def _plan_id() -> str:
     return f"{datetime.now(timezone.utc):%Y%m%dT%H%M%SZ}-{uuid4().hex[:8]}"
 
 
-def _summary(plan: Plan) -> str:
+def _summary(plan: SolvedPlan) -> str:
     text = (
         f"{plan.method}, cost {plan.cost:.1f} on {plan.samples} samples"
         f" in {plan.total_seconds:.3f} s"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import FocusPlan, PlanRequest, plan_focus, pose_problem
+from focus_planner.core.planning import PlanRequest, SolvedPlan, plan_focus, pose_problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface
@@ -75,7 +75,7 @@ class Planner:
         optics: Optics,
         model: CostModel | None = None,
         watch: Watch = go_on,
-    ) -> tuple[FocusPlan, Rig]:
+    ) -> tuple[SolvedPlan, Rig]:
         """Return a plan for the newest surface and rig, and that rig.
 
         Raises

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import CameraFocus, PlanRequest, plan_focus
+from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import CameraStatus, Lens
 from focus_planner.io.bodies import body
-from focus_planner.io.plans import SavedPlan, load_plan, plan_to_json, save_plan
+from focus_planner.io.plans import load_plan, plan_to_json, save_plan
 from focus_planner.io.surfaces import load_surface
 
 KEYS = [
@@ -24,7 +24,7 @@ CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
     *("assigned_samples", "in_focus_samples"),
 ]
-PLAN = SavedPlan(
+PLAN = FocusPlan(
     "em",
     1000 / 3,
     None,
@@ -71,7 +71,7 @@ def test_what_is_planned_is_what_is_saved(tmp_path: Path) -> None:
     plan = plan_focus(scene, rig, PlanRequest("em", samples=200))
     save_plan(plan, tmp_path / "plan.json")
     saved = load_plan(tmp_path / "plan.json")
-    for field in fields(SavedPlan):
+    for field in fields(FocusPlan):
         assert getattr(saved, field.name) == getattr(plan, field.name)
     assert any(math.isinf(camera.far_limit) for camera in saved.cameras)
 

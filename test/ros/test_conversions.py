@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from focus_planner_msgs.msg import CameraFocus as CameraFocusMsg
-from focus_planner_msgs.msg import CameraRig, FocusPlan, RigCamera
+from focus_planner_msgs.msg import CameraRig, RigCamera
+from focus_planner_msgs.msg import FocusPlan as FocusPlanMsg
 from focus_planner_msgs.msg import Lens as LensMsg
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import Pose, PoseArray, Quaternion
@@ -18,10 +19,9 @@ from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import CameraFocus, PlanRequest, plan_focus
+from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, CameraStatus, Grid, Image, Lens, PointCloud, Rig
-from focus_planner.io.plans import SavedPlan
 from focus_planner.ros import conversions
 from focus_planner.ros.conversions import (
     camera_focus_from_ros,
@@ -349,13 +349,13 @@ def test_a_plan_survives_the_wire(body, rig):
     plan = plan_focus(Scene(body), rig, PlanRequest(samples=200))
     message = through_bytes(plan_to_ros(plan, "world", Time(sec=5), "a name"))
     received = plan_from_ros(message)
-    for field in fields(SavedPlan):
+    for field in fields(FocusPlan):
         assert getattr(received, field.name) == getattr(plan, field.name)
     assert math.isnan(message.lower_bound)
     assert (message.plan_id, message.header) == ("a name", message.cameras[0].header)
 
 
-@pytest.mark.parametrize("message_type", [PointCloud2, PoseArray, CameraRig, FocusPlan])
+@pytest.mark.parametrize("message_type", [PointCloud2, PoseArray, CameraRig, FocusPlanMsg])
 @given(head=st.sampled_from([b"", b"\x00\x01\x00\x00"]), payload=st.binary(max_size=100))
 def test_other_bytes_are_an_input_error_or_a_message(message_type, head, payload):
     try:

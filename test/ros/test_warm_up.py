@@ -51,3 +51,9 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
         if method != "k_view":
             break
     assert compiled() == warm
+
+
+def test_it_stops_when_told():
+    asked = []
+    warm_up(lambda: asked.append(1) or len(asked) < 3)
+    assert len(asked) == 3
