@@ -77,7 +77,8 @@ def run(output_directory: Path) -> int:
         with _status(console, "starting the node; its first time, it compiles for a minute"):
             results = _run_node(log, mesh, rig)
     except _NodeFailed as error:
-        console.print(f"{error}; its log is {log}", style="red")
+        console.print(f"{error}; its log is {log}, and ends:", style="red")
+        console.print("\n".join(log.read_text().splitlines()[-5:]), markup=False)
         return 1
     _show(console, rig, results)
     with _status(console, "drawing"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from types import TracebackType
 from typing import Any, final
+from uuid import uuid4
 
 from focus_planner_msgs.msg import CameraFocus, CameraRig, FocusPlan
 from focus_planner_msgs.srv import PlanFocus
@@ -51,8 +52,6 @@ class PlannerClient:
     ----------
     planner : str
         Full name of the planner node.
-    name : str
-        Name of the client's own node.
 
     Raises
     ------
@@ -60,11 +59,18 @@ class PlannerClient:
         From any method, if the node does not answer in time.
     """
 
-    def __init__(self, planner: str = "/focus_planner", name: str = "focus_planner_client") -> None:
+    def __init__(self, planner: str = "/focus_planner") -> None:
         self._planner = planner
         self._context = Context()
         self._context.init(args=[])
-        self._node = Node(name, context=self._context, use_global_arguments=False)
+        name = f"focus_planner_client_{uuid4().hex[:8]}"
+        self._node = Node(
+            name,
+            context=self._context,
+            use_global_arguments=False,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._inputs = {

@@ -24,9 +24,14 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch):
 
 
 def test_a_node_that_fails_is_told(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(demo.sys, "executable", "/bin/false")
+    broken = tmp_path / "python"
+    broken.write_text("#!/bin/sh\necho it broke >&2\nexit 3\n")
+    broken.chmod(0o700)
+    monkeypatch.setattr(demo.sys, "executable", str(broken))
     assert demo.run(tmp_path) == 1
-    assert "the node did not start; its log is" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "the node did not start; its log is" in shown
+    assert "it broke" in shown
 
 
 @pytest.mark.parametrize("width", [80, 200])

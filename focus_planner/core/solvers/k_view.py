@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +22,13 @@ from focus_planner.core.solvers.solution import (
     go_on,
     start_cells,
 )
-from focus_planner.core.tuples import camera_tuples
+from focus_planner.core.tuples import Tuples, camera_tuples
+from focus_planner.core.types import IntArray
+
+# Shared samples looked at, a twentieth of a second's work; of a third camera's cells, most are
+# passed over by their bound.
+_SAMPLES_BETWEEN_WATCHES = 500_000
+_THIRD_CELLS_AT_ONCE = 40
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
@@ -41,25 +49,70 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     before = em.solve(problem, options, remember)
     if not going_on:  # even where EM had just converged
         return replace(before, converged=False)
-    cells = problem.cells
-    cell = start_cells(problem, before.focus_distances)
-    best, units = assign_samples(problem, cell)
-    tuples = camera_tuples(problem, options.k, options.scope, options.grid)
-    by_sample = (problem.sample_offsets, problem.camera_index, cells.base)
-    ranges = (cells.first, cells.last)
-    # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
-    ranked = problem.sample_count if options.scope == "all" else 0
-    ranking = np.empty((ranked, options.k + 1), dtype=np.int64)
-    kernels.rank_cameras(*by_sample, cells.focus, *ranges, cell, ranking)
-    steps = np.empty(len(cells.near) + problem.camera_count, dtype=np.int64)
-    summed, solved = (np.zeros(n, np.int64) for n in (len(cell), len(tuples.cameras)))
-    touched, clock = (np.ones(n, np.int64) for n in (len(cell), 1))
+    descent = _Descent(problem, options, start_cells(problem, before.focus_distances))
     iteration = 0
-    while True:
-        iteration += 1
+    converged = False
+    while going_on and not converged:
+        before_pass = descent.units
+        for units in descent.take_pass():
+            iteration += 1
+            going_on = watch(Progress("k_view", iteration, cost_of_units(units)))
+            if not going_on:
+                break
+        converged = going_on and descent.units == before_pass
+    return finish_cells(problem, descent.cell, before.iterations + iteration, converged)
+
+
+class _Descent:
+    """Where the cameras stand, and what stands around every tuple.
+
+    Attributes
+    ----------
+    cell : (C,) array of int32
+    units : int
+        The cost in units at these cells; with scope "assigned", at those of the last whole pass,
+        which no step since has raised.
+    """
+
+    def __init__(self, problem: Problem, options: Options, cell: IntArray) -> None:
+        cells = problem.cells
+        self.cell = cell
+        self.best, self.units = assign_samples(problem, cell)
+        self._problem = problem
+        self._assigned = options.scope == "assigned"
+        self._tuples = camera_tuples(problem, options.k, options.scope, options.grid)
+        self._stops = _stops(problem, self._tuples)
+        self._by_sample = (problem.sample_offsets, problem.camera_index, cells.base)
+        self._ranges = (cells.first, cells.last)
+        # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
+        ranked = 0 if self._assigned else problem.sample_count
+        self._ranking = np.empty((ranked, options.k + 1), dtype=np.int64)
+        kernels.rank_cameras(*self._by_sample, cells.focus, *self._ranges, cell, self._ranking)
+        self._steps = np.empty(len(cells.near) + problem.camera_count, dtype=np.int64)
+        self._summed = np.zeros(problem.camera_count, dtype=np.int64)
+        self._touched = np.ones(problem.camera_count, dtype=np.int64)
+        self._solved = np.zeros(len(self._tuples.cameras), dtype=np.int64)
+        self._clock = np.ones(1, dtype=np.int64)
+
+    def take_pass(self) -> Iterator[int]:
+        """Let every tuple take its best step; yield the cost in units every now and then."""
+        for low, high in pairwise(self._stops):
+            if low:
+                yield self.units
+            gain = self._improve(low, high)
+            if not self._assigned:
+                self.units -= gain
+        if self._assigned:
+            # A step counts its gain from the best assignment within its tuple, not the present.
+            self._reassign()
+            self.units = assign_samples(self._problem, self.cell)[1]
+        yield self.units
+
+    def _improve(self, low: int, high: int) -> int:
+        problem, tuples, cells = self._problem, self._tuples, self._problem.cells
         gain = kernels.improve_tuples(
             tuples.cameras,
-            tuples.batch_offsets,
+            tuples.batch_offsets[low : high + 1],
             tuples.shared_offsets,
             tuples.samples,
             tuples.bases,
@@ -70,24 +123,47 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
             cells.seen_base,
             cells.seen_first,
             cells.seen_last,
-            *by_sample,
-            *ranges,
+            *self._by_sample,
+            *self._ranges,
             cells.focus,
             cells.offsets,
-            cell,
-            ranking,
-            best,
-            steps,
-            summed,
-            touched,
-            solved,
-            clock,
+            self.cell,
+            self._ranking,
+            self.best,
+            self._steps,
+            self._summed,
+            self._touched,
+            self._solved,
+            self._clock,
         )
-        if options.scope == "assigned":
-            kernels.reassign(*by_sample, cells.focus, *ranges, cell, best, summed, touched, clock)
-            # A step counts its gain from the best assignment within its tuple, not the present.
-            gain = units - assign_samples(problem, cell)[1]
-        units -= gain
-        going_on = watch(Progress("k_view", iteration, cost_of_units(units)))
-        if not (gain and going_on):
-            return finish_cells(problem, cell, before.iterations + iteration, not gain)
+        return int(gain)
+
+    def _reassign(self) -> None:
+        kernels.reassign(
+            *self._by_sample,
+            self._problem.cells.focus,
+            *self._ranges,
+            self.cell,
+            self.best,
+            self._summed,
+            self._touched,
+            self._clock,
+        )
+
+
+def _stops(problem: Problem, tuples: Tuples) -> list[int]:
+    """Return the batches before which to ask the watch, and the end, by the work in between.
+
+    Work, not time: what a watch is told does not depend on the machine.
+    """
+    work = np.diff(tuples.shared_offsets).astype(np.float64)
+    if tuples.cameras.shape[1] == 3:
+        cell_counts = np.diff(problem.cells.offsets)
+        work *= np.maximum(1.0, cell_counts[tuples.cameras[:, 2]] / _THIRD_CELLS_AT_ONCE)
+    done = np.concatenate([[0.0], np.cumsum(work)])[tuples.batch_offsets]
+    stops, at = [0], 0.0
+    for batch, total in enumerate(done[1:], start=1):
+        if total - at >= _SAMPLES_BETWEEN_WATCHES or batch == len(done) - 1:
+            stops.append(batch)
+            at = total
+    return stops

@@ -23,7 +23,7 @@ class Progress:
     iteration : int
         Steps done in this stage, from 1.
     cost : float
-        1000 × the weighted mean, at the cells chosen so far.
+        1000 × the weighted mean; the cells chosen so far cost no more.
     """
 
     stage: str
