@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.scenes import body_scenes, problem, rig
+from focus_planner.core.planning import fill_in
 from focus_planner.core.problem import Problem
 from focus_planner.core.solvers import SOLVERS, Options
 
@@ -80,8 +81,4 @@ def _judged(
     method: str, options: Options, posed: list[Problem], unseen: list[Problem]
 ) -> list[float]:
     plans = [SOLVERS[method](problem, options).focus_distances for problem in posed]
-    # A camera that saw none of the samples planned on is judged at a metre.
-    return [
-        other.cost(np.nan_to_num(focus, nan=1.0))
-        for focus, other in zip(plans, unseen, strict=True)
-    ]
+    return [other.cost(fill_in(other, focus)) for focus, other in zip(plans, unseen, strict=True)]

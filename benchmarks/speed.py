@@ -14,7 +14,7 @@ from focus_planner import PlanRequest, Problem, plan_focus
 from focus_planner.core import kernels
 from focus_planner.core.solvers import Options, Progress, em, k_view
 
-SAMPLES = (1024, 4096, 16384, 65536)
+SAMPLES = (1000, 4096, 16384, 65536)
 
 
 def from_em_to_convergence(posed: Problem, options: Options) -> float:

@@ -106,9 +106,11 @@ def _rig_cylinder(options: argparse.Namespace) -> int:
 def _plan(options: argparse.Namespace) -> int:
     from focus_planner.io.files import check_writable
 
-    for path in (options.output, options.problem, options.picture):
-        if path is not None:
-            check_writable(path)
+    paths = [p for p in (options.output, options.problem, options.picture) if p is not None]
+    for path in paths:
+        check_writable(path)
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise InputError("--output, --problem, --picture", "different files", "the same twice")
     with _progress(options.quiet) as tell:
         scene, rig, request = _read(options, tell)
         plan = _solve(scene, rig, request, tell)
@@ -336,7 +338,8 @@ def _add_plan(commands: Any) -> None:
         "--time-budget",
         type=float,
         metavar="S",
-        help="stop the solver after S seconds with the best plan so far (none)",
+        help="stop the solver after S seconds, ray casting included, with the best plan so far;"
+        " ray casting itself is not interrupted (none)",
     )
     what = plan.add_argument_group("what to write")
     add = what.add_argument

@@ -257,6 +257,7 @@ def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
         f"\n  {command} node"
         "\n  ros2 service call /focus_planner/plan_focus focus_planner_msgs/srv/PlanFocus"
         " '{method: k_view}'"
-        "\nWithout the ros2 command, focus_planner.ros.client.PlannerClient does all three.",
+        "\nWithout the ros2 command, focus_planner.ros.client.PlannerClient does all three:"
+        '\nsee the README, "Plan with ROS 2".',
         soft_wrap=True,
     )

@@ -283,7 +283,13 @@ def test_grid_tuples_need_a_grid(here: Path, capsys: Any) -> None:
 
 def test_missing_files_are_told(here: Path, capsys: Any) -> None:
     fails_in_one_line(capsys, plan(surface="none.ply"), "none.ply", "no such file")
-    fails_in_one_line(capsys, plan(rig="none.yaml"), "none.yaml", "no such file")
+    fails_in_one_line(capsys, plan(rig="none.yaml"), "none.yaml: expected a rig.yaml, got no such")
+
+
+def test_one_file_is_not_written_twice(here: Path, capsys: Any) -> None:
+    status = plan("--output", "same.json", "--problem", "same.json")
+    fails_in_one_line(capsys, status, "expected different files, got the same twice")
+    assert not Path("same.json").exists()
 
 
 def test_where_to_write_is_checked_before_anything_is_read(here: Path, capsys: Any) -> None:

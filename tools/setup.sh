@@ -176,10 +176,13 @@ for export in Path(sys.prefix, "share").glob("*/cmake/*Export.cmake"):
 PYTHON
 }
 
-# The kernels' first compilation needs none of the interfaces, and one core.
+stage_kernels() {
+  PYTHONPATH=. .venv/bin/python -c 'from focus_planner.core.warm_up import warm_up; warm_up()'
+}
+
+# The kernels need none of the interfaces, and one core: compile both at once.
 stage_build() {
-  PYTHONPATH=. .venv/bin/python -c \
-    'from focus_planner.core.warm_up import warm_up; warm_up()' &
+  stage_kernels &
   local kernels=$!
   # shellcheck disable=SC2064 # by now, not when it ends: the variable is local
   trap "kill $kernels 2>/dev/null || :" EXIT
@@ -239,10 +242,12 @@ flock 4
 done_stages=()
 began=$EPOCHREALTIME
 mapfile -t definitions < <(find msg_defs -type f | sort)
+mapfile -t core < <(find focus_planner/core -name '*.py' | sort)
 stage system "system packages"
 stage venv "virtual environment"
 stage wheels "Python and ROS packages" requirements.lock
 stage build "ROS interfaces, kernels" requirements.lock "${definitions[@]}"
+stage kernels "kernels" requirements.lock "${core[@]}"
 stage package "focus_planner" requirements.lock setup.py setup.cfg
 stage check "check" requirements.lock setup.py setup.cfg "${definitions[@]}"
 if ((${#done_stages[@]})); then

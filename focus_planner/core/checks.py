@@ -44,6 +44,8 @@ def check_array(
         If the value is not numeric or has another shape.
     """
     wanted = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
+    if np.iscomplexobj(value):
+        raise InputError(argument, f"numbers of shape {wanted}", "complex ones")
     try:
         with np.errstate(invalid="ignore"):  # NaN as a whole number: caught below
             array = np.array(value, dtype=dtype, order="C")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.geometry import camera_positions
+from focus_planner.core.problem import Problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import FloatArray, Mesh, Rig, Samples, Surface
 from focus_planner.core.visibility import Visibility, visible_pairs
@@ -23,6 +24,16 @@ _TRIAL_SAMPLES = 500
 # A share of the surface that no wrong unit leaves in view, and one that no inverted normals do.
 _SEEN_ENOUGH = 0.2
 _SEEN_MOSTLY = 0.5
+_SEEN_AT_ALL = 0.02
+# By how much a unit's mistake scales the surface in the rig's eyes.
+_UNITS = (
+    (1e-3, "the surface is", "millimetres: divide by 1000"),
+    (1e-2, "the surface is", "centimetres: divide by 100"),
+    (1e3, "the camera poses are", "millimetres: divide by 1000"),
+    (1e2, "the camera poses are", "centimetres: divide by 100"),
+)
+# How many times larger or smaller than its distance a subject may be.
+_ODD = 20.0
 
 
 def check_distance(scene: Scene, rig: Rig) -> None:
@@ -35,12 +46,14 @@ def check_distance(scene: Scene, rig: Rig) -> None:
     InputError
         Says which unit is suspected.
     """
-    distance = _distance(scene, rig)
-    if distance > _FARTHEST * scene.diagonal:
+    away = _distances(scene, rig)
+    far = np.flatnonzero(away > _FARTHEST * scene.diagonal)
+    if len(far):
         raise InputError(
             "camera poses",
             f"cameras within {_FARTHEST:g} times the surface's size of it, in metres",
-            f"cameras {distance:.4g} from the middle of a surface {scene.diagonal:.4g} across",
+            f"{len(far)} of {len(rig)} beyond, {rig.cameras[far[0]].name}"
+            f" {away[far[0]]:.4g} from the middle of a surface {scene.diagonal:.4g} across",
             "the camera poses are probably in millimetres (divide by 1000), or in another frame",
         )
 
@@ -107,31 +120,63 @@ def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> N
         )
 
 
+def check_depths(scene: Scene, problem: Problem) -> None:
+    """Raise if nothing can be brought into focus, or nothing needs to be.
+
+    Raises
+    ------
+    InputError
+        Says whether the lens's limits or the unit is suspected.
+    """
+    if not len(problem.depth):
+        return
+    if not (problem.focus_near <= problem.focus_far).any():
+        raise InputError(
+            "lens.min_focus, lens.max_focus",
+            "limits between which some of the surface comes into focus",
+            f"none of it, at depths from {problem.depth.min():.4g} to {problem.depth.max():.4g} m",
+            "the limits are probably not in metres",
+        )
+    hyperfocal = np.array([lens.hyperfocal_distance for lens in problem.lenses])
+    beyond = problem.depth >= hyperfocal[problem.camera_index]
+    if scene.diagonal >= _LARGE and beyond.all():
+        raise InputError(
+            "surface and camera poses",
+            "metres",
+            f"a surface {scene.diagonal:.4g} across, all of it beyond the hyperfocal distance",
+            "both are probably in millimetres (divide by 1000); if they are not, focus at"
+            " infinity holds everything",
+        )
+
+
 def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
-    """Raise if the rig would see a surface 1000 times smaller, or larger, much better."""
-    for factor, what, size in (
-        (1e-3, "the surface is", scene.diagonal),
-        (1e3, "the camera poses are", _distance(scene, rig)),
-    ):
-        if size < _LARGE:
+    """Raise if the rig would see the surface much better were one of the two in another unit."""
+    suspects = []
+    for factor, what, size in _UNITS:
+        if (scene.diagonal if factor < 1 else float(np.median(_distances(scene, rig)))) < _LARGE:
             continue
         scaled = Scene(_scaled(scene.surface, factor))
+        # A dot that all cameras happen to see explains nothing.
+        odds = abs(np.log(scaled.diagonal / np.median(_distances(scaled, rig))))
+        if odds < np.log(_ODD):
+            suspects.append((odds, factor, f"{what} probably in {size}", scaled))
+    for _, factor, suspicion, scaled in sorted(suspects, key=lambda suspect: suspect[0]):
         samples = scaled.sample(_TRIAL_SAMPLES, 0)
         seen_scaled = _share_seen(visible_pairs(scaled, rig, samples), samples)
-        if seen_scaled > max(_SEEN_ENOUGH, 2 * seen):
+        if seen_scaled > max(_SEEN_AT_ALL, 4 * seen):
             raise InputError(
                 "surface and camera poses",
                 "metres for both",
                 f"a surface {scene.diagonal:.4g} across of which {seen:.0%} can be seen"
                 f" ({seen_scaled:.0%} if the surface were {factor:g} times the size)",
-                f"{what} probably in millimetres: divide by 1000",
+                suspicion,
             )
 
 
-def _distance(scene: Scene, rig: Rig) -> float:
-    """Return the cameras' median distance from the surface's middle, metres."""
-    away = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
-    return float(np.median(away))
+def _distances(scene: Scene, rig: Rig) -> FloatArray:
+    """Return (C,) the cameras' distances from the surface's middle, metres."""
+    away: FloatArray = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
+    return away
 
 
 def _share_seen(visibility: Visibility, samples: Samples) -> float:

@@ -11,6 +11,7 @@ from focus_planner.core import kernels
 from focus_planner.core.checks import InputError, check_choice, check_number, check_whole
 from focus_planner.core.diagnosis import (
     check_cameras_outside,
+    check_depths,
     check_distance,
     explain_unseen,
 )
@@ -22,7 +23,6 @@ from focus_planner.core.types import (
     CameraStatus,
     CostModel,
     FloatArray,
-    PointCloud,
     Rig,
 )
 from focus_planner.core.visibility import visible_pairs
@@ -30,6 +30,8 @@ from focus_planner.core.visibility import visible_pairs
 METHODS = tuple(SOLVERS)
 SCOPES = ("all", "assigned")
 TUPLES = ("overlap", "grid")
+#: More would need more memory than rigs' computers have, and change no plan.
+MAX_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class PlanRequest:
         Whether ``k_view`` takes its tuples from what the cameras see or from the rig's grid.
     time_budget : float
         Seconds after which the solver stops at its next step with the best plan so far; inf for
-        no limit.
+        no limit. Ray casting comes before and is not interrupted.
 
     Raises
     ------
@@ -68,7 +70,8 @@ class PlanRequest:
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)
-        check_whole("samples", self.samples, 0)
+        if check_whole("samples", self.samples, 0) > MAX_SAMPLES:
+            raise InputError("samples", f"at most {MAX_SAMPLES}", str(self.samples))
         check_whole("seed", self.seed, 0)
         if isinstance(self.k, bool) or not isinstance(self.k, int) or self.k not in (2, 3):
             raise InputError("k", "2 or 3", repr(self.k))
@@ -183,8 +186,8 @@ def plan_focus(
     """
     started = time.perf_counter()
     request = request or PlanRequest()
-    problem = pose_problem(scene, rig, request, model)
     options = _options(rig, request)
+    problem = pose_problem(scene, rig, request, model)
 
     def within_budget(progress: Progress) -> bool:
         return watch(progress) and time.perf_counter() - started < request.time_budget
@@ -221,23 +224,18 @@ def pose_problem(
             str(request.k),
             "a single camera is planned for with method em",
         )
-    if request.samples == 0 and not isinstance(scene.surface, PointCloud):
-        raise InputError(
-            "samples",
-            "at least 1 on a mesh",
-            "0",
-            "0 takes a cloud's points themselves; a mesh has none to take",
-        )
     check_distance(scene, rig)
     check_cameras_outside(scene, rig)
     samples = scene.sample(request.samples, request.seed)
     visibility = visible_pairs(scene, rig, samples)
     explain_unseen(scene, rig, samples, visibility)
-    return build_problem(samples, visibility, rig, model)
+    problem = build_problem(samples, visibility, rig, model)
+    check_depths(scene, problem)
+    return problem
 
 
 def _options(rig: Rig, request: PlanRequest) -> Options:
-    if request.tuples == "grid" and rig.grid is None:
+    if request.method == "k_view" and request.tuples == "grid" and rig.grid is None:
         raise InputError(
             "tuples", "overlap, for a rig without a grid", "'grid'", "or give the rig's grid"
         )
@@ -258,7 +256,7 @@ def _plan(
     solve_seconds: float,
     started: float,
 ) -> SolvedPlan:
-    focus = _fill_in(problem, solved)
+    focus = fill_in(problem, solved)
     costs, best = problem.evaluate(focus)
     weights = problem.samples.weights
     pairs = np.flatnonzero(problem.camera_index == best[problem.sample_index])
@@ -301,7 +299,7 @@ def _plan(
     )
 
 
-def _fill_in(problem: Problem, focus: FloatArray) -> FloatArray:
+def fill_in(problem: Problem, focus: FloatArray) -> FloatArray:
     """Give cameras without a distance of their own the others' median, as far as their lens goes.
 
     They see nothing, or nothing they can focus: any distance does, but a lens will be set to it.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from focus_planner.core.checks import InputError, check_number, check_whole
-from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
+from focus_planner.core.types import MAX_CAMERAS, Camera, Grid, Image, Lens, Rig
 
 
 def cylinder_rig(
@@ -40,6 +40,8 @@ def cylinder_rig(
     """
     check_whole("rows", rows, 1)
     check_whole("columns", columns, 1)
+    if rows * columns > MAX_CAMERAS:
+        raise InputError("rows × columns", f"at most {MAX_CAMERAS}", str(rows * columns))
     check_number("radius", radius, above=0)
     check_number("bottom", bottom)
     check_number("top", top)

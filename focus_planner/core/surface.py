@@ -20,6 +20,7 @@ from focus_planner.core.types import (
 # A point's neighbours tell its normal and its share of the area; enough to average noise out,
 # few enough to stay on one fold of the surface.
 _NEIGHBOURS = 16
+_STRAY = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,8 @@ def cloud_shape(cloud: PointCloud) -> CloudShape:
     count = min(_NEIGHBOURS, len(cloud.points) - 1)
     distances = np.asarray(cKDTree(cloud.points).query(cloud.points, k=count + 1, workers=-1)[0])
     areas = np.pi * distances[:, -1] ** 2 / count
+    # A stray point stands for no surface, and hides none.
+    areas = np.minimum(areas, _STRAY * np.median(areas))
     spacing = float(np.sqrt(np.median(areas)))
     if not spacing > 0:
         raise InputError("cloud", "distinct points", f"mostly points repeated over {count} times")

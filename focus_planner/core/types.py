@@ -1,7 +1,7 @@
 """What the planner works on: lenses, cameras, rigs, surfaces, samples.
 
 Metres everywhere; quaternions are x, y, z, w; a camera's frame is the optical frame (z forward,
-x right, y down). See DESIGN in the README for the conventions.
+x right, y down). See "Conventions" in the README.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ IntArray = NDArray[np.int32]
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _UNIT_TOLERANCE = 1e-3
 _FARTHEST = 1e8
+#: kernels/k_view.py numbers cameras with 18 bits.
+MAX_CAMERAS = 250_000
 _ROUNDING = 1e-15  # of the length of a quaternion just normalised
 
 
@@ -135,8 +137,12 @@ class Camera:
                 repr(self.name),
             )
         position = check_array(f"camera {self.name}: position", self.position, (3,))
-        if not np.isfinite(position).all():
-            raise InputError(f"camera {self.name}: position", "finite metres", f"{self.position}")
+        if not (np.abs(position) <= _FARTHEST).all():
+            raise InputError(
+                f"camera {self.name}: position",
+                f"finite metres, up to {_FARTHEST:g}",
+                f"{self.position}",
+            )
         quaternion = check_array(f"camera {self.name}: orientation", self.orientation, (4,))
         norm = math.sqrt(sum(float(q) ** 2 for q in quaternion))
         if not abs(norm - 1) <= _UNIT_TOLERANCE:
@@ -186,6 +192,8 @@ class Rig:
         object.__setattr__(self, "cameras", tuple(self.cameras))
         if not self.cameras:
             raise InputError("rig", "at least one camera", "none")
+        if len(self.cameras) > MAX_CAMERAS:
+            raise InputError("rig", f"at most {MAX_CAMERAS} cameras", str(len(self.cameras)))
         names = [camera.name for camera in self.cameras]
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)

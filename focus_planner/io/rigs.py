@@ -46,8 +46,9 @@ def load_rig(path: str | PathLike[str]) -> Rig:
         Names the file, the camera, the key, and a key that was probably meant.
     """
     path = Path(path)
+    text = read_text(path, "a rig.yaml")
     try:
-        data = yaml.load(read_text(path, "a rig.yaml"), _Loader)  # noqa: S506
+        data = yaml.load(text, _Loader)  # noqa: S506
     except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
         raise InputError(str(path), "YAML", _syntax_error(error)) from None
     top = _mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")

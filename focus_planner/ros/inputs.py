@@ -100,6 +100,7 @@ class Input(Generic[Said, Value]):
         self._log = log
         self._inbox: deque[Arrival[Said]] = deque(maxlen=_BACKLOG)
         self._refused: tuple[Arrival[Said], InputError] | None = None
+        self._told = False
 
     def receive(self, arrival: Arrival[Said]) -> None:
         """Keep a message until :meth:`newest`; any thread may call."""
@@ -124,6 +125,7 @@ class Input(Generic[Said, Value]):
         self._log.warning(f"refused the {self.name} {arrival}: {error}")
         if self._refused is None or arrival.at >= self._refused[0].at:
             self._refused = arrival, error
+            self._told = False
 
     def put_in_force(self, held: Held[Said, Value]) -> None:
         """Plan with this from now on; what was refused before it came is forgotten."""
@@ -132,10 +134,11 @@ class Input(Generic[Said, Value]):
             self._refused = None
 
     def read_again(self, optics: Optics) -> None:
-        """Read what is in force again, with other optics."""
+        """Read what is held again, with other optics."""
         if self.in_force:
-            arrival = self.in_force.arrival
-            self.in_force = Held(arrival, self._make(arrival.read(optics)))
+            self.in_force = self._made(self.in_force.arrival, optics)
+        if self.misfit:
+            self.misfit = self._made(self.misfit.arrival, optics)
 
     def objection(self) -> str | None:
         """Return what a caller has to be told instead of a plan.
@@ -145,13 +148,20 @@ class Input(Generic[Said, Value]):
         """
         if self.in_force is None:
             return str(InputError(self.name, self._sources, self._none()))
-        if self._refused is None:
+        if self._refused is None or self._told:
             return None
-        (arrival, error), self._refused = self._refused, None
+        self._told = True
+        arrival, error = self._refused
         return (
             f"{error}. So the {self.name} {arrival} was refused, and the {self.name}"
             f" {self.in_force.arrival} stays in force: call again to plan with that one"
         )
+
+    def reminder(self) -> str | None:
+        """Return what a caller has to be told with a plan: that the newest is not in it."""
+        if self.in_force is None or self._refused is None:
+            return None
+        return f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
 
     def _none(self) -> str:
         if self._refused is None:
@@ -164,14 +174,18 @@ class Input(Generic[Said, Value]):
         if self.in_force and arrival.payload == self.in_force.arrival.payload:
             return Held(arrival, self.in_force.value)
         try:
-            return Held(arrival, self._make(arrival.read(optics)))
+            return self._made(arrival, optics)
         except InputError as error:
             self.refuse(arrival, error)
         except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
             self._log.error(traceback.format_exc())
-            self.refuse(arrival, _internal(self.name, error))
+            self.refuse(arrival, internal(self.name, error))
         return None
 
+    def _made(self, arrival: Arrival[Said], optics: Optics) -> Held[Said, Value]:
+        return Held(arrival, self._make(arrival.read(optics)))
 
-def _internal(name: str, error: Exception) -> InputError:
+
+def internal(name: str, error: Exception) -> InputError:
+    """Return the refusal of what made this program fail."""
     return InputError(name, "one that can be read", f"internal error: {error!r}", "see the log")

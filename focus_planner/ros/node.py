@@ -31,7 +31,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.task import Future
-from rclpy.utilities import try_shutdown
+from rclpy.utilities import remove_ros_args, try_shutdown
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
@@ -276,7 +276,7 @@ class PlannerNode(Node):
     # What follows runs on the planning thread.
 
     def _warm_up(self) -> None:
-        self.get_logger().info("loading kernels; compiling them the first time takes a while")
+        self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         warm_up(lambda: not self._stopping.is_set())
         if not self._stopping.is_set():
             self.get_logger().info("ready")
@@ -301,14 +301,16 @@ class PlannerNode(Node):
         settings = call.settings
         request = request_from_ros(call.request, settings.request)
         self.get_logger().debug(f"planning: {request}")
-        plan, rig = self._planner.plan(request, settings.optics, settings.model, self._go_on)
+        plan, rig, reminder = self._planner.plan(
+            request, settings.optics, settings.model, self._go_on
+        )
         if self._stopping.is_set():
             return False, _SHUTTING_DOWN, None
         plan = replace(plan, total_seconds=time.perf_counter() - call.started)
         message = plan_to_ros(plan, rig.frame_id, self.get_clock().now().to_msg(), _plan_id())
         self._focus_plan.publish(message)
         self._cameras.publish(message)
-        summary = _summary(plan)
+        summary = f"{_summary(plan)}; {reminder}" if reminder else _summary(plan)
         self.get_logger().info(f"{message.plan_id}: {summary}")
         return True, summary, message
 
@@ -320,6 +322,7 @@ def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
     with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
         try:
+            _refuse_others(args)
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
             node = PlannerNode()
         except (InputError, ParameterException, RuntimeError) as error:
@@ -335,6 +338,19 @@ def main(args: list[str] | None = None) -> int:
         sys.stderr.flush()
         os._exit(0)
     return 0
+
+
+def _refuse_others(args: list[str] | None) -> None:
+    """Raise if there are arguments that are not for ROS: a parameter was probably meant."""
+    given = list(sys.argv[1:] if args is None else args)
+    others = remove_ros_args(["planner_node", *given])[1:]
+    if others:
+        raise InputError(
+            "arguments",
+            "none but those after --ros-args",
+            " ".join(others),
+            "as in -p samples:=1000",
+        )
 
 
 def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.planning import MAX_SAMPLES, METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.types import CostModel, Image, Lens
 from focus_planner.ros.conversions import lens_from_ros
 from focus_planner.ros.inputs import Optics
@@ -97,14 +97,14 @@ DECLARATIONS = (
         "samples",
         _REQUEST.samples,
         "Number of surface samples to plan on; 0 takes a cloud's points themselves." + _NEXT_CALL,
-        high=_MAX_COUNT,
+        high=MAX_SAMPLES,
     ),
     Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
     Declaration(
         "time_budget",
         0.0,
-        "Seconds after which the solver stops with its best plan so far; 0 for no limit."
-        + _NEXT_CALL,
+        "Seconds after which the solver stops with its best plan so far; 0 for no limit. Ray"
+        " casting comes before and is not interrupted." + _NEXT_CALL,
     ),
     Declaration(
         "image.width", _IMAGE.width, "Image width, pixels." + _POSES, low=1, high=_MAX_COUNT

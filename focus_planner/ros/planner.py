@@ -9,7 +9,7 @@ from focus_planner.core.planning import PlanRequest, SolvedPlan, plan_focus, pos
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface
-from focus_planner.ros.inputs import Held, Input, Log, Optics, Said, Value
+from focus_planner.ros.inputs import Held, Input, Log, Optics, Said, Value, internal
 
 # Enough to tell whether a surface and a rig fit each other, too little to be noticed.
 _TRIAL = PlanRequest(method="closest", samples=500)
@@ -75,8 +75,8 @@ class Planner:
         optics: Optics,
         model: CostModel | None = None,
         watch: Watch = go_on,
-    ) -> tuple[SolvedPlan, Rig]:
-        """Return a plan for the newest surface and rig, and that rig.
+    ) -> tuple[SolvedPlan, Rig, str]:
+        """Return a plan for the newest surface and rig, that rig, and what is not the newest.
 
         Raises
         ------
@@ -92,7 +92,9 @@ class Planner:
         assert self.surface.in_force is not None
         assert self.rig.in_force is not None
         rig = self.rig.in_force.value
-        return plan_focus(self.surface.in_force.value, rig, request, model, watch), rig
+        plan = plan_focus(self.surface.in_force.value, rig, request, model, watch)
+        reminders = [self.surface.reminder(), self.rig.reminder()]
+        return plan, rig, "; ".join(text for text in reminders if text)
 
     def _settle(self, scene: HeldScene | None, rig: HeldRig | None) -> None:
         """Put newcomers in force, or refuse them if older ones fit each other and they do not."""
@@ -137,6 +139,8 @@ def _misfit(scene: HeldScene, rig: HeldRig) -> InputError | None:
         pose_problem(scene.value, rig.value, _TRIAL)
     except InputError as error:
         return error
+    except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
+        return internal("surface and rig", error)
     return None
 
 

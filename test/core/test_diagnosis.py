@@ -70,7 +70,8 @@ def test_a_surface_in_millimetres_is_suspected(surface):
 
 def test_camera_poses_in_millimetres_are_suspected():
     expect(
-        "camera poses: .* 100 times the surface's size of it, in metres, got cameras .* across; "
+        "camera poses: .* 100 times the surface's size of it, in metres, got 24 of 24 beyond, "
+        "cam_0_00 .* across; "
         "the camera poses are probably in millimetres",
         BODY,
         moved(cylinder_rig(3, 8), 1000.0),
@@ -160,3 +161,30 @@ def test_a_few_cameras_before_the_feet_see_little_and_are_right(columns):
     rig = cylinder_rig(1, columns, bottom=0.1, top=0.1)
     plan = plan_focus(Scene(BODY), rig, REQUEST)
     assert 0 < plan.covered_area < 0.2 * plan.surface_area
+
+
+def test_a_surface_and_a_rig_that_are_both_in_millimetres_are_suspected():
+    expect(
+        "surface and camera poses: .* all of it beyond the hyperfocal distance; both are probably"
+        " in millimetres",
+        in_millimetres(BODY),
+        moved(cylinder_rig(3, 8), 1000.0),
+    )
+
+
+def test_a_few_cameras_before_a_surface_in_millimetres_suspect_it():
+    whole = cylinder_rig()
+    few = Rig(whole.cameras[72:102])
+    expect("surface is probably in millimetres", in_millimetres(BODY), few)
+
+
+def test_a_surface_in_centimetres_is_suspected():
+    mesh = Mesh(BODY.vertices * 100, BODY.triangles)
+    expect("surface is probably in centimetres: divide by 100", mesh, cylinder_rig(3, 8))
+
+
+def test_one_camera_in_millimetres_is_named():
+    rig = cylinder_rig(3, 8)
+    stray = dataclasses.replace(rig.cameras[5], position=(750.0, 0.0, 100.0))
+    cameras = (*rig.cameras[:5], stray, *rig.cameras[6:])
+    expect("got 1 of 24 beyond, cam_0_05", BODY, Rig(cameras))

@@ -177,14 +177,23 @@ class TestStatuses:
         # It sees the torus from 1 m but focuses from 5 m on: its plan counts it as out of focus.
         blind = tuple(
             Camera(c.name, c.position, c.orientation, c.image, Lens(0.05, 10.0, 5.0, 9.0))
+            for c in RIG.cameras[1:]
+        )
+        plan = plan_focus(SCENE, Rig((RIG.cameras[0], *blind)), PlanRequest(samples=300))
+        assert plan.cameras[0].in_focus_samples > 0
+        assert all(camera.in_focus_samples == 0 for camera in plan.cameras[1:])
+        assert all(5.0 <= camera.focus_distance <= 9.0 for camera in plan.cameras[1:])
+        table = reference.table(plan.problem)
+        focus = [camera.focus_distance for camera in plan.cameras]
+        assert plan.cost == pytest.approx(reference.cost(table, focus))
+
+    def test_limits_between_which_nothing_comes_into_focus_are_an_error(self):
+        blind = tuple(
+            Camera(c.name, c.position, c.orientation, c.image, Lens(0.05, 10.0, 300.0))
             for c in RIG.cameras
         )
-        plan = plan_focus(SCENE, Rig(blind), PlanRequest(samples=300))
-        assert all(camera.in_focus_samples == 0 for camera in plan.cameras)
-        assert plan.in_focus_area == 0
-        assert all(5.0 <= camera.focus_distance <= 9.0 for camera in plan.cameras)
-        table = reference.table(plan.problem)
-        assert plan.cost == pytest.approx(reference.cost(table, [5.0] * 6))
+        with pytest.raises(InputError, match=r"max_focus: .* none of it, at depths .* not in met"):
+            plan_focus(SCENE, Rig(blind), PlanRequest(samples=300))
 
     def test_a_camera_that_others_outdo_is_unassigned(self):
         # Behind each other on one axis: the nearer one images all better.
@@ -356,7 +365,7 @@ def test_requests_that_cannot_be(values, message):
         (
             RIG,
             PlanRequest(samples=0),
-            "samples: expected at least 1 on a mesh, got 0; 0 takes a cloud's points themselves",
+            "samples: expected at least 1 on a mesh, got 0; 0 takes the points themselves",
         ),
         (
             RIG,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from core.build import around, box, merged, plane, sphere, torus
 
-from focus_planner import InputError, Mesh, PointCloud, Scene
+from focus_planner import InputError, Mesh, PlanRequest, PointCloud, Scene, plan_focus
 from focus_planner.core.surface import cloud_shape, sample_cloud, sample_mesh, surfels
 from focus_planner.core.visibility import visible_pairs
 
@@ -239,3 +239,15 @@ def test_unused_vertices_do_not_count():
     scene = Scene(Mesh(far, mesh.triangles))
     np.testing.assert_allclose(scene.centre, 0, atol=1e-12)
     assert scene.diagonal == pytest.approx(np.sqrt(3))
+
+
+def test_stray_points_stand_for_no_surface_and_hide_none():
+    scan = sample_mesh(sphere(0.4, subdivisions=3), 20_000, 1)
+    stray = np.random.default_rng(0).uniform(-1.0, 1.0, (20, 3))
+    clean = PointCloud(scan.points)
+    dirty = PointCloud(np.concatenate([scan.points, stray]))
+    area = cloud_shape(clean).areas.sum()
+    assert cloud_shape(dirty).areas.sum() == pytest.approx(area, rel=0.06)
+    rig = around(6, 1.5)
+    seen = [plan_focus(Scene(c), rig, PlanRequest("em", 2000)).covered_area for c in (clean, dirty)]
+    assert seen[1] == pytest.approx(seen[0], rel=0.1)

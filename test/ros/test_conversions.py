@@ -19,7 +19,13 @@ from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
+from focus_planner.core.planning import (
+    MAX_SAMPLES,
+    CameraFocus,
+    FocusPlan,
+    PlanRequest,
+    plan_focus,
+)
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, CameraStatus, Grid, Image, Lens, PointCloud, Rig
 from focus_planner.ros import conversions
@@ -138,7 +144,7 @@ def test_a_lens_by_f_number_and_circle_of_confusion():
     st.builds(
         PlanRequest,
         method=st.sampled_from(["closest", "average", "em", "k_view"]),
-        samples=st.integers(1, 2**32 - 1),
+        samples=st.integers(1, MAX_SAMPLES),
         seed=st.integers(1, 2**64 - 1),
         k=st.sampled_from([2, 3]),
         scope=st.sampled_from(["all", "assigned"]),

@@ -75,6 +75,9 @@ class Bench:
     def plan(self, optics=Optics()):  # noqa: B008 - frozen
         return self.planner.plan(REQUEST, optics)[0]
 
+    def reminder(self):
+        return self.planner.plan(REQUEST, Optics())[2]
+
 
 @pytest.fixture
 def bench():
@@ -277,3 +280,16 @@ def test_the_watch_is_asked(ready):
     told = []
     ready.planner.plan(REQUEST, Optics(), watch=lambda progress: told.append(progress) or True)
     assert told
+
+
+def test_whoever_plans_while_the_newest_is_refused_is_reminded(ready):
+    assert ready.reminder() == ""
+    ready.surface(BAD)
+    with pytest.raises(NotReady):
+        ready.plan()
+    for _ in range(2):
+        assert ready.reminder() == (
+            "on the surface received on ~/mesh at 00:00:01 UTC, as a newer one was refused"
+        )
+    ready.surface(OTHER)
+    assert ready.reminder() == ""

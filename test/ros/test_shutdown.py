@@ -12,6 +12,16 @@ from focus_planner.core.rig import cylinder_rig
 from focus_planner.ros.client import PlannerClient
 
 
+def test_arguments_that_are_not_for_ros_end_it_with_one_line():
+    command = [sys.executable, "-m", "focus_planner.ros.node", "--frame-id", "x", "--ros-args"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr == (
+        "planner_node: arguments: expected none but those after --ros-args, got --frame-id x;"
+        " parameters are given as --ros-args -p samples:=1000\n"
+    )
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_idle_it_ends_cleanly(start_planner, number):
     planner = start_planner()

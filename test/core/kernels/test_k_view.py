@@ -10,6 +10,7 @@ from focus_planner.core import kernels
 from focus_planner.core.problem import UNITS
 from focus_planner.core.solvers.solution import assign_samples
 from focus_planner.core.tuples import camera_tuples
+from focus_planner.core.types import MAX_CAMERAS
 
 
 class Search:
@@ -271,3 +272,7 @@ def test_batches_run_in_parallel_give_what_they_give_one_by_one():
     )
     assert with_threads(2, together.improve) == with_threads(1, apart.improve)
     np.testing.assert_array_equal(together.cell, apart.cell)
+
+
+def test_every_camera_of_the_largest_rig_has_a_number_of_its_own():
+    assert MAX_CAMERAS < 2**kernels.CAMERA_BITS - 1
