@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
+from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 
@@ -44,12 +46,12 @@ def check_array(
         If the value is not numeric or has another shape.
     """
     wanted = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
-    if np.iscomplexobj(value):
-        raise InputError(argument, f"numbers of shape {wanted}", "complex ones")
     try:
-        with np.errstate(invalid="ignore"):  # NaN as a whole number: caught below
+        with np.errstate(invalid="ignore"), warnings.catch_warnings():
+            # NaN as a whole number is caught below; complex numbers are not cut to real ones.
+            warnings.simplefilter("error", ComplexWarning)
             array = np.array(value, dtype=dtype, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
+    except (TypeError, ValueError, OverflowError, ComplexWarning) as error:
         raise InputError(argument, f"numbers of shape {wanted}", f"{error}") from None
     if array.dtype.kind == "i" and not np.array_equal(array, np.asarray(value)):
         raise InputError(argument, "whole numbers", "others")

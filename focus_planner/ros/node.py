@@ -349,7 +349,7 @@ def _refuse_others(args: list[str] | None) -> None:
             "arguments",
             "none but those after --ros-args",
             " ".join(others),
-            "as in -p samples:=1000",
+            "parameters are given as --ros-args -p samples:=1000",
         )
 
 
