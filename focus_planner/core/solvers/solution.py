@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -83,8 +84,13 @@ class Solution:
     converged: bool
 
 
-#: What every solver file's ``solve`` is.
-Solver = Callable[[Problem, Options | None, Watch], Solution]
+class Solver(Protocol):
+    """What every solver file's ``solve`` is."""
+
+    def __call__(
+        self, problem: Problem, options: Options | None = None, watch: Watch = go_on, /
+    ) -> Solution:
+        """Return focus distances for a problem."""
 
 
 def finish(problem: Problem, focus: FloatArray, iterations: int, converged: bool) -> Solution:
