@@ -26,8 +26,8 @@ demo: setup  ## plan the focus of a rig around a real body, through ROS
 test: lint  ## lint, then all tests; ARGS="-k name" goes to pytest
 	@$(BIN)/python -m pytest $(ARGS)
 
-bench: setup  ## time the planner; ARGS goes to the benchmarks
-	@PYTHONPATH=test $(BIN)/python -m benchmarks $(ARGS)
+bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
+	@BODIES="$(BODIES)" PYTHONPATH=test $(BIN)/python -m benchmarks $(ARGS)
 
 lint: setup  ## style, types and import rules
 	@$(BIN)/ruff check

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
+from pathlib import Path
 
 from focus_planner import PlanRequest, Problem, Rig, Scene, cylinder_rig
 from focus_planner.core.planning import pose_problem
@@ -17,8 +19,10 @@ def rig() -> Rig:
 
 @cache
 def body_scenes() -> dict[str, Scene]:
-    """The shipped bodies."""
-    return {path.stem: Scene(load_surface(path)) for path in bodies()}
+    """Return the bodies of the folder that BODIES names, else the shipped ones."""
+    folder = os.environ.get("BODIES")
+    paths = sorted(Path(folder).glob("*.ply")) if folder else bodies()
+    return {path.stem: Scene(load_surface(path)) for path in paths}
 
 
 def problem(scene: Scene, samples: int, seed: int = 1) -> Problem:
