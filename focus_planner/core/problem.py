@@ -266,5 +266,10 @@ def _cells(problem: Problem) -> Cells:
     )
 
 
+def cost_of_units(units: int) -> float:
+    """Return 1000 × the weighted mean that a total in units stands for."""
+    return 1000.0 * units / UNITS
+
+
 def _units(values: FloatArray) -> Offsets:
     return np.rint(values).astype(np.int64)

@@ -4,6 +4,7 @@ Reductions run in a fixed order and without fast-math, so results repeat bit for
 the number of threads.
 """
 
+from focus_planner.core.kernels.branching import confine
 from focus_planner.core.kernels.cells import cell_ranges, maximal_cells
 from focus_planner.core.kernels.compiling import threads_for
 from focus_planner.core.kernels.cost import UNSEEN, base_costs, best_cameras, focus_room
@@ -15,6 +16,7 @@ from focus_planner.core.kernels.k_view import (
     reassign,
 )
 from focus_planner.core.kernels.pairs import best_pair
+from focus_planner.core.kernels.prices import activate, cell_takings, count_gains, descend, list_gains, most_frequent, most_gains
 from focus_planner.core.kernels.stabbing import assign, stab
 from focus_planner.core.kernels.tuples import colour, count_common, count_shared, list_shared
 from focus_planner.core.kernels.visibility import by_sample, count_in_view, list_in_view

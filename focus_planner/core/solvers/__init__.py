@@ -1,6 +1,6 @@
 """One file per solver, one signature: ``solve(problem, options, watch) -> Solution``."""
 
-from focus_planner.core.solvers import average, closest, em, k_view
+from focus_planner.core.solvers import average, closest, em, k_view, optimal
 from focus_planner.core.solvers.solution import Options, Progress, Solution, Solver, Watch, go_on
 
 #: Every method by its name in requests, on the command line and in plans.
@@ -9,6 +9,7 @@ SOLVERS: dict[str, Solver] = {
     "average": average.solve,
     "em": em.solve,
     "k_view": k_view.solve,
+    "optimal": optimal.solve,
 }
 
 __all__ = ["SOLVERS", "Options", "Progress", "Solution", "Solver", "Watch", "go_on"]

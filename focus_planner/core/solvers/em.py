@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import Problem
+from focus_planner.core.problem import Problem, cost_of_units
 from focus_planner.core.solvers import closest
 from focus_planner.core.solvers.solution import (
     Options,
@@ -11,7 +11,6 @@ from focus_planner.core.solvers.solution import (
     Solution,
     Watch,
     assign_samples,
-    cost_of_units,
     finish_cells,
     go_on,
     start_cells,

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import Problem
+from focus_planner.core.problem import Problem, cost_of_units
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.solution import (
     Options,
@@ -17,7 +17,6 @@ from focus_planner.core.solvers.solution import (
     Solution,
     Watch,
     assign_samples,
-    cost_of_units,
     finish_cells,
     go_on,
     start_cells,
@@ -49,35 +48,29 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     before = em.solve(problem, options, remember)
     if not going_on:  # even where EM had just converged
         return replace(before, converged=False)
-    descent = _Descent(problem, options, start_cells(problem, before.focus_distances))
-    iteration = 0
-    converged = False
-    while going_on and not converged:
-        before_pass = descent.units
-        for units in descent.take_pass():
-            iteration += 1
-            going_on = watch(Progress("k_view", iteration, cost_of_units(units)))
-            if not going_on:
-                break
-        converged = going_on and descent.units == before_pass
-    return finish_cells(problem, descent.cell, before.iterations + iteration, converged)
+    descent = Descent(problem, options)
+    cell = start_cells(problem, before.focus_distances)
+    iterations, converged = descent.run(cell, watch)
+    return finish_cells(problem, descent.cell, before.iterations + iterations, converged)
 
 
-class _Descent:
-    """Where the cameras stand, and what stands around every tuple.
+class Descent:
+    """A problem's tuples, from whatever cells their cameras start.
 
     Attributes
     ----------
     cell : (C,) array of int32
+        Where the cameras stand.
     units : int
         The cost in units at these cells; with scope "assigned", at those of the last whole pass,
         which no step since has raised.
     """
 
-    def __init__(self, problem: Problem, options: Options, cell: IntArray) -> None:
+    cell: IntArray
+    units: int
+
+    def __init__(self, problem: Problem, options: Options) -> None:
         cells = problem.cells
-        self.cell = cell
-        self.best, self.units = assign_samples(problem, cell)
         self._problem = problem
         self._assigned = options.scope == "assigned"
         self._tuples = camera_tuples(problem, options.k, options.scope, options.grid)
@@ -87,14 +80,33 @@ class _Descent:
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
         ranked = 0 if self._assigned else problem.sample_count
         self._ranking = np.empty((ranked, options.k + 1), dtype=np.int64)
-        kernels.rank_cameras(*self._by_sample, cells.focus, *self._ranges, cell, self._ranking)
         self._steps = np.empty(len(cells.near) + problem.camera_count, dtype=np.int64)
-        self._summed = np.zeros(problem.camera_count, dtype=np.int64)
-        self._touched = np.ones(problem.camera_count, dtype=np.int64)
-        self._solved = np.zeros(len(self._tuples.cameras), dtype=np.int64)
-        self._clock = np.ones(1, dtype=np.int64)
+        self._summed = np.empty(problem.camera_count, dtype=np.int64)
+        self._touched = np.empty(problem.camera_count, dtype=np.int64)
+        self._solved = np.empty(len(self._tuples.cameras), dtype=np.int64)
+        self._clock = np.empty(1, dtype=np.int64)
 
-    def take_pass(self) -> Iterator[int]:
+    def run(self, cell: IntArray, watch: Watch) -> tuple[int, bool]:
+        """Descend from these cells; return the steps told to the watch, and whether none pays."""
+        self._start(cell)
+        iteration = 0
+        while True:
+            before_pass = self.units
+            for units in self._take_pass():
+                iteration += 1
+                if not watch(Progress("k_view", iteration, cost_of_units(units))):
+                    return iteration, False
+            if self.units == before_pass:
+                return iteration, True
+
+    def _start(self, cell: IntArray) -> None:
+        self.cell = cell
+        self._best, self.units = assign_samples(self._problem, cell)
+        focus = self._problem.cells.focus
+        kernels.rank_cameras(*self._by_sample, focus, *self._ranges, cell, self._ranking)
+        self._summed[:], self._touched[:], self._solved[:], self._clock[:] = 0, 1, 0, 1
+
+    def _take_pass(self) -> Iterator[int]:
         """Let every tuple take its best step; yield the cost in units every now and then."""
         for low, high in pairwise(self._stops):
             if low:
@@ -129,7 +141,7 @@ class _Descent:
             cells.offsets,
             self.cell,
             self._ranking,
-            self.best,
+            self._best,
             self._steps,
             self._summed,
             self._touched,
@@ -144,7 +156,7 @@ class _Descent:
             self._problem.cells.focus,
             *self._ranges,
             self.cell,
-            self.best,
+            self._best,
             self._summed,
             self._touched,
             self._clock,

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import UNITS, Problem, middle
+from focus_planner.core.problem import Problem, middle
 from focus_planner.core.types import FloatArray, Grid, IntArray
 
 
@@ -25,11 +25,14 @@ class Progress:
         Steps done in this stage, from 1.
     cost : float
         1000 × the weighted mean; the cells chosen so far cost no more.
+    lower_bound : float, optional
+        No plan for these samples costs less.
     """
 
     stage: str
     iteration: int
     cost: float
+    lower_bound: float | None = None
 
 
 #: Told of every step; answers whether to go on.
@@ -55,12 +58,18 @@ class Options:
         Take the tuples from the cameras' neighbourhood on this grid; from overlap when absent.
     start : (C,) array, optional
         Focus distances to start from, metres; the closest depths when absent.
+    gap : float
+        ``optimal`` is content with a plan proven to cost at most this part of its cost too much.
+    prices : (N,) array, optional
+        Of the samples, 0 to 1, to start bounds from: those of a solution of a similar problem.
     """
 
     k: int = 2
     scope: str = "all"
     grid: Grid | None = None
     start: FloatArray | None = None
+    gap: float = 1e-6
+    prices: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,13 +84,19 @@ class Solution:
         1000 × the weighted mean over the samples (Eq. 3).
     iterations : int
     converged : bool
-        False if the watch ended it.
+        False if the watch ended it, or ``optimal`` could not prove its gap.
+    lower_bound : float, optional
+        No plan for these samples costs less; only ``optimal`` proves one.
+    prices : (N,) array, optional
+        Of the samples, 0 to 1, that prove it, or nearly.
     """
 
     focus_distances: FloatArray
     cost: float
     iterations: int
     converged: bool
+    lower_bound: float | None = None
+    prices: FloatArray | None = None
 
 
 class Solver(Protocol):
@@ -147,11 +162,6 @@ def assign_samples(problem: Problem, cell: IntArray) -> tuple[IntArray, int]:
         best,
     )
     return best, int(seen) + int(cells.unseen[best == kernels.UNSEEN].sum())
-
-
-def cost_of_units(units: int) -> float:
-    """Return 1000 × the weighted mean that a total in units stands for."""
-    return 1000.0 * units / UNITS
 
 
 def start_cells(problem: Problem, start: FloatArray) -> IntArray:

@@ -1,0 +1,1 @@
+"""Bounds: what no plan can be better than."""

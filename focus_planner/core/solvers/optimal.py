@@ -1,0 +1,140 @@
+"""The proven optimum, or the best plan found with a proof of how far it may be from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from focus_planner.core.problem import Problem, cost_of_units
+from focus_planner.core.proof.branching import Branching
+from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.proof.prices import Prices, cost_below, pointwise_prices, prices_in_units
+from focus_planner.core.solvers import em
+from focus_planner.core.solvers.k_view import Descent
+from focus_planner.core.solvers.solution import (
+    Options,
+    Progress,
+    Solution,
+    Watch,
+    assign_samples,
+    finish_cells,
+    go_on,
+    start_cells,
+)
+from focus_planner.core.types import IntArray
+
+# Plans are made from the prices after so many steps, and from open nodes after so many; each
+# time they are twice, or four times, as many.
+_FIRST_RECOVERY = 100
+_FIRST_RECOVERY_NODES = 16
+
+
+def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+    """Find the best plan of all, and prove it.
+
+    2-view descent gives a first plan, prices a first bound (core/proof/prices.py). The cells that
+    the price steps choose most often, polished by 2-view descent, are better plans, mostly the
+    best. Branching (core/proof/branching.py) closes what is left between plan and bound.
+
+    Ends when the plan is proven to cost at most ``options.gap`` of its cost too much, when the
+    watch says so, or when there is no room for more open nodes. Plan and bound are valid in any
+    case.
+    """
+    return _Search(problem, options or Options(), watch).run()
+
+
+class _Search:
+    """The best plan so far, and what no plan gains more than."""
+
+    def __init__(self, problem: Problem, options: Options, watch: Watch) -> None:
+        self._problem = problem
+        self._options = replace(options, k=2, scope="all")
+        self._watch = watch
+        self._gains = gains_of(problem)
+        self._bound = int(self._gains.most.sum())  # all in focus in their best cameras
+        self._prices: Prices | None = None
+        self._going_on = True
+        self._iterations = 0
+
+    def run(self) -> Solution:
+        problem = self._problem
+        first = em.solve(problem, self._options, self._tell)
+        self._cell = start_cells(problem, first.focus_distances)
+        self._units = assign_samples(problem, self._cell)[1]
+        if self._going_on and problem.camera_count > 1:
+            self._descent = Descent(problem, self._options)
+            self._polish(self._cell)
+        if self._unproven():
+            self._price()
+        if self._unproven():
+            self._branch()
+        solution = finish_cells(problem, self._cell, self._iterations, not self._unproven())
+        return replace(
+            solution,
+            converged=self._bound <= self._goal,
+            lower_bound=min(cost_below(self._gains, self._bound), solution.cost),
+            prices=self._prices and pointwise_prices(problem, self._prices.price),
+        )
+
+    @property
+    def _goal(self) -> int:
+        """What the bound has to come down to."""
+        return self._gains.out - self._units + int(self._options.gap * self._units)
+
+    def _unproven(self) -> bool:
+        return self._going_on and self._bound > self._goal
+
+    def _tell(self, progress: Progress) -> bool:
+        """Tell the watch of a step, with the bound; remember what it answers."""
+        self._iterations += 1
+        bound = cost_below(self._gains, self._bound)
+        self._going_on = self._watch(
+            replace(progress, iteration=self._iterations, lower_bound=bound)
+        )
+        return self._going_on
+
+    def _tell_stage(self, stage: str) -> None:
+        self._tell(Progress(stage, self._iterations, cost_of_units(self._units)))
+
+    def _polish(self, cell: IntArray) -> None:
+        """Descend from these cells; keep the plan if it is the best."""
+        if self._problem.camera_count > 1:
+            self._descent.run(cell, self._tell)
+            cell = self._descent.cell
+        units = assign_samples(self._problem, cell)[1]
+        if units < self._units:
+            self._cell, self._units = cell.copy(), units
+
+    def _price(self) -> None:
+        """Lower the bound by prices alone, and make plans from them."""
+        start = self._options.prices
+        warm = prices_in_units(self._problem, start) if start is not None else None
+        prices = self._prices = Prices(self._gains, warm)
+        recovery = _FIRST_RECOVERY
+        while self._unproven() and not prices.settled(self._goal):
+            prices.descend(self._goal)
+            self._bound = min(self._bound, prices.bound)
+            self._tell_stage("prices")
+            if self._unproven() and prices.steps >= recovery:
+                self._polish(prices.frequent_cells())
+                recovery = 2 * prices.steps
+        if self._unproven():
+            self._polish(prices.frequent_cells())
+
+    def _branch(self) -> None:
+        """Close the gap by branching, and make plans from open nodes."""
+        assert self._prices is not None
+        branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
+        recovery = _FIRST_RECOVERY_NODES
+        while True:
+            # No node open means that none is better than the goal.
+            self._bound = max(min(self._bound, branching.bound), self._goal)
+            self._tell_stage("branching")
+            if not self._unproven() or branching.exhausted:
+                return
+            if branching.nodes >= recovery:
+                self._polish(branching.cells)
+                recovery = 4 * branching.nodes
+            branching.step(self._goal)
+            if branching.leaf is not None:
+                self._polish(branching.leaf)
+                branching.leaf = None
