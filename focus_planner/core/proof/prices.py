@@ -26,10 +26,13 @@ from focus_planner.core.problem import Offsets, Problem, cost_of_units
 from focus_planner.core.proof.gains import Gains
 from focus_planner.core.types import FloatArray, IntArray
 
-# Pairs that gain less than the price by an eighth of the sample's most are left out, for so many
-# steps: prices seldom fall as far, and are kept from falling farther.
-_REACH = 8
+# Pairs that gain less than the price by this part of the sample's most, at first and later on, are
+# left out for so many steps: prices seldom fall as far, and are kept from falling farther.
+_REACH_FIRST, _REACH = 16, 64
+_STEPS_FIRST = 100
 _STEPS_LEFT_OUT = 50
+# Threads meet four times a step: only large problems are worth it.
+_THREADED = 10
 _WORK = 10_000_000  # pairs, samples and cells looked at
 _NONE = 2.0**62  # more than any bound
 # Hope that is so small a part of the gap changes nothing any more.
@@ -62,7 +65,8 @@ class Prices:
         self._next = price.copy()
         self._floor = np.zeros(samples, dtype=np.int64)
         self._direction = np.zeros(samples)
-        self._served = np.empty((get_num_threads(), samples), dtype=np.int32)
+        with kernels.threads_for(len(gains.gain) // _THREADED):
+            self._served = np.empty((get_num_threads(), samples), dtype=np.int32)
         self._room = np.empty(gains.cell_offsets[-1] + gains.camera_count, dtype=np.int64)
         self._chosen = np.zeros(gains.cell_offsets[-1], dtype=np.int64)
         self._state: FloatArray = np.array([_NONE, np.inf, np.inf, 0.0])
@@ -85,25 +89,25 @@ class Prices:
         Work counts, not time: the steps do not depend on the machine.
         """
         gains = self._gains
-        kernels.activate(
-            *gains.pairs, self._next, gains.most // _REACH, *self._active, self._floor
-        )
+        reach = gains.most // (_REACH_FIRST if self.steps < _STEPS_FIRST else _REACH)
+        kernels.activate(*gains.pairs, self._next, reach, *self._active, self._floor)
         work = int(self._active[0][-1]) + len(gains.most) + int(gains.cell_offsets[-1])
-        self.steps += kernels.descend(
-            *self._active,
-            gains.cell_offsets,
-            self._next,
-            self._floor,
-            gains.most,
-            self.price,
-            self._direction,
-            self._served,
-            self._chosen,
-            self._room,
-            self._state,
-            float(goal),
-            max(5, min(_STEPS_LEFT_OUT, _WORK // work)),
-        )
+        with kernels.threads_for(len(gains.gain) // _THREADED):
+            self.steps += kernels.descend(
+                *self._active,
+                gains.cell_offsets,
+                self._next,
+                self._floor,
+                gains.most,
+                self.price,
+                self._direction,
+                self._served,
+                self._chosen,
+                self._room,
+                self._state,
+                float(goal),
+                max(5, min(_STEPS_LEFT_OUT, _WORK // work)),
+            )
 
     def frequent_cells(self) -> IntArray:
         """Return (C,) the cell that was most often each camera's best since the last call.
