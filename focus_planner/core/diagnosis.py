@@ -89,7 +89,7 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
     Raises
     ------
     InputError
-        Says what is suspected: the unit, inverted normals, the frame.
+        Says what is suspected: the unit, inverted normals, the importance, the frame.
     """
     seen = _share_seen(visibility, samples)
     if seen < _SEEN_ENOUGH:
@@ -97,6 +97,7 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
     if seen < _SEEN_MOSTLY and scene.oriented:
         _suspect_normals(scene, rig, samples, seen)
     if seen == 0:
+        _suspect_importance(scene, rig)
         raise InputError(
             "camera poses",
             "cameras that see the surface",
@@ -109,7 +110,9 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
 def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> None:
     """Raise if the rig would see much more of the surface with its normals turned round."""
     few = slice(None, None, max(1, len(samples) // _TRIAL_SAMPLES))
-    turned = Samples(samples.points[few], -samples.normals[few], samples.weights[few])
+    turned = Samples(
+        samples.points[few], -samples.normals[few], samples.areas[few], samples.weights[few]
+    )
     seen_turned = _share_seen(visible_pairs(scene, rig, turned), turned)
     if seen_turned > max(_SEEN_ENOUGH, 2 * seen):
         raise InputError(
@@ -117,6 +120,22 @@ def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> N
             "outward normals (triangles counter-clockwise seen from outside)",
             f"{seen_turned:.0%} of the surface seen from behind and {seen:.0%} from the front",
             "the normals are probably inverted: flip the triangles' order or the normals",
+        )
+
+
+def _suspect_importance(scene: Scene, rig: Rig) -> None:
+    """Raise if the surface has an importance, and what the rig sees of it has none."""
+    surface = scene.surface
+    if isinstance(surface, Mesh):
+        name, importance = "mesh vertex_importance", surface.vertex_importance
+    else:
+        name, importance = "cloud importance", surface.importance
+    if importance is None:
+        return
+    samples = scene.sample(_TRIAL_SAMPLES, 0, by="area")
+    if len(visible_pairs(scene, rig, samples).sample_index):
+        raise InputError(
+            name, "some above 0 where a camera sees the surface", "0 on all that any camera sees"
         )
 
 
@@ -180,9 +199,10 @@ def _distances(scene: Scene, rig: Rig) -> FloatArray:
 
 
 def _share_seen(visibility: Visibility, samples: Samples) -> float:
+    """Return the share of the surface, by importance, that some camera sees."""
     seen = np.zeros(len(samples), dtype=np.bool_)
     seen[visibility.sample_index] = True
-    return float(seen.mean())
+    return float(samples.weights[seen].sum() / samples.weights.sum())
 
 
 def _scaled(surface: Surface, factor: float) -> Surface:

@@ -19,6 +19,7 @@ from focus_planner.core.optics import depth_of_field
 from focus_planner.core.problem import Problem, build_problem, mean_cost
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import SOLVERS, Options, Progress, Watch, go_on
+from focus_planner.core.surface import Density
 from focus_planner.core.types import (
     CameraStatus,
     CostModel,
@@ -115,13 +116,14 @@ class FocusPlan:
     ----------
     method : str
     cost : float
-        1000 × the mean over the surface of the pointwise cost (Eq. 3).
+        1000 × the mean over the surface, by importance, of the pointwise cost (Eq. 3).
     lower_bound : float or None
         No plan for these samples costs less.
     samples, seed : int
     surface_area, covered_area, in_focus_area : float
         Of the surface, of what some camera sees, and of what is in focus in the camera that
-        images it best; square metres.
+        images it best; square metres. The latter two are estimates, and leave out what was not
+        sampled as it has no importance.
     solve_seconds, total_seconds : float
     cameras : tuple of CameraFocus
         In the rig's order.
@@ -208,9 +210,13 @@ def plan_focus(
 
 
 def pose_problem(
-    scene: Scene, rig: Rig, request: PlanRequest, model: CostModel | None = None
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None = None,
+    by: Density = "importance",
 ) -> Problem:
-    """Return the discrete problem that a request poses.
+    """Return the discrete problem that a request poses, on samples by importance or by area.
 
     Raises
     ------
@@ -226,7 +232,11 @@ def pose_problem(
         )
     check_distance(scene, rig)
     check_cameras_outside(scene, rig)
-    samples = scene.sample(request.samples, request.seed)
+    samples = scene.sample(request.samples, request.seed, by)
+    if not samples.weights.any():
+        raise InputError(
+            "samples", "enough for one to have some importance", str(request.samples), "take more"
+        )
     visibility = visible_pairs(scene, rig, samples)
     explain_unseen(scene, rig, samples, visibility)
     problem = build_problem(samples, visibility, rig, model)
@@ -258,7 +268,7 @@ def _plan(
 ) -> SolvedPlan:
     focus = fill_in(problem, solved)
     costs, best = problem.evaluate(focus)
-    weights = problem.samples.weights
+    areas = problem.samples.areas
     pairs = np.flatnonzero(problem.camera_index == best[problem.sample_index])
     chosen = focus[problem.camera_index[pairs]]
     sharp = pairs[(problem.focus_near[pairs] <= chosen) & (chosen <= problem.focus_far[pairs])]
@@ -281,16 +291,15 @@ def _plan(
                 in_focus_samples=int(in_focus[c]),
             )
         )
-    area_per_weight = scene.area / float(weights.sum())
     return SolvedPlan(
         method=request.method,
-        cost=mean_cost(weights, costs),
+        cost=mean_cost(problem.samples.weights, costs),
         lower_bound=None,
         samples=problem.sample_count,
         seed=request.seed,
         surface_area=scene.area,
-        covered_area=float(weights[best >= 0].sum()) * area_per_weight,
-        in_focus_area=float(weights[problem.sample_index[sharp]].sum()) * area_per_weight,
+        covered_area=float(areas[best >= 0].sum()),
+        in_focus_area=float(areas[problem.sample_index[sharp]].sum()),
         solve_seconds=solve_seconds,
         total_seconds=time.perf_counter() - started,
         cameras=tuple(cameras),

@@ -217,7 +217,7 @@ def build_problem(
         of_kind = kind_of_pair == kind if len(kinds) > 1 else slice(None)
         near[of_kind], far[of_kind] = focus_interval(depth[of_kind], lens)
     return Problem(
-        samples=Samples(samples.points, visibility.normals, samples.weights),
+        samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
         names=tuple(camera.name for camera in rig.cameras),
         lenses=lenses,
         sample_offsets=sample_offsets,

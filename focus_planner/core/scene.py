@@ -6,13 +6,16 @@ made once per surface and serves every plan on it.
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
 
-from focus_planner.core.checks import InputError, check_whole
+from focus_planner.core.checks import InputError, check_choice, check_whole
 from focus_planner.core.surface import (
     CloudShape,
+    Density,
     cloud_shape,
     sample_cloud,
     sample_mesh,
@@ -80,19 +83,28 @@ class Scene:
         """Middle of the surface's bounding box, (3,), metres."""
         return self._centre
 
-    def sample(self, count: int, seed: int) -> Samples:
+    def sample(self, count: int, seed: int, by: Density = "importance") -> Samples:
         """Return seeded samples of the surface; 0 takes a cloud's points themselves.
+
+        Parameters
+        ----------
+        count, seed : int
+        by : {"importance", "area"}
+            The samples' density. By importance they all weigh the same, and their areas sum to
+            that of the surface with any importance; by area they all stand for the same area, and
+            some may weigh nothing. Without importance there is no difference.
 
         Raises
         ------
         InputError
-            If ``count`` or ``seed`` is negative, or ``count`` is 0 on a mesh.
+            If ``count`` or ``seed`` is negative, ``count`` is 0 on a mesh, or ``by`` is neither.
         """
         check_whole("samples", count, 0)
         check_whole("seed", seed, 0)
+        check_choice("by", by, get_args(Density))
         if isinstance(self.surface, PointCloud):
             assert self._shape is not None
-            return sample_cloud(self.surface, self._shape, count, seed)
+            return sample_cloud(self.surface, self._shape, count, seed, by)
         if count == 0:
             raise InputError(
                 "samples",
@@ -100,7 +112,7 @@ class Scene:
                 "0",
                 "0 takes the points themselves, which only a cloud has",
             )
-        return sample_mesh(self.surface, count, seed)
+        return sample_mesh(self.surface, count, seed, by)
 
     def occluded(self, origins: FloatArray, targets: FloatArray) -> NDArray[np.bool_]:
         """Return whether the surface stands between each origin and its target on the surface.

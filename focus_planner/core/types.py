@@ -252,17 +252,21 @@ class Mesh:
         Indices of vertices, counter-clockwise seen from outside.
     vertex_normals : (V, 3) array, optional
         Outward; they need not have unit length.
+    vertex_importance : (V,) array, optional
+        How much the surface at each vertex counts, at least 0 and linear in between; only ratios
+        matter. All counts the same when absent.
 
     Raises
     ------
     InputError
         If there is no triangle, a number is not finite, an index is out of range, a triangle
-        has no area, or a normal has no length.
+        has no area, a normal has no length, or no triangle has any importance.
     """
 
     vertices: FloatArray
     triangles: IntArray
     vertex_normals: FloatArray | None = None
+    vertex_importance: FloatArray | None = None
 
     def __post_init__(self) -> None:
         vertices = check_array("mesh vertices", self.vertices, (None, 3))
@@ -286,6 +290,11 @@ class Mesh:
         if self.vertex_normals is not None:
             normals = check_array("mesh vertex_normals", self.vertex_normals, vertices.shape)
             object.__setattr__(self, "vertex_normals", _unit("mesh vertex_normals", normals))
+        if self.vertex_importance is not None:
+            name = "mesh vertex_importance"
+            importance = check_array(name, self.vertex_importance, (len(vertices),))
+            _check_importance(name, importance, "vertex", importance[triangles])
+            object.__setattr__(self, "vertex_importance", importance)
 
     @cached_property
     def cross_products(self) -> FloatArray:
@@ -304,16 +313,20 @@ class PointCloud:
         Metres.
     normals : (M, 3) array, optional
         Outward; they need not have unit length. Estimated from the points when absent.
+    importance : (M,) array, optional
+        How much the surface at each point counts, at least 0; only ratios matter. All counts
+        the same when absent.
 
     Raises
     ------
     InputError
-        If there are too few points to tell a surface, a number is not finite, or a normal has
-        no length.
+        If there are too few points to tell a surface, a number is not finite, a normal has no
+        length, or no point has any importance.
     """
 
     points: FloatArray
     normals: FloatArray | None = None
+    importance: FloatArray | None = None
 
     MIN_POINTS = 16
 
@@ -331,6 +344,10 @@ class PointCloud:
         if self.normals is not None:
             normals = check_array("cloud normals", self.normals, points.shape)
             object.__setattr__(self, "normals", _unit("cloud normals", normals))
+        if self.importance is not None:
+            importance = check_array("cloud importance", self.importance, (len(points),))
+            _check_importance("cloud importance", importance, "point", importance)
+            object.__setattr__(self, "importance", importance)
 
 
 Surface = Mesh | PointCloud
@@ -346,12 +363,16 @@ class Samples:
         Metres.
     normals : (N, 3) array
         Unit length, outward.
-    weights : (N,) array
+    areas : (N,) array
         The surface area that each sample stands for, square metres.
+    weights : (N,) array
+        What each sample counts in the cost: its area times its importance, the greatest
+        importance being 1; square metres.
     """
 
     points: FloatArray
     normals: FloatArray
+    areas: FloatArray
     weights: FloatArray
 
     def __len__(self) -> int:
@@ -384,6 +405,28 @@ def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     unit: FloatArray = vectors / lengths[:, None]
     unit.flags.writeable = False
     return unit
+
+
+def _check_importance(
+    argument: str, importance: FloatArray, what: str, on_surface: FloatArray
+) -> None:
+    """Raise unless each is a finite number of at least 0, and one on the surface is above."""
+    check_finite(argument, importance, what)
+    below = np.flatnonzero(importance < 0)
+    if len(below):
+        raise InputError(
+            argument,
+            "numbers of at least 0",
+            f"{len(below)} of {len(importance)} below"
+            f" (first: {importance[below[0]]:g} of {what} {below[0]})",
+        )
+    if not on_surface.any():
+        raise InputError(
+            argument,
+            "some above 0",
+            "0 all over the surface",
+            "leave the importance out and all of it counts the same",
+        )
 
 
 def _check_areas(mesh: Mesh) -> None:

@@ -109,6 +109,7 @@ def _fresh_problem(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan]) -> Pr
             samples=0 if few else _SAMPLES,
             seed=1 + max(plan.seed for plan in plans.values()),
         ),
+        by="area",
     )
 
 
@@ -204,7 +205,7 @@ def _image(view: _View, samples: Samples, colours: FloatArray) -> FloatArray:
 
 def _reach(samples: Samples, scale: float) -> int:
     """Return how many pixels a sample must cover to each side for the surface to have no holes."""
-    spacing = np.sqrt(samples.weights.sum() / len(samples)) * scale
+    spacing = np.sqrt(samples.areas.sum() / len(samples)) * scale
     return int(np.clip(np.ceil(spacing), 1, _MARGIN))
 
 
@@ -230,8 +231,8 @@ def _share_in_focus(problem: Problem, focus: FloatArray) -> float:
     chosen = focus[problem.camera_index]
     sharp = (problem.focus_near <= chosen) & (chosen <= problem.focus_far)
     sharp &= problem.camera_index == best[problem.sample_index]
-    weights = problem.samples.weights
-    return float(weights[problem.sample_index[sharp]].sum() / weights.sum())
+    areas = problem.samples.areas
+    return float(areas[problem.sample_index[sharp]].sum() / areas.sum())
 
 
 def _draw_cameras(axes: Axes, rig: Rig, centre: FloatArray, colours: FloatArray) -> None:

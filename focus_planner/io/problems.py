@@ -18,7 +18,8 @@ def save_problem(problem: Problem, path: Path) -> None:
     ==================== ====== ===================================================
     points               (N, 3)
     normals              (N, 3) unit length, outward
-    weights              (N,)   surface area that the sample stands for, m²
+    areas                (N,)   surface area that the sample stands for, m²
+    weights              (N,)   what it counts: area × importance, the greatest being 1
     sample_index         (P,)   samples ascending, and a sample's cameras
     camera_index         (P,)
     depth                (P,)   d, along the optical axis
@@ -45,6 +46,7 @@ def save_problem(problem: Problem, path: Path) -> None:
             file,
             points=samples.points,
             normals=samples.normals,
+            areas=samples.areas,
             weights=samples.weights,
             sample_index=problem.sample_index,
             camera_index=problem.camera_index,

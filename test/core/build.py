@@ -144,12 +144,10 @@ def random_problem(
         depth = random.uniform(0.5, 0.8, pairs)
         base = random.uniform(0.05, 2 / 3, pairs)
     near, far = focus_interval(depth, lens)
+    points = random.random((samples, 3))
+    weights = np.ones(samples) if equal else random.uniform(0.5, 1.5, samples)
     return Problem(
-        samples=Samples(
-            random.random((samples, 3)),
-            np.tile([0.0, 0.0, 1.0], (samples, 1)),
-            np.ones(samples) if equal else random.uniform(0.5, 1.5, samples),
-        ),
+        samples=Samples(points, np.tile([0.0, 0.0, 1.0], (samples, 1)), np.ones(samples), weights),
         names=tuple(f"c{i}" for i in range(cameras)),
         lenses=(lens,) * cameras,
         sample_offsets=np.concatenate([[0], np.cumsum(visible.sum(axis=1))]),

@@ -67,7 +67,7 @@ def test_the_total_is_equation_2(model):
     scene = Scene(surface)
     drawn = scene.sample(70, 3)
     random = np.random.default_rng(0)
-    samples = Samples(drawn.points, drawn.normals, random.uniform(0.1, 2.0, 70))
+    samples = Samples(drawn.points, drawn.normals, drawn.areas, random.uniform(0.1, 2.0, 70))
     visibility = visible_pairs(scene, rig, samples)
     problem = build_problem(samples, visibility, rig, model)
     for _ in range(10):
@@ -99,7 +99,7 @@ def test_a_sample_that_no_camera_sees_costs_1():
 def test_a_surface_on_the_slant_from_the_axis_has_the_largest_first_term():
     # Visible off the axis, though its normal points away along the axis.
     point, normal = np.array([[0.5, 0.0, 1.0]]), np.array([[-0.995, 0.0, 0.0999]])
-    samples = Samples(point, normal, np.ones(1))
+    samples = Samples(point, normal, np.ones(1), np.ones(1))
     rig = Rig((forward(),))
     visibility = visible_pairs(Scene(plane(1, 1, 9.0)), rig, samples)
     problem = build_problem(samples, visibility, rig)

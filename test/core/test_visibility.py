@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -67,7 +69,8 @@ def test_cameras_see_what_brute_force_says(surface):
 def wall(points, normal=(0.0, 0.0, -1.0)):
     """Samples at points, before an object far behind them."""
     points = np.asarray(points, dtype=float)
-    return Samples(points, np.tile(normal, (len(points), 1)), np.ones(len(points)))
+    ones = np.ones(len(points))
+    return Samples(points, np.tile(normal, (len(points), 1)), ones, ones)
 
 
 BEHIND = Scene(plane(1.0, 1.0, 50.0))
@@ -177,7 +180,7 @@ def test_a_dense_cloud_is_seen_like_its_mesh(mesh, oriented):
     if not oriented:
         _, nearest = cKDTree(dense.points).query(samples.points)
         normals = scene.sample(0, 0).normals[nearest]
-        samples = Samples(samples.points, normals, samples.weights)
+        samples = replace(samples, normals=normals)
     seen_cloud = pairs_of(visible_pairs(scene, rig, samples))
     assert len(seen ^ seen_cloud) < 0.04 * len(seen)
 

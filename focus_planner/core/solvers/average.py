@@ -17,7 +17,7 @@ from focus_planner.core.solvers.solution import (
 
 
 def solve(problem: Problem, _: Options | None = None, watch: Watch = go_on) -> Solution:
-    """Focus each camera at the mean depth, by area, of the samples that it sees."""
+    """Focus each camera at the mean depth, by area and importance, of the samples that it sees."""
     weights = problem.samples.weights[problem.sample_index]
     count = problem.camera_count
     total = np.bincount(problem.camera_index, weights=weights, minlength=count)

@@ -18,14 +18,15 @@ from focus_planner.core.types import FloatArray
 
 
 def solve(problem: Problem, _: Options | None = None, watch: Watch = go_on) -> Solution:
-    """Focus each camera at the least depth of the samples that it sees."""
+    """Focus each camera at the least depth of the samples that it sees and that count."""
     solution = finish(problem, within_limits(problem, closest_depths(problem)), 1, True)
     watch(Progress("closest", 1, solution.cost))
     return solution
 
 
 def closest_depths(problem: Problem) -> FloatArray:
-    """Return (C,) each camera's least depth, metres; NaN where it sees nothing."""
+    """Return (C,) each camera's least depth, metres; NaN where it sees nothing that counts."""
     depths = np.full(problem.camera_count, np.inf)
-    np.minimum.at(depths, problem.camera_index, problem.depth)
+    counts = problem.samples.weights[problem.sample_index] > 0
+    np.minimum.at(depths, problem.camera_index[counts], problem.depth[counts])
     return np.where(np.isfinite(depths), depths, np.nan)

@@ -1,5 +1,7 @@
 """What all solvers have in common."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import reference
@@ -231,7 +233,7 @@ def test_a_scaled_scene_gets_scaled_distances(setting, factor):
 
 
 def with_weights(problem, weights):
-    samples = Samples(problem.samples.points, problem.samples.normals, weights)
+    samples = dataclasses.replace(problem.samples, weights=weights)
     fields = {name: getattr(problem, name) for name in Problem.__dataclass_fields__}
     return Problem(**{**fields, "samples": samples})
 
@@ -262,7 +264,10 @@ def test_a_sample_weighs_as_much_as_two_of_half_its_weight(name):
         **{
             **fields,
             "samples": Samples(
-                samples.points[copies], samples.normals[copies], (samples.weights / parts)[copies]
+                samples.points[copies],
+                samples.normals[copies],
+                (samples.areas / parts)[copies],
+                (samples.weights / parts)[copies],
             ),
             "sample_offsets": np.concatenate([[0], np.cumsum(counts)]),
             "sample_index": np.repeat(np.arange(len(copies)), counts).astype(np.int32),
