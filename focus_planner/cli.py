@@ -150,7 +150,7 @@ def _read(options: argparse.Namespace, tell: Tell) -> tuple[Scene, Rig, PlanRequ
     tell(f"reading {options.rig}")
     rig = load_rig(options.rig)
     tell(f"reading {options.surface}")
-    return Scene(load_surface(options.surface)), rig, request
+    return Scene(load_surface(options.surface, options.importance)), rig, request
 
 
 def _solve(scene: Scene, rig: Rig, request: PlanRequest, tell: Tell) -> SolvedPlan:
@@ -315,6 +315,13 @@ def _add_plan(commands: Any) -> None:
     add = plan.add_argument
     add("surface", type=Path, metavar="SURFACE", help="a mesh or point-cloud file, in metres")
     add("--rig", type=Path, required=True, metavar="RIG.YAML", help="the cameras")
+    add(
+        "--importance",
+        type=Path,
+        metavar="FILE",
+        help="how much each vertex or point counts: a text, one number a line, or a .npy;"
+        " instead of the property importance, or weight, of SURFACE",
+    )
     add("--quiet", action="store_true", help="no progress, no summary")
     how = plan.add_argument_group("how to plan")
     add = how.add_argument

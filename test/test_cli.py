@@ -155,6 +155,32 @@ def test_samples_0_takes_the_clouds_points(here: Path, capsys: Any) -> None:
     assert json.loads(capsys.readouterr().out)["samples"] == len(BALL.vertices)
 
 
+@pytest.mark.parametrize("surface", ["ball.ply", "ball.xyz"])
+def test_importance_changes_the_plan(here: Path, capsys: Any, surface: str) -> None:
+    plans = []
+    np.savetxt("upper.txt", BALL.vertices[:, 2] > 0.9)
+    for options in ([], ["--importance", "upper.txt"]):
+        assert plan("--samples", "300", *options, surface=surface) == 0
+        plans.append(json.loads(capsys.readouterr().out))
+    assert plans[1]["covered_area"] < 0.6 * plans[0]["covered_area"]
+    assert plans[1]["surface_area"] == plans[0]["surface_area"]
+
+
+@pytest.mark.parametrize(
+    ("content", "telling"),
+    [
+        ("1\n2\n", "numbers.txt: expected 642 numbers, one per vertex, got 2"),
+        ("1\n" * 641 + "nan\n", "mesh vertex_importance: expected finite numbers"),
+        ("0\n" * 642, "mesh vertex_importance: expected some above 0"),
+        ("many\n", "could not convert string to float: 'many'"),
+        ("", "got an empty file"),
+    ],
+)
+def test_a_bad_importance_is_refused(here: Path, capsys: Any, content: str, telling: str) -> None:
+    Path("numbers.txt").write_text(content)
+    fails_in_one_line(capsys, plan("--importance", "numbers.txt"), telling)
+
+
 def with_camera(**changes: Any) -> str:
     """Return a rig.yaml whose second camera is changed."""
     values = yaml.safe_load(rig_to_yaml(RIG))

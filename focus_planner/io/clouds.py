@@ -15,7 +15,8 @@ import numpy as np
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.types import FloatArray, PointCloud
-from focus_planner.io.files import check_ended, unreadable
+from focus_planner.io.files import check_ended, read_array, unreadable
+from focus_planner.io.importance import importance_column
 
 CLOUDS = ("pcd", "xyz", "xyzn", "pts", "npy")
 
@@ -33,8 +34,8 @@ class _Field(NamedTuple):
     stride: int
 
 
-def load_cloud(path: Path, kind: str) -> PointCloud:
-    """Read a point cloud.
+def load_cloud(path: Path, kind: str) -> tuple[PointCloud, FloatArray | None]:
+    """Read a point cloud, and apart from it its points' importance where the file has it.
 
     Parameters
     ----------
@@ -52,13 +53,13 @@ def load_cloud(path: Path, kind: str) -> PointCloud:
     if kind == "pcd":
         return _pcd(path, content)
     if kind == "npy":
-        return _npy(path)
+        return _npy(path), None
     check_ended(path, kind, content)
     lines = content.splitlines()
     if kind == "pts":
-        return _pts(path, lines)
+        return _pts(path, lines), None
     table = _table(path, kind, lines, range(6 if kind == "xyzn" else 3))
-    return PointCloud(table[:, :3], table[:, 3:] if kind == "xyzn" else None)
+    return PointCloud(table[:, :3], table[:, 3:] if kind == "xyzn" else None), None
 
 
 def _table(path: Path, kind: str, lines: list[bytes], columns: Sequence[int]) -> FloatArray:
@@ -90,18 +91,15 @@ def _pts(path: Path, lines: list[bytes]) -> PointCloud:
 
 
 def _npy(path: Path) -> PointCloud:
-    try:
-        array = np.load(path, allow_pickle=False)
-    except Exception:  # noqa: BLE001
-        # On a broken header it raises anything, a tokenizer's errors among others.
-        raise unreadable(path, "npy", "no array of numbers") from None
-    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] not in (3, 6):
-        shape = getattr(array, "shape", "an archive")
-        raise InputError(str(path), "an array of shape (n, 3), or (n, 6) with normals", f"{shape}")
+    array = read_array(path)
+    if array.ndim != 2 or array.shape[1] not in (3, 6):
+        raise InputError(
+            str(path), "an array of shape (n, 3), or (n, 6) with normals", f"{array.shape}"
+        )
     return PointCloud(array[:, :3], array[:, 3:] if array.shape[1] == 6 else None)
 
 
-def _pcd(path: Path, content: bytes) -> PointCloud:
+def _pcd(path: Path, content: bytes) -> tuple[PointCloud, FloatArray | None]:
     stream = io.BytesIO(content)
     try:
         header = _pcd_header(stream)
@@ -110,13 +108,15 @@ def _pcd(path: Path, content: bytes) -> PointCloud:
         reader = _PCD_READERS[form]
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise unreadable(path, "pcd", f"a header without a usable {error}") from None
-    given = set(_NORMALS) <= set(fields)
-    wanted += [fields[name] for name in _NORMALS] if given else []
+    with_normals, importance = set(_NORMALS) <= set(fields), importance_column(fields)
+    wanted += [fields[name] for name in _NORMALS] if with_normals else []
+    wanted += [fields[importance]] if importance else []
     try:
         table = reader(stream.read(), wanted, count)
     except (ValueError, IndexError, TypeError) as error:
         raise unreadable(path, "pcd", f"{count} points announced, and {error}") from None
-    return PointCloud(table[:, :3], table[:, 3:] if given else None)
+    cloud = PointCloud(table[:, :3], table[:, 3:6] if with_normals else None)
+    return cloud, table[:, -1] if importance else None
 
 
 def _pcd_header(stream: io.BytesIO) -> dict[str, list[str]]:

@@ -6,7 +6,10 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.checks import InputError
 
@@ -47,6 +50,25 @@ def read_text(path: Path, what: str) -> str:
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         raise InputError(str(path), what, "something that is not text") from None
+
+
+def read_array(path: Path) -> NDArray[Any]:
+    """Return the array of a npy file.
+
+    Raises
+    ------
+    InputError
+        As :func:`check_readable`, or if it is no such file, or one of Python objects.
+    """
+    check_readable(path, "an array of numbers")
+    try:
+        array = np.load(path, allow_pickle=False)
+    except Exception:  # noqa: BLE001
+        # On a broken header it raises anything, a tokenizer's errors among others.
+        raise unreadable(path, "npy", "no array of numbers") from None
+    if not isinstance(array, np.ndarray):
+        raise unreadable(path, "npy", "an archive")
+    return array
 
 
 def check_ended(path: Path, kind: str, content: bytes) -> None:

@@ -15,27 +15,39 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.types import FloatArray, Mesh, PointCloud, Surface
 from focus_planner.io.clouds import CLOUDS, load_cloud
 from focus_planner.io.files import check_ended, check_readable, unreadable
+from focus_planner.io.importance import importance_column, load_importance, with_importance
 
 MESHES = ("ply", "obj", "stl", "off", "glb", "gltf")
 
 _PLY_ELEMENT = re.compile(rb"^element\s+(\w+)\s+(\d+)", re.MULTILINE)
 
 
-def load_surface(path: str | PathLike[str]) -> Surface:
+# The readers of the others leave vertices out and repeat them.
+_KEEP_VERTICES = ("ply", "off", *CLOUDS)
+
+
+def load_surface(
+    path: str | PathLike[str], importance: str | PathLike[str] | None = None
+) -> Surface:
     """Read a mesh or a point cloud; the file name's ending tells the format.
 
     Meshes are ply, obj, stl, off, glb and gltf; clouds are ply without faces, pcd, xyz, xyzn, pts
     and npy. Coordinates are taken as they stand, with all their digits: metres, in the rig's
-    frame. The normals of vertices and points are used where the file has them.
+    frame. The normals of vertices and points are used where the file has them, and so is their
+    importance: a property or field ``importance``, or else ``weight``, of a ply or pcd.
 
     Parameters
     ----------
     path : str or path-like
+    importance : str or path-like, optional
+        A file of one number per vertex or point, instead of what the surface's own file says:
+        a ``.npy``, or a text, one a line. For ply, off and clouds.
 
     Returns
     -------
@@ -44,7 +56,8 @@ def load_surface(path: str | PathLike[str]) -> Surface:
     Raises
     ------
     InputError
-        If the file is missing, not what its name says, cut off, or holds no usable surface.
+        If a file is missing, not what its name says, cut off, or holds no usable surface; or if
+        the importance does not fit it.
     """
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
@@ -55,27 +68,39 @@ def load_surface(path: str | PathLike[str]) -> Surface:
             f"a file name that ends in {', '.join((*MESHES, *CLOUDS))}",
             repr(path.suffix) if path.suffix else "none of them",
         )
+    if importance is not None and kind not in _KEEP_VERTICES:
+        raise InputError(
+            str(importance),
+            f"a surface that ends in {', '.join(_KEEP_VERTICES)}",
+            str(path),
+            "other formats do not number vertices as they are read: save the mesh as ply",
+        )
     with np.errstate(over="ignore", invalid="ignore"):  # whatever a broken file has for numbers
-        return load_cloud(path, kind) if kind in CLOUDS else _load_mesh(path, kind)
+        surface, own = load_cloud(path, kind) if kind in CLOUDS else _load_mesh(path, kind)
+    if importance is not None:
+        own = load_importance(Path(importance), surface)
+    return surface if own is None else with_importance(surface, own)
 
 
-def _load_mesh(path: Path, kind: str) -> Surface:
+def _load_mesh(path: Path, kind: str) -> tuple[Surface, FloatArray | None]:
     if kind == "ply":
         return _ply(path)
     if kind in ("obj", "off"):
         check_ended(path, kind, path.read_bytes())
     if kind == "off":
         _check_off_counts(path)
-    return _mesh(path, kind, _scene(path, kind))
+    return _mesh(path, kind, _scene(path, kind)), None
 
 
-def _scene(path: Path, kind: str) -> trimesh.Scene:
+def _scene(path: Path, kind: str, **options: Any) -> trimesh.Scene:
     logger = logging.getLogger("trimesh")
     disabled = logger.disabled
     logger.disabled = True  # what it warns of, colours and textures, is of no use here
     try:
         # Not processed: it would merge vertices, and drop what the core refuses with a reason.
-        return trimesh.load_scene(path, file_type=kind, process=False, skip_materials=True)
+        return trimesh.load_scene(
+            path, file_type=kind, process=False, skip_materials=True, **options
+        )
     except Exception as error:  # noqa: BLE001
         # On a broken file the readers raise anything.
         raise unreadable(path, kind, f"{type(error).__name__}: {error}".rstrip(": ")) from None
@@ -98,7 +123,7 @@ def _mesh(path: Path, kind: str, scene: trimesh.Scene) -> Mesh:
     return Mesh(whole.vertices, whole.faces, whole.vertex_normals if given else None)
 
 
-def _ply(path: Path) -> Surface:
+def _ply(path: Path) -> tuple[Surface, FloatArray | None]:
     header, end, body = path.read_bytes().partition(b"end_header")
     if not end or not header.startswith(b"ply"):
         raise unreadable(path, "ply", "no complete header")
@@ -115,21 +140,34 @@ def _ply(path: Path) -> Surface:
             "a mesh with none (element face 0)",
             "if it is a cloud, save it without the face element",
         )
-    scene = _scene(path, "ply")
-    return _mesh(path, "ply", scene) if "face" in counts else _ply_cloud(scene)
-
-
-def _ply_cloud(scene: trimesh.Scene) -> PointCloud:
-    """Return the cloud with its normals, which trimesh leaves in the raw columns."""
+    # Without that it would take vertices apart where textures meet.
+    scene = _scene(path, "ply", fix_texture=False)
+    if "face" in counts:
+        mesh = _mesh(path, "ply", scene)
+        return mesh, _ply_importance(_ply_columns(scene))
     if not scene.geometry:
-        return PointCloud(np.empty((0, 3)))
-    cloud = next(iter(scene.geometry.values()))
-    columns = cloud.metadata["_ply_raw"]["vertex"]["data"]
+        return PointCloud(np.empty((0, 3))), None
+    columns = _ply_columns(scene)
+    return _ply_cloud(scene, columns), _ply_importance(columns)
+
+
+def _ply_columns(scene: trimesh.Scene) -> dict[str, NDArray[Any]]:
+    """Return all that the file says of its vertices, which trimesh keeps for itself."""
+    columns = next(iter(scene.geometry.values())).metadata["_ply_raw"]["vertex"]["data"]
     names = columns if isinstance(columns, dict) else columns.dtype.names
+    return {name: np.ravel(columns[name]) for name in names}
+
+
+def _ply_importance(columns: dict[str, NDArray[Any]]) -> FloatArray | None:
+    name = importance_column(columns)
+    return columns[name] if name else None
+
+
+def _ply_cloud(scene: trimesh.Scene, columns: dict[str, NDArray[Any]]) -> PointCloud:
     normals: FloatArray | None = None
-    if {"nx", "ny", "nz"} <= set(names):
-        normals = np.column_stack([np.ravel(columns[name]) for name in ("nx", "ny", "nz")])
-    return PointCloud(cloud.vertices, normals)
+    if {"nx", "ny", "nz"} <= set(columns):
+        normals = np.column_stack([columns[name] for name in ("nx", "ny", "nz")])
+    return PointCloud(next(iter(scene.geometry.values())).vertices, normals)
 
 
 def _check_off_counts(path: Path) -> None:

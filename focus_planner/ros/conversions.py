@@ -41,8 +41,17 @@ from focus_planner.ros.cdr import read_mesh, write_mesh
 from focus_planner.ros.inputs import Optics
 
 _FLOATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+_NUMBERS = _FLOATS | {
+    PointField.INT8: "i1",
+    PointField.UINT8: "u1",
+    PointField.INT16: "i2",
+    PointField.UINT16: "u2",
+    PointField.INT32: "i4",
+    PointField.UINT32: "u4",
+}
 _POINT = ("x", "y", "z")
 _NORMAL = ("normal_x", "normal_y", "normal_z")
+_IMPORTANCE = ("importance", "weight")
 
 Message = TypeVar("Message")
 Position = tuple[float, float, float]
@@ -90,29 +99,43 @@ def mesh_from_ros(payload: bytes) -> Mesh:
 
 
 def mesh_to_ros(mesh: Mesh, *, big_endian: bool = False) -> bytes:
-    """Return the serialized ``shape_msgs/msg/Mesh``, which a publisher takes as it is."""
+    """Return the serialized ``shape_msgs/msg/Mesh``, which a publisher takes as it is.
+
+    It has no place for the normals and the importance of vertices: they are left out.
+    """
     return write_mesh(mesh.triangles, mesh.vertices, big_endian=big_endian)
 
 
 def cloud_from_ros(message: PointCloud2, frame_id: str) -> PointCloud:
-    """Return the points, with their normals if there are any.
+    """Return the points, with their normals and their importance if there are any.
 
-    Points of which a coordinate is not finite are left out if the message says that it is not
-    dense.
+    The importance is the field ``importance``, or else ``weight``, of any type of number. Points
+    of which a coordinate is not finite are left out if the message says that it is not dense.
     """
     check_frame(message.header, frame_id)
     names = {field.name for field in message.fields}
-    with_normals = names.issuperset(_NORMAL)
-    points = _read_fields(message, _POINT + _NORMAL if with_normals else _POINT)
+    geometry = _POINT + _NORMAL if names.issuperset(_NORMAL) else _POINT
+    importance = tuple(name for name in _IMPORTANCE if name in names)[:1]
+    values = _read_fields(message, geometry + importance)
     if not message.is_dense:
-        points = points[np.isfinite(points).all(axis=1)]
-    return PointCloud(points[:, :3], points[:, 3:] if with_normals else None)
+        values = values[np.isfinite(values[:, : len(geometry)]).all(axis=1)]
+    return PointCloud(
+        values[:, :3],
+        values[:, 3:6] if len(geometry) > 3 else None,
+        values[:, -1] if importance else None,
+    )
 
 
 def cloud_to_ros(cloud: PointCloud, frame_id: str) -> PointCloud2:
-    """Return the points as FLOAT64 fields, with normals if the cloud has them."""
-    columns = cloud.points if cloud.normals is None else np.hstack([cloud.points, cloud.normals])
-    names = _POINT if cloud.normals is None else _POINT + _NORMAL
+    """Return the points as FLOAT64 fields, with normals and importance if the cloud has them."""
+    names, parts = [*_POINT], [cloud.points]
+    if cloud.normals is not None:
+        names += _NORMAL
+        parts.append(cloud.normals)
+    if cloud.importance is not None:
+        names.append(_IMPORTANCE[0])
+        parts.append(cloud.importance[:, None])
+    columns = np.hstack(parts)
     step = 8 * len(names)
     return PointCloud2(
         header=Header(frame_id=frame_id),
@@ -374,13 +397,14 @@ def _point_dtype(message: PointCloud2, names: tuple[str, ...]) -> np.dtype[np.vo
                 "cloud fields", "x, y and z", ", ".join(fields) or "none", "they are the points"
             )
         field = fields[name]
-        if field.datatype not in _FLOATS or field.count > 1:
+        kinds = _NUMBERS if name in _IMPORTANCE else _FLOATS
+        if field.datatype not in kinds or field.count > 1:
             raise InputError(
                 f"cloud field {name}",
-                "one FLOAT32 or FLOAT64",
+                "one FLOAT32 or FLOAT64" if kinds is _FLOATS else "one number",
                 f"{field.count} of datatype {field.datatype}",
             )
-        formats.append(np.dtype(order + _FLOATS[field.datatype]))
+        formats.append(np.dtype(order + kinds[field.datatype]))
         if field.offset + formats[-1].itemsize > message.point_step:
             raise InputError(
                 f"cloud field {name}",

@@ -142,6 +142,25 @@ def test_cameras_that_look_elsewhere_see_nothing():
     )
 
 
+@pytest.mark.parametrize("kind", ["mesh", "cloud"])
+def test_importance_that_no_camera_sees_is_an_error(kind):
+    # All cameras stand above; what counts lies below.
+    mesh = sphere(0.3)
+    rig = Rig(
+        (looking_at("a", (0.8, 0, 1.0), (0, 0, 0)), looking_at("b", (0, 0.8, 1.0), (0, 0, 0)))
+    )
+    if kind == "mesh":
+        below = 1.0 * (mesh.vertices[:, 2] < -0.2)
+        surface = dataclasses.replace(mesh, vertex_importance=below)
+    else:
+        cloud = cloud_of(mesh)
+        surface = dataclasses.replace(cloud, importance=1.0 * (cloud.points[:, 2] < -0.2))
+    message = "importance: expected some above 0 where a camera sees the surface, got 0 on all"
+    expect(message, surface, rig)
+    if kind == "cloud":
+        expect(message, surface, rig, PlanRequest("em", samples=0))
+
+
 def test_another_frame_sees_nothing():
     expect("camera poses", sphere(0.4), moved(around(4, 1.2), offset=(0, 0, 20.0)))
 

@@ -115,6 +115,96 @@ def test_sampling_is_numpys_own():
     np.testing.assert_allclose(samples.points, expected, atol=1e-15)
 
 
+# The unit triangle with an importance of 1 + 3x + 5y, one of 0 all over, and one behind them of
+# the integral 3: the first's is 1/2 · (1 + 4 + 6)/3.
+CORNERS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+WEIGHTED = Mesh(
+    [*CORNERS, [0, 0, 1], [9, 0, 1], [0, 9, 1], [0, 0, 2], [1, 0, 2], [0, 2, 2]],
+    np.arange(9).reshape(3, 3)[[0, 2, 1]],
+    vertex_importance=[1, 4, 6, 0, 0, 0, 3, 3, 3],
+)
+INTEGRAL = 11 / 6 + 3
+
+
+def importance_at(points):
+    x, y, z = points.T
+    return np.select([z < 0.5, z > 1.5], [1 + 3 * x + 5 * y, 3.0], 0.0)
+
+
+def test_samples_are_as_dense_as_the_surface_is_important():
+    points = sample_mesh(WEIGHTED, 40_000, 3).points
+    first = points[points[:, 2] < 0.5]
+    counts = np.array([len(first), (points[:, 2] > 1.5).sum()])
+    assert counts.sum() == 40_000
+    assert chi_square(counts, 40_000 * np.array([11 / 6, 3]) / INTEGRAL) < 4
+    x, y, _ = first.T
+    assert ((x >= 0) & (y >= 0) & (x + y <= 1 + 1e-15)).all()
+    # A triangle twice refined: each part gets its area times the importance in its middle.
+    column, row = np.floor(4 * x), np.floor(4 * y)
+    upper = (4 * x - column) + (4 * y - row) > 1
+    parts, counts = np.unique(np.stack([column, row, upper]), axis=1, return_counts=True)
+    middles = (parts[:2] + np.where(parts[2], 2 / 3, 1 / 3)) / 4
+    expected = (1 + 3 * middles[0] + 5 * middles[1]) / 32 / (11 / 6) * len(first)
+    assert expected.sum() == pytest.approx(len(first))
+    assert chi_square(counts, expected) < 2
+
+
+def test_samples_by_importance_weigh_the_same_and_stand_for_areas():
+    samples = sample_mesh(WEIGHTED, 40_000, 4)
+    assert len(set(samples.weights)) == 1
+    # The greatest importance, 6, counts as 1.
+    assert samples.weights.sum() == pytest.approx(INTEGRAL / 6)
+    shares = samples.areas * importance_at(samples.points)
+    np.testing.assert_allclose(shares, shares[0])
+    assert samples.areas.sum() == pytest.approx(1.5)
+    # They estimate any integral over what counts.
+    x, y, z = samples.points.T
+    assert samples.areas[z < 0.5].sum() == pytest.approx(1 / 2, rel=0.02)
+    assert (samples.areas * x * y)[z < 0.5].sum() == pytest.approx(1 / 24, rel=0.03)
+
+
+def test_samples_by_area_do_not_depend_on_the_importance():
+    samples = sample_mesh(WEIGHTED, 4000, 5, by="area")
+    plain = sample_mesh(Mesh(WEIGHTED.vertices, WEIGHTED.triangles), 4000, 5)
+    for name in ("points", "normals", "areas"):
+        assert getattr(samples, name).tobytes() == getattr(plain, name).tobytes()
+    assert plain.weights.tobytes() == plain.areas.tobytes()
+    expected = samples.areas * importance_at(samples.points) / 6
+    np.testing.assert_allclose(samples.weights, expected)
+    assert (samples.weights == 0).mean() == pytest.approx(40.5 / 42, abs=0.02)
+
+
+def test_only_ratios_of_importance_matter():
+    def drawn(factor):
+        scaled = Mesh(
+            WEIGHTED.vertices,
+            WEIGHTED.triangles,
+            vertex_importance=factor * WEIGHTED.vertex_importance,
+        )
+        return sample_mesh(scaled, 500, 6)
+
+    one = drawn(1.0)
+    for factor in (2.0, 3.0, 1e-300, 1e307):
+        other = drawn(factor)
+        np.testing.assert_allclose(other.points, one.points, atol=1e-12)
+        np.testing.assert_allclose(other.areas, one.areas)
+        np.testing.assert_allclose(other.weights, one.weights)
+
+
+def test_importance_leaves_normals_and_repetition_alone():
+    mesh = sphere()
+    weighted = Mesh(
+        mesh.vertices, mesh.triangles, mesh.vertices, vertex_importance=mesh.vertices[:, 2] + 1
+    )
+    first, again = sample_mesh(weighted, 1000, 7), sample_mesh(weighted, 1000, 7)
+    for name in ("points", "normals", "areas", "weights"):
+        assert getattr(first, name).tobytes() == getattr(again, name).tobytes()
+    radial = first.points / np.linalg.norm(first.points, axis=1)[:, None]
+    assert ((first.normals * radial).sum(axis=1) > 0.99).all()
+    # Importance 1 + z on a sphere of radius 1: the mean of z is 1/3.
+    assert first.points[:, 2].mean() == pytest.approx(1 / 3, abs=0.05)
+
+
 def random_plane(count, seed=0):
     xy = np.random.default_rng(seed).random((count, 2))
     return np.concatenate([xy * [2.0, 1.0], np.zeros((count, 1))], axis=1)
@@ -185,7 +275,48 @@ def test_zero_samples_are_all_points_each_with_its_area():
     shape = cloud_shape(cloud)
     samples = sample_cloud(cloud, shape, 0, 0)
     np.testing.assert_array_equal(samples.points, cloud.points)
+    np.testing.assert_array_equal(samples.areas, shape.areas)
     np.testing.assert_array_equal(samples.weights, shape.areas)
+
+
+def test_points_of_a_cloud_are_drawn_by_area_and_importance():
+    points = random_plane(40_000)
+    # The right half has three times the importance of the left, its rear none.
+    importance = np.where(points[:, 0] < 1, 2.0, 6.0) * (points[:, 1] < 0.5)
+    cloud = PointCloud(points, importance=importance)
+    shape = cloud_shape(cloud)
+    samples = sample_cloud(cloud, shape, 20_000, 4)
+    x, y, _ = samples.points.T
+    assert (y < 0.5).all()
+    assert (x > 1).mean() == pytest.approx(0.75, abs=0.02)
+    assert len(set(samples.weights)) == 1
+    assert samples.weights.sum() == pytest.approx((shape.areas * importance).sum() / 6)
+    assert samples.areas.sum() == pytest.approx(shape.areas[importance > 0].sum())
+    assert samples.areas[x > 1].sum() == pytest.approx(0.5, rel=0.06)
+    by_area = sample_cloud(cloud, shape, 20_000, 4, by="area")
+    plain = Scene(PointCloud(points)).sample(20_000, 4)
+    assert by_area.points.tobytes() == plain.points.tobytes()
+    assert by_area.areas.tobytes() == plain.areas.tobytes() == plain.weights.tobytes()
+    x, y, _ = by_area.points.T
+    expected = by_area.areas * np.where(x < 1, 1 / 3, 1.0) * (y < 0.5)
+    np.testing.assert_allclose(by_area.weights, expected)
+
+
+def test_all_points_of_a_cloud_weigh_their_area_times_their_importance():
+    importance = np.arange(500) % 5
+    cloud = PointCloud(random_plane(500), importance=importance)
+    shape = cloud_shape(cloud)
+    samples = sample_cloud(cloud, shape, 0, 0)
+    np.testing.assert_array_equal(samples.points, cloud.points)
+    np.testing.assert_array_equal(samples.areas, shape.areas)
+    np.testing.assert_allclose(samples.weights, shape.areas * importance / 4)
+    assert (samples.weights == 0).sum() == 100
+
+
+def test_importance_only_where_points_coincide_is_none():
+    points = np.concatenate([random_plane(400), np.zeros((30, 3))])
+    with pytest.raises(InputError, match="cloud importance: expected some above 0 where points"):
+        cloud_shape(PointCloud(points, importance=np.arange(430) >= 400))
 
 
 def test_points_that_coincide_tell_no_surface():
@@ -231,6 +362,8 @@ def test_what_a_scene_cannot_sample():
         scene.sample(-1, 0)
     with pytest.raises(InputError, match="seed: expected a whole number of at least 0, got -2"):
         scene.sample(10, -2)
+    with pytest.raises(InputError, match="by: expected one of importance, area, got 'volume'"):
+        scene.sample(10, 0, by="volume")
 
 
 def test_unused_vertices_do_not_count():

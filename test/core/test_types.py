@@ -202,6 +202,35 @@ def test_cross_products_point_outward_with_twice_the_area():
             {"vertex_normals": np.full((4, 3), np.inf)},
             "mesh vertex_normals: expected finite numbers",
         ),
+        (
+            {"vertex_importance": np.ones(3)},
+            r"mesh vertex_importance: expected shape \(4\), got shape \(3,\)",
+        ),
+        ({"vertex_importance": np.ones((4, 1))}, "mesh vertex_importance: expected shape"),
+        (
+            {"vertex_importance": [1, 2, np.nan, 3]},
+            (
+                "mesh vertex_importance: expected finite numbers, got NaN or infinity in 1 of 4 "
+                r"\(first: vertex 2\)"
+            ),
+        ),
+        ({"vertex_importance": [1, 2, np.inf, 3]}, "mesh vertex_importance: .*NaN or infinity"),
+        (
+            {"vertex_importance": [1, -2, 0, -1]},
+            (
+                "mesh vertex_importance: expected numbers of at least 0, got 2 of 4 below "
+                r"\(first: -2 of vertex 1\)"
+            ),
+        ),
+        (
+            {"vertex_importance": np.zeros(4)},
+            "mesh vertex_importance: expected some above 0, got 0 all over the surface; leave",
+        ),
+        (
+            {"triangles": [[0, 1, 2]], "vertex_importance": [0, 0, 0, 5]},
+            "mesh vertex_importance: expected some above 0, got 0 all over the surface",
+        ),
+        ({"vertex_importance": ["much"] * 4}, "mesh vertex_importance: expected numbers"),
     ],
 )
 def test_meshes_that_cannot_be(values, message):
@@ -254,6 +283,30 @@ def test_a_cloud_keeps_its_own_read_only_arrays():
 def test_clouds_that_cannot_be(points, normals, message):
     with pytest.raises(InputError, match=message):
         PointCloud(points, normals)
+
+
+@pytest.mark.parametrize(
+    ("importance", "message"),
+    [
+        (np.ones(15), r"cloud importance: expected shape \(16\), got shape \(15,\)"),
+        (np.full(16, np.nan), r"cloud importance: .* in 16 of 16 \(first: point 0\)"),
+        (-np.arange(16), r"numbers of at least 0, got 15 of 16 below \(first: -1 of point 1\)"),
+        (np.zeros(16), "cloud importance: expected some above 0, got 0 all over the surface"),
+    ],
+)
+def test_an_importance_of_points_that_cannot_be(importance, message):
+    with pytest.raises(InputError, match=message):
+        PointCloud(np.random.default_rng(0).random((16, 3)), importance=importance)
+
+
+def test_importance_is_kept_as_it_is_given():
+    importance = np.array([0.0, 7.0, 1e-300, 1e300])
+    mesh = Mesh(TETRAHEDRON, FACES, vertex_importance=importance)
+    cloud = PointCloud(np.random.default_rng(0).random((16, 3)), importance=np.arange(16))
+    for kept, expected in ((mesh.vertex_importance, importance), (cloud.importance, range(16))):
+        np.testing.assert_array_equal(kept, expected)
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 1
 
 
 def test_statuses_are_the_messages_constants():

@@ -75,6 +75,18 @@ def test_the_cost_of_a_clouds_own_points_follows_from_the_files(
     assert recomputed_cost(*save(plan, tmp_path)) == pytest.approx(plan.cost, rel=1e-13)
 
 
+def test_areas_and_weights_differ_by_the_importance(tmp_path: Path, scene: Scene) -> None:
+    points = scene.surface.vertices[::10]
+    cloud = Scene(PointCloud(points, importance=points[:, 2].clip(0)))
+    plan = plan_focus(cloud, mixed_rig(), PlanRequest("em", samples=0))
+    npz, json_path = save(plan, tmp_path)
+    assert recomputed_cost(npz, json_path) == pytest.approx(plan.cost, rel=1e-13)
+    with np.load(npz) as data:
+        assert data["areas"].sum() == pytest.approx(plan.surface_area)
+        height = data["points"][:, 2].clip(0)
+        np.testing.assert_allclose(data["weights"], data["areas"] * height / height.max())
+
+
 def test_it_has_the_arrays_of_the_contract(tmp_path: Path, scene: Scene) -> None:
     plan = plan_focus(scene, mixed_rig(), PlanRequest("em", samples=300))
     npz, _ = save(plan, tmp_path)
@@ -82,6 +94,7 @@ def test_it_has_the_arrays_of_the_contract(tmp_path: Path, scene: Scene) -> None
         assert data["points"].shape == data["normals"].shape == (300, 3)
         assert data["weights"].shape == (300,)
         assert data["weights"].sum() == pytest.approx(plan.surface_area)
+        np.testing.assert_array_equal(data["areas"], data["weights"])
         pairs = len(plan.problem.depth)
         for name in ("sample_index", "camera_index", "depth", "base_cost"):
             assert data[name].shape == (pairs,)

@@ -175,17 +175,104 @@ def test_meshes_survive_the_wire(body):
     np.testing.assert_array_equal(swapped.vertices, body.vertices)
 
 
+@pytest.mark.parametrize("with_importance", [False, True])
 @pytest.mark.parametrize("with_normals", [False, True])
-def test_clouds_survive_the_wire(with_normals):
+def test_clouds_survive_the_wire(with_normals, with_importance):
     random = np.random.default_rng(1)
     normals = random.normal(size=(50, 3))
-    cloud = PointCloud(random.normal(size=(50, 3)), normals if with_normals else None)
+    cloud = PointCloud(
+        random.normal(size=(50, 3)),
+        normals if with_normals else None,
+        random.random(50) if with_importance else None,
+    )
     received = cloud_from_ros(through_bytes(cloud_to_ros(cloud, "world")), "world")
     np.testing.assert_array_equal(received.points, cloud.points)
     if with_normals:
         np.testing.assert_allclose(received.normals, cloud.normals, rtol=1e-15)
     else:
         assert received.normals is None
+    if with_importance:
+        np.testing.assert_array_equal(received.importance, cloud.importance)
+    else:
+        assert received.importance is None
+
+
+def importance_message(values, *, name="importance", kind="f4", datatype=PointField.FLOAT32):
+    """A cloud of random points with a field that is not aligned."""
+    points = np.random.default_rng(4).normal(size=(len(values), 3))
+    record = np.zeros(len(values), np.dtype([("xyz", "<f8", 3), ("_", "u1"), ("value", kind)]))
+    record["xyz"], record["value"] = points, values
+    message = cloud_to_ros(PointCloud(points), "world")
+    message.fields.append(PointField(name=name, offset=25, datatype=datatype, count=1))
+    message.point_step = record.itemsize
+    message.row_step = record.nbytes
+    message.data = record.tobytes()
+    return message
+
+
+@pytest.mark.parametrize("name", ["importance", "weight"])
+@pytest.mark.parametrize(
+    ("kind", "datatype"),
+    [
+        ("i1", PointField.INT8),
+        ("u1", PointField.UINT8),
+        ("<i2", PointField.INT16),
+        ("<u2", PointField.UINT16),
+        ("<i4", PointField.INT32),
+        ("<u4", PointField.UINT32),
+        ("<f4", PointField.FLOAT32),
+        ("<f8", PointField.FLOAT64),
+    ],
+)
+def test_importance_may_be_any_type_of_number(kind, datatype, name):
+    message = importance_message(np.arange(40), name=name, kind=kind, datatype=datatype)
+    received = cloud_from_ros(through_bytes(message), "world")
+    np.testing.assert_array_equal(received.importance, np.arange(40))
+
+
+def test_importance_goes_before_weight():
+    message = importance_message(np.arange(40))
+    message.fields.append(PointField(name="weight", offset=0, datatype=8, count=1))
+    np.testing.assert_array_equal(cloud_from_ros(message, "world").importance, np.arange(40))
+
+
+@pytest.mark.parametrize("dense", [True, False])
+@pytest.mark.parametrize(
+    ("bad", "error"),
+    [
+        (math.nan, r"cloud importance: expected finite numbers, got NaN .*\(first: point 7\)"),
+        (math.inf, "cloud importance: expected finite numbers"),
+        (-1.0, r"cloud importance: expected numbers of at least 0, got 1 of 40 below"),
+    ],
+)
+def test_a_bad_importance_is_an_input_error_dense_or_not(bad, error, dense):
+    values = np.ones(40)
+    values[7] = bad
+    message = importance_message(values)
+    message.is_dense = dense
+    with pytest.raises(InputError, match=error):
+        cloud_from_ros(message, "world")
+
+
+def test_points_that_are_left_out_take_their_importance_along():
+    points = np.random.default_rng(3).normal(size=(20, 3))
+    message = cloud_to_ros(PointCloud(points, importance=np.arange(20)), "world")
+    table = np.frombuffer(message.data).reshape(20, 4).copy()
+    table[5] = math.nan
+    message.data = table.tobytes()
+    message.is_dense = False
+    received = cloud_from_ros(message, "world")
+    np.testing.assert_array_equal(received.importance, np.delete(np.arange(20), 5))
+
+
+def test_an_importance_of_several_numbers_is_an_input_error():
+    message = importance_message(np.arange(40), kind="u1", datatype=PointField.UINT8)
+    message.fields[-1].count = 2
+    with pytest.raises(InputError, match="field importance: expected one number, got 2 of"):
+        cloud_from_ros(message, "world")
+    message.fields[-1].count, message.fields[-1].datatype = 1, 99
+    with pytest.raises(InputError, match="expected one number, got 1 of datatype 99"):
+        cloud_from_ros(message, "world")
 
 
 def cloud_message(columns, *, dtype="f4", big_endian=False, gap=0, row_gap=0, rows=1, order="xyz"):

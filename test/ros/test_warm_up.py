@@ -34,7 +34,17 @@ def warm():
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("kind", ["mesh", "smooth mesh", "cloud", "cloud with normals"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "mesh",
+        "smooth mesh",
+        "weighted mesh",
+        "cloud",
+        "cloud with normals",
+        "weighted cloud",
+    ],
+)
 def test_no_request_compiles_anything(warm, body, rig, method, kind):
     points = body.vertices[::10]
     surface = {
@@ -42,6 +52,8 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
         "smooth mesh": Mesh(body.vertices, body.triangles, body.vertices),
         "cloud": PointCloud(points),
         "cloud with normals": PointCloud(points, points),
+        "weighted mesh": Mesh(body.vertices, body.triangles, vertex_importance=body.vertices[:, 2]),
+        "weighted cloud": PointCloud(points, importance=points[:, 2]),
     }[kind]
     scene = Scene(surface)
     for scope, tuples, k in product(SCOPES, TUPLES, (2, 3)):

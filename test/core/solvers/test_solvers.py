@@ -247,32 +247,59 @@ def test_only_the_ratio_of_weights_matters(setting, problem):
     assert a.cost == b.cost
 
 
-@pytest.mark.parametrize("name", ["average", "em", "2-view", "2-view assigned", "3-view"])
-def test_a_sample_weighs_as_much_as_two_of_half_its_weight(name):
-    problem = random_problem(5, 24, 4, share=0.6)
-    parts = 1 + (np.arange(24) % 3 == 0)
-    copies = np.repeat(np.arange(24), parts)
-    pairs = np.concatenate([np.flatnonzero(problem.sample_index == p) for p in copies])
-    counts = np.diff(problem.sample_offsets)[copies]
+@each_method
+@each_problem
+def test_samples_of_no_weight_cost_nothing(setting, problem):
+    counts = np.arange(problem.sample_count) % 3 > 0
+    weighted = with_weights(problem, problem.samples.weights * counts)
+    solution = solve(setting, weighted)
+    expected = reference.cost(reference.table(weighted), solution.focus_distances)
+    assert solution.cost == pytest.approx(expected, rel=1e-12)
+    assert solution.converged
+    without = with_samples(problem, np.flatnonzero(counts))
+    assert without.cost(solution.focus_distances) == pytest.approx(solution.cost)
+    best, _ = reference.optimum(reference.table(without))
+    assert solution.cost >= best - 1e-6
+    baselines = {"closest", "average"}
+    if setting[0] in baselines:
+        alone = solve(setting, without)
+        np.testing.assert_allclose(solution.focus_distances, alone.focus_distances, rtol=1e-12)
+    else:
+        closest = SOLVERS["closest"](weighted)
+        assert best - 1e-6 <= solution.cost <= closest.cost
+
+
+def with_samples(problem, kept):
+    """The problem of these samples; ones that are kept twice stand for twice as much."""
+    pairs = np.concatenate([np.flatnonzero(problem.sample_index == p) for p in kept])
+    counts = np.diff(problem.sample_offsets)[kept]
     fields = {name: getattr(problem, name) for name in Problem.__dataclass_fields__}
     fields |= {
         name: fields[name][pairs]
         for name in ("camera_index", "depth", "base_cost", "focus_near", "focus_far")
     }
     samples = problem.samples
-    split = Problem(
+    return Problem(
         **{
             **fields,
             "samples": Samples(
-                samples.points[copies],
-                samples.normals[copies],
-                (samples.areas / parts)[copies],
-                (samples.weights / parts)[copies],
+                samples.points[kept],
+                samples.normals[kept],
+                samples.areas[kept],
+                samples.weights[kept],
             ),
             "sample_offsets": np.concatenate([[0], np.cumsum(counts)]),
-            "sample_index": np.repeat(np.arange(len(copies)), counts).astype(np.int32),
+            "sample_index": np.repeat(np.arange(len(kept)), counts).astype(np.int32),
         }
     )
+
+
+@pytest.mark.parametrize("name", ["average", "em", "2-view", "2-view assigned", "3-view"])
+def test_a_sample_weighs_as_much_as_two_of_half_its_weight(name):
+    problem = random_problem(5, 24, 4, share=0.6)
+    parts = 1 + (np.arange(24) % 3 == 0)
+    copies = np.repeat(np.arange(24), parts)
+    split = with_samples(with_weights(problem, problem.samples.weights / parts), copies)
     a, b = solve(SETTINGS[name], problem), solve(SETTINGS[name], split)
     np.testing.assert_allclose(a.focus_distances, b.focus_distances, rtol=1e-12)
     assert a.cost == pytest.approx(b.cost)

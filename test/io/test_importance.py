@@ -1,0 +1,219 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import open3d as o3d
+import pytest
+import trimesh
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.types import FloatArray, Mesh, PointCloud
+from focus_planner.io.surfaces import load_surface
+
+BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.3)
+COUNT = len(BALL.vertices)
+IMPORTANCE = np.random.default_rng(0).integers(0, 9, COUNT) / 4  # float32 holds them
+
+
+def write_ply(path: Path, encoding: str = "binary", **columns: FloatArray) -> Path:
+    mesh = trimesh.Trimesh(BALL.vertices, BALL.faces, process=False)
+    mesh.vertex_attributes.update(columns)
+    path.write_bytes(mesh.export(file_type="ply", encoding=encoding))
+    return path
+
+
+def write_ply_cloud(path: Path, encoding: str, name: str = "importance") -> Path:
+    """Write points and 8-bit importance, four times the usual."""
+    header = f"ply\nformat {encoding} 1.0\nelement vertex {COUNT}\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz")
+    header += f"property uchar {name}\nend_header\n"
+    if encoding == "ascii":
+        rows = zip(BALL.vertices.tolist(), (4 * IMPORTANCE).astype(int), strict=True)
+        body = "".join(f"{x} {y} {z} {value}\n" for (x, y, z), value in rows).encode()
+    else:
+        order = ">" if "big" in encoding else "<"
+        record = np.empty(COUNT, np.dtype([("xyz", f"{order}f8", 3), ("value", "u1")]))
+        record["xyz"], record["value"] = BALL.vertices, 4 * IMPORTANCE
+        body = record.tobytes()
+    path.write_bytes(header.encode() + body)
+    return path
+
+
+def write_pcd(path: Path, *, ascii_: bool, packed: bool, name: str = "importance") -> Path:
+    cloud = o3d.t.geometry.PointCloud(o3d.core.Tensor(np.float32(BALL.vertices)))
+    cloud.point[name] = o3d.core.Tensor(IMPORTANCE[:, None].astype(np.float32))
+    o3d.t.io.write_point_cloud(str(path), cloud, write_ascii=ascii_, compressed=packed)
+    return path
+
+
+def importance_of(path: Path, importance: Path | None = None) -> FloatArray | None:
+    surface = load_surface(path, importance)
+    return surface.vertex_importance if isinstance(surface, Mesh) else surface.importance
+
+
+@pytest.mark.parametrize("name", ["importance", "weight"])
+@pytest.mark.parametrize("encoding", ["binary", "ascii"])
+def test_a_ply_may_say_what_its_vertices_count(tmp_path: Path, encoding: str, name: str) -> None:
+    path = write_ply(tmp_path / "ball.ply", encoding, **{name: IMPORTANCE})
+    surface = load_surface(path)
+    assert isinstance(surface, Mesh)
+    np.testing.assert_array_equal(surface.vertex_importance, IMPORTANCE)
+    np.testing.assert_allclose(surface.vertices, BALL.vertices, atol=1e-7)
+    np.testing.assert_array_equal(surface.triangles, BALL.faces)
+
+
+def test_importance_goes_before_weight(tmp_path: Path) -> None:
+    both = {"weight": np.ones(COUNT), "importance": IMPORTANCE}
+    path = write_ply(tmp_path / "ball.ply", **both)
+    np.testing.assert_array_equal(importance_of(path), IMPORTANCE)
+    assert importance_of(write_ply(tmp_path / "ball.ply", confidence=IMPORTANCE)) is None
+
+
+def test_textures_do_not_take_vertices_apart(tmp_path: Path) -> None:
+    texture = {"s": np.linspace(0, 1, COUNT), "t": np.zeros(COUNT)}
+    path = write_ply(tmp_path / "ball.ply", importance=IMPORTANCE, **texture)
+    surface = load_surface(path)
+    assert isinstance(surface, Mesh)
+    np.testing.assert_allclose(surface.vertices, BALL.vertices, atol=1e-7)
+    np.testing.assert_array_equal(surface.vertex_importance, IMPORTANCE)
+
+
+@pytest.mark.parametrize("name", ["importance", "weight"])
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_a_ply_may_say_what_its_points_count(tmp_path: Path, encoding: str, name: str) -> None:
+    surface = load_surface(write_ply_cloud(tmp_path / "ball.ply", encoding, name))
+    assert isinstance(surface, PointCloud)
+    np.testing.assert_array_equal(surface.points, BALL.vertices)
+    np.testing.assert_array_equal(surface.importance, 4 * IMPORTANCE)
+
+
+@pytest.mark.parametrize("name", ["importance", "weight"])
+@pytest.mark.parametrize(("ascii_", "packed"), [(True, False), (False, False), (False, True)])
+def test_a_pcd_may_say_what_its_points_count(
+    tmp_path: Path, ascii_: bool, packed: bool, name: str
+) -> None:
+    path = write_pcd(tmp_path / "ball.pcd", ascii_=ascii_, packed=packed, name=name)
+    surface = load_surface(path)
+    assert isinstance(surface, PointCloud)
+    np.testing.assert_array_equal(surface.importance, IMPORTANCE)
+    np.testing.assert_allclose(surface.points, BALL.vertices, atol=1e-6)
+    assert surface.normals is None
+
+
+def test_a_pcd_may_have_normals_as_well(tmp_path: Path) -> None:
+    columns = ["x", "y", "z", "weight", "normal_x", "normal_y", "normal_z"]
+    table = np.column_stack([BALL.vertices, IMPORTANCE, BALL.vertices])
+    path = tmp_path / "ball.pcd"
+    path.write_text(
+        f"VERSION 0.7\nFIELDS {' '.join(columns)}\nSIZE{' 8' * 7}\nTYPE{' F' * 7}\n"
+        f"WIDTH {COUNT}\nHEIGHT 1\nPOINTS {COUNT}\nDATA ascii\n"
+        + "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist())
+    )
+    surface = load_surface(path)
+    assert isinstance(surface, PointCloud)
+    np.testing.assert_array_equal(surface.importance, IMPORTANCE)
+    np.testing.assert_allclose(surface.normals, BALL.vertices / 0.3)
+
+
+def write_numbers(path: Path, values: FloatArray) -> Path:
+    if path.suffix == ".npy":
+        np.save(path, values)
+    else:
+        np.savetxt(path, values)
+    return path
+
+
+@pytest.mark.parametrize("numbers", ["numbers.txt", "numbers.npy", "numbers"])
+@pytest.mark.parametrize(
+    "surface", ["ball.ply", "bad.ply", "ball.off", "cloud.ply", "ball.pcd", "ball.xyz", "ball.npy"]
+)
+def test_a_file_of_numbers_replaces_what_the_surface_says(
+    tmp_path: Path, surface: str, numbers: str
+) -> None:
+    path = tmp_path / surface
+    if surface == "ball.ply":
+        write_ply(path, importance=np.ones(COUNT))
+    elif surface == "bad.ply":  # something else that happens to be called a weight
+        write_ply(path, weight=np.full(COUNT, np.nan))
+    elif surface == "cloud.ply":
+        write_ply_cloud(path, "ascii")
+    elif surface == "ball.pcd":
+        write_pcd(path, ascii_=False, packed=False)
+    elif surface == "ball.off":
+        path.write_text(trimesh.Trimesh(BALL.vertices, BALL.faces).export(file_type="off") + "\n")
+    else:
+        write_numbers(path, BALL.vertices)
+    given = np.arange(COUNT) / 3
+    read = importance_of(path, write_numbers(tmp_path / numbers, given))
+    np.testing.assert_array_equal(read, given)
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "glb"])
+def test_formats_that_do_not_keep_vertices_take_no_file(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / f"ball.{kind}"
+    BALL.export(path)
+    with pytest.raises(InputError, match=r"ends in ply, off, pcd, .*ball\.\w+; .*save the mesh as"):
+        load_surface(path, write_numbers(tmp_path / "numbers.txt", IMPORTANCE))
+
+
+@pytest.mark.parametrize(
+    ("content", "telling"),
+    [
+        (
+            "1\n" * (COUNT - 1),
+            rf"numbers: expected {COUNT} numbers, one per vertex, got {COUNT - 1}",
+        ),
+        ("1\n" * (COUNT + 1), rf"one per vertex, got {COUNT + 1}"),
+        ("1\n" * (COUNT - 1) + "one\n", "could not convert string to float: 'one'"),
+        ("1\n" * (COUNT - 1) + "nan\n", rf"NaN or infinity in 1 .*first: vertex {COUNT - 1}"),
+        ("1\n" * (COUNT - 1) + "-1\n", r"at least 0, got 1 of \d+ below .*-1 of vertex"),
+        ("0\n" * COUNT, "some above 0"),
+        ("1\n" * (COUNT - 1) + "1", "probably cut off"),
+        ("", "an empty file"),
+        ("\x00\xff", "float|text"),
+        (None, "no such file"),
+    ],
+)
+def test_a_file_of_other_things_is_refused(
+    tmp_path: Path, content: str | None, telling: str
+) -> None:
+    path = write_ply(tmp_path / "ball.ply")
+    if content is not None:
+        (tmp_path / "numbers").write_text(content, encoding="latin-1")
+    with pytest.raises(InputError, match=telling) as caught:
+        load_surface(path, tmp_path / "numbers")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "telling"),
+    [
+        (np.ones((COUNT, 1)), r"numbers\.npy: expected shape \(n\), got shape"),
+        (np.ones(3), r"numbers\.npy: expected \d+ numbers, one per vertex, got 3"),
+        (np.array(["a"] * COUNT), r"numbers\.npy: expected numbers"),
+        (np.array([None] * COUNT), "no array of numbers"),
+        (np.full(COUNT, np.inf), "NaN or infinity"),
+    ],
+)
+def test_an_array_of_other_things_is_refused(
+    tmp_path: Path, values: FloatArray, telling: str
+) -> None:
+    np.save(tmp_path / "numbers.npy", values)
+    with pytest.raises(InputError, match=telling):
+        load_surface(write_ply(tmp_path / "ball.ply"), tmp_path / "numbers.npy")
+
+
+@pytest.mark.parametrize(
+    ("values", "telling"),
+    [
+        (np.full(COUNT, np.nan), "vertex_importance: .*NaN or infinity"),
+        (-IMPORTANCE, "vertex_importance: expected numbers of at least 0"),
+        (np.zeros(COUNT), "vertex_importance: expected some above 0"),
+    ],
+)
+def test_a_surface_that_says_nonsense_is_refused(
+    tmp_path: Path, values: FloatArray, telling: str
+) -> None:
+    with pytest.raises(InputError, match=telling):
+        load_surface(write_ply(tmp_path / "ball.ply", importance=values))
