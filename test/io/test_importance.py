@@ -71,11 +71,20 @@ def test_importance_goes_before_weight(tmp_path: Path) -> None:
 
 
 def test_textures_do_not_take_vertices_apart(tmp_path: Path) -> None:
-    texture = {"s": np.linspace(0, 1, COUNT), "t": np.zeros(COUNT)}
-    path = write_ply(tmp_path / "ball.ply", importance=IMPORTANCE, **texture)
+    header = ["ply", "format ascii 1.0", f"element vertex {COUNT}"]
+    header += [f"property double {name}" for name in ("x", "y", "z", "importance")]
+    header += [f"element face {len(BALL.faces)}", "property list uchar int vertex_indices"]
+    header += ["property list uchar float texcoord", "end_header"]
+    vertices = np.column_stack([BALL.vertices, IMPORTANCE]).tolist()
+    lines = [" ".join(map(repr, vertex)) for vertex in vertices]
+    for i, (a, b, c) in enumerate(BALL.faces):  # each face has a place of its own in the texture
+        lines.append(f"3 {a} {b} {c} 6 {i} 0 {i} 0.1 {i} 0.2")
+    path = tmp_path / "ball.ply"
+    path.write_text("\n".join([*header, *lines, ""]))
     surface = load_surface(path)
     assert isinstance(surface, Mesh)
-    np.testing.assert_allclose(surface.vertices, BALL.vertices, atol=1e-7)
+    np.testing.assert_array_equal(surface.vertices, BALL.vertices)
+    np.testing.assert_array_equal(surface.triangles, BALL.faces)
     np.testing.assert_array_equal(surface.vertex_importance, IMPORTANCE)
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,16 @@ def test_a_cloud_is_drawn_from_its_own_points(tmp_path: Path) -> None:
     scene = Scene(PointCloud(MESH.vertices[::5]))
     draw(scene, cylinder_rig(3, 8), ("em",), tmp_path / "plan.png", samples=0)
     assert imread(tmp_path / "plan.png").shape[0] > 500
+
+
+def test_what_has_no_importance_is_drawn_too(tmp_path: Path) -> None:
+    # Where nothing is drawn the picture is white.
+    inked = []
+    for importance in (None, 1.0 * (MESH.vertices[:, 2] > 1.0)):
+        scene = Scene(replace(MESH, vertex_importance=importance))
+        draw(scene, cylinder_rig(3, 8), ("em",), tmp_path / "plan.png")
+        inked.append((imread(tmp_path / "plan.png")[:, :, :3].min(axis=2) < 0.9).mean())
+    assert inked[1] == pytest.approx(inked[0], rel=0.02)
 
 
 def test_one_camera_is_drawn(tmp_path: Path) -> None:

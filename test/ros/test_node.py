@@ -131,6 +131,16 @@ def test_a_cloud_is_planned_for(ready, body, rig, with_normals, samples):
     assert plan.cost == of_the_core(cloud, rig, samples=samples)[0]
 
 
+def test_a_clouds_importance_is_planned_for(ready, body, rig):
+    random = Scene(body).sample(4000, 1)
+    cloud = PointCloud(random.points, random.normals, random.points[:, 2].clip(0))
+    ready.publish_cloud(cloud)
+    weighted = planned(ready).cost
+    assert weighted == of_the_core(cloud, rig)[0]
+    ready.publish_cloud(PointCloud(random.points, random.normals))
+    assert planned(ready).cost != weighted
+
+
 def test_big_endian_meshes_are_read(ready, body, rig):
     before = planned(ready)
     ready.publish_cloud(PointCloud(body.vertices))
