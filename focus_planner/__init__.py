@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         CameraFocus,
         FocusPlan,
         PlanRequest,
+        Shot,
         SolvedPlan,
         plan_focus,
     )
@@ -46,6 +47,7 @@ __all__ = [
     "Problem",
     "Rig",
     "Scene",
+    "Shot",
     "SolvedPlan",
     "cylinder_rig",
     "depth_of_field",
@@ -57,7 +59,7 @@ __all__ = [
 _HOMES = {
     "checks": ("InputError",),
     "optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "planning": ("CameraFocus", "FocusPlan", "PlanRequest", "SolvedPlan", "plan_focus"),
+    "planning": ("CameraFocus", "FocusPlan", "PlanRequest", "Shot", "SolvedPlan", "plan_focus"),
     "problem": ("Problem",),
     "rig": ("cylinder_rig",),
     "scene": ("Scene",),

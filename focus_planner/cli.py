@@ -26,15 +26,24 @@ Tell = Callable[[str], None]
 
 _BAD_INPUT, _INTERRUPTED, _PIPE_CLOSED = 2, 130, 141
 
-_LENS_OPTIONS = {
-    "focal_length": "F, metres (0.05)",
-    "hyperfocal_distance": "H = F² / (f-number · circle of confusion), metres (10)",
-    "f_number": "with --circle-of-confusion, instead of --hyperfocal-distance",
-    "circle_of_confusion": "the largest spot that counts as sharp on the sensor, metres",
-    "min_focus": "nearest distance that the lens can be set to, metres",
-    "max_focus": "farthest distance that the lens can be set to, metres",
+_LENS_OPTIONS: dict[str, dict[str, Any]] = {
+    "focal_length": {"help": "F, metres (0.05)"},
+    "hyperfocal_distance": {"help": "H = F² / (f-number · circle of confusion), metres (10)"},
+    "f_number": {"help": "with --circle-of-confusion, instead of --hyperfocal-distance"},
+    "circle_of_confusion": {"help": "the largest spot that counts as sharp on the sensor, metres"},
+    "min_focus": {"help": "nearest distance that the lens can be set to, metres"},
+    "max_focus": {"help": "farthest distance that the lens can be set to, metres"},
+    "focus_distances": {"nargs": "+", "help": "the only distances that it can be set to, metres"},
+    "focus_steps": {
+        "type": int,
+        "metavar": "N",
+        "help": "positions from --min-focus to --max-focus, equally spaced in dioptres, instead",
+    },
 }
-_REQUEST_OPTIONS = ("method", "samples", "seed", "k", "scope", "tuples", "time_budget")
+_REQUEST_OPTIONS = (
+    *("method", "samples", "seed", "k", "scope", "tuples", "time_budget"),
+    *("shots", "depth_tolerance"),
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -225,6 +234,9 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     yield "samples", str(plan.samples), f"seed {plan.seed}"
     yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "out of time"
     yield "all in", f"{plan.total_seconds:.3f} s", ""
+    if plan.shots > 1:
+        used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
+        yield "shots", str(plan.shots * len(plan.cameras)), f"{used} of use"
     for status, count in sorted(Counter(c.status for c in plan.cameras).items()):
         yield "cameras", str(count), status.name.lower().replace("_", " ")
 
@@ -300,15 +312,16 @@ def _add_rig(commands: Any) -> None:
     add("--top", type=float, default=1.7, metavar="M", help="z of the highest row, metres (1.7)")
     add("--frame-id", default="world", metavar="NAME", help="the frame of the poses (world)")
     lens = cylinder.add_argument_group("lens")
-    for name, text in _LENS_OPTIONS.items():
-        lens.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=text)
+    for name, settings in _LENS_OPTIONS.items():
+        option = f"--{name.replace('_', '-')}"
+        lens.add_argument(option, **{"type": float, "metavar": "X"} | settings)
 
 
 def _add_plan(commands: Any) -> None:
     plan = commands.add_parser(
         "plan",
         help="plan focus distances for a surface and a rig",
-        description="Plan one focus distance per camera. Prints a summary on a terminal, and"
+        description="Plan the focus distances of all cameras. Prints a summary on a terminal, and"
         " plan.json where the output is piped.",
     )
     plan.set_defaults(command=_plan)
@@ -341,6 +354,13 @@ def _add_plan(commands: Any) -> None:
     )
     add("--samples", type=int, metavar="N", help="0 takes a cloud's points themselves (4096)")
     add("--seed", type=int, metavar="N", help="the same seed gives the same plan (0)")
+    add("--shots", type=int, metavar="N", help="pictures that each camera takes (1)")
+    add(
+        "--depth-tolerance",
+        type=float,
+        metavar="M",
+        help="how far depths may be off either way, metres: what is then still in focus counts (0)",
+    )
     add(
         "--time-budget",
         type=float,

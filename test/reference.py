@@ -31,6 +31,23 @@ def in_focus(depth, s, lens):
     return near <= depth <= far
 
 
+def settable(lens):
+    """Return the distances of a lens that takes certain ones only, None if it takes a range."""
+    if lens.focus_steps is not None:
+        near, far = 1 / lens.min_focus, 1 / lens.max_focus
+        dioptres = [
+            near + (far - near) * i / (lens.focus_steps - 1) for i in range(lens.focus_steps)
+        ]
+        return sorted(1 / d for d in dioptres if d > 1e-12)
+    return None if lens.focus_distances is None else sorted(set(lens.focus_distances))
+
+
+def holds(depth, s, lens, tolerance):
+    """Return whether all depths from depth − tolerance to depth + tolerance are in focus at s."""
+    ends = depth - tolerance, depth + tolerance
+    return ends[0] > lens.focal_length and all(in_focus(end, s, lens) for end in ends)
+
+
 # --- Cameras -------------------------------------------------------------------------------------
 
 
@@ -297,6 +314,60 @@ def optimum_by_enumeration(table):
     """Return the least total cost by trying every combination of candidate distances (Eq. 3)."""
     trials = [camera_candidates(table, c) or [1.0] for c in range(table.cameras)]
     return min(cost(table, focus) for focus in itertools.product(*trials))
+
+
+def bracket_optimum(problem, shots, tolerance):
+    """Return the least total cost of so many shots per camera, by trying all sets of distances.
+
+    From the depths and lenses of a one-shot ``Problem`` alone: what is in focus is told by the
+    depth of field, not by intervals.
+    """
+    sighted = [{} for _ in problem.names]
+    for q, c in enumerate(problem.camera_index):
+        sighted[c][int(problem.sample_index[q])] = problem.depth[q], problem.base_cost[q]
+    weights, w_3 = problem.samples.weights, problem.focus_weight
+    best = math.inf
+    for held in itertools.product(
+        *(
+            _bracket_sets(seen, lens, shots, tolerance)
+            for seen, lens in zip(sighted, problem.lenses, strict=True)
+        )
+    ):
+        total = 0.0
+        for p, weight in enumerate(weights):
+            costs = [
+                seen[p][1] + w_3 * (p not in sharp)
+                for seen, sharp in zip(sighted, held, strict=True)
+                if p in seen
+            ]
+            total += weight * min(costs, default=1.0)
+        best = min(best, total)
+    return 1000 * best / weights.sum()
+
+
+def _bracket_sets(seen, lens, shots, tolerance):
+    """Return the sets of samples that so many distances of one camera hold in focus."""
+    single = {
+        frozenset(p for p, (depth, _) in seen.items() if holds(depth, s, lens, tolerance))
+        for s in settable(lens) or _between_changes(seen, lens, tolerance)
+    }
+    unions = {
+        frozenset().union(*some) for some in itertools.combinations_with_replacement(single, shots)
+    }
+    return [held for held in unions if not any(held < other for other in unions)]
+
+
+def _between_changes(seen, lens, tolerance):
+    """Return a distance between every two at which something comes into or goes out of focus."""
+    h, f = lens.hyperfocal_distance, lens.focal_length
+    changes = {max(lens.min_focus, 1.001 * f), min(lens.max_focus, 1e4)}
+    for depth, _ in seen.values():
+        far, near = depth + tolerance, depth - tolerance
+        changes.add(far * (h + f) / (h + far))
+        if f < near < h:
+            changes.add(near * (h - f) / (h - near))
+    allowed = sorted(s for s in changes if lens.min_focus <= s <= lens.max_focus)
+    return [(a + b) / 2 for a, b in itertools.pairwise(allowed)]
 
 
 class _Program:

@@ -79,6 +79,21 @@ def test_rig_cylinder_takes_a_lens(here: Path, capsys: Any) -> None:
 
 
 @pytest.mark.parametrize(
+    ("options", "lens"),
+    [
+        ("--focus-distances 1.5 0.5 1e0", Lens(focus_distances=(0.5, 1.0, 1.5))),
+        ("--min-focus 0.4 --focus-steps 20", Lens(min_focus=0.4, focus_steps=20)),
+    ],
+)
+def test_rig_cylinder_takes_a_lens_of_certain_distances(
+    here: Path, capsys: Any, options: str, lens: Lens
+) -> None:
+    assert cli.main(["rig", "cylinder", *options.split()]) == 0
+    Path("own.yaml").write_text(capsys.readouterr().out)
+    assert {camera.lens for camera in load_rig("own.yaml").cameras} == {lens}
+
+
+@pytest.mark.parametrize(
     ("options", "telling"),
     [
         ("--rows 0", "rows: expected a whole number of at least 1, got 0"),
@@ -145,9 +160,11 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("focus_planner.core.planning.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
+    options += " --shots 2 --depth-tolerance 0.01"
     assert plan(*options.split(), "--time-budget", "1.5") == 130
     assert plan() == 130
-    assert seen == [PlanRequest("k_view", 7, 5, 3, "assigned", "grid", 1.5), PlanRequest()]
+    everything = PlanRequest("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01)
+    assert seen == [everything, PlanRequest()]
 
 
 def test_samples_0_takes_the_clouds_points(here: Path, capsys: Any) -> None:
@@ -283,6 +300,9 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--samples 1e3", "invalid int value: '1e3'"),
         ("--seed -1", "seed: expected a whole number"),
         ("--time-budget 0", "time_budget: expected a number above 0"),
+        ("--shots 0", "shots: expected a whole number of at least 1"),
+        ("--depth-tolerance -1", "depth_tolerance: expected a number of at least 0"),
+        ("--depth-tolerance 9 --samples 200", "with which nothing counts as in focus"),
         ("--output none/plan.json", "none/plan.json: expected a file in a folder that exists"),
         ("--output .", "got a folder"),
         ("--problem none/x.npz", "none/x.npz"),

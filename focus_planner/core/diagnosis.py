@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.geometry import camera_positions
+from focus_planner.core.optics import focus_interval
 from focus_planner.core.problem import Problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import FloatArray, Mesh, Rig, Samples, Surface
@@ -139,22 +140,34 @@ def _suspect_importance(scene: Scene, rig: Rig) -> None:
         )
 
 
-def check_depths(scene: Scene, problem: Problem) -> None:
+def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None:
     """Raise if nothing can be brought into focus, or nothing needs to be.
 
     Raises
     ------
     InputError
-        Says whether the lens's limits or the unit is suspected.
+        Says whether the depth tolerance, the lens's limits or distances, or the unit is suspected.
     """
     if not len(problem.depth):
         return
     if not (problem.focus_near <= problem.focus_far).any():
+        depths = f"at depths from {problem.depth.min():.4g} to {problem.depth.max():.4g} m"
+        if tolerance and _within_reach(problem):
+            raise InputError(
+                "depth_tolerance",
+                "metres that some camera's depth of field leaves room for",
+                f"{tolerance:g}, with which nothing counts as in focus {depths}",
+                "it is probably not in metres; else stop the lenses down",
+            )
+        listed = any(lens.settable_distances is not None for lens in problem.lenses)
         raise InputError(
-            "lens.min_focus, lens.max_focus",
-            "limits between which some of the surface comes into focus",
-            f"none of it, at depths from {problem.depth.min():.4g} to {problem.depth.max():.4g} m",
-            "the limits are probably not in metres",
+            "lens.min_focus, lens.max_focus" + (", or its list of distances" if listed else ""),
+            "limits between which some of the surface comes into focus"
+            + (" at a distance that the lens can be set to" if listed else ""),
+            f"none of it, {depths}",
+            "they are probably not in metres"
+            if listed
+            else "the limits are probably not in metres",
         )
     hyperfocal = np.array([lens.hyperfocal_distance for lens in problem.lenses])
     beyond = problem.depth >= hyperfocal[problem.camera_index]
@@ -166,6 +179,16 @@ def check_depths(scene: Scene, problem: Problem) -> None:
             "both are probably in millimetres (divide by 1000); if they are not, focus at"
             " infinity holds everything",
         )
+
+
+def _within_reach(problem: Problem) -> bool:
+    """Return whether some camera could hold some sample in focus, were its depth exact."""
+    for c, lens in enumerate(problem.lenses):
+        pairs = problem.camera_pairs[problem.camera_offsets[c] : problem.camera_offsets[c + 1]]
+        near, far = focus_interval(problem.depth[pairs], lens)
+        if (near <= far).any():
+            return True
+    return False
 
 
 def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:

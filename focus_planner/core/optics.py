@@ -58,17 +58,23 @@ def depth_of_field(focus_distance: FloatArray, lens: Lens) -> tuple[FloatArray, 
     return near, far
 
 
-def focus_interval(depth: FloatArray, lens: Lens) -> tuple[FloatArray, FloatArray]:
+def focus_interval(
+    depth: FloatArray, lens: Lens, tolerance: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """Return the focus distances that hold a point at ``depth`` in focus: the inverse of D_N, D_F.
 
     [d(H+F) / (H+d), d(H−F) / (H−d)], unbounded above from d = H on, cut to what the lens can be
-    set to. Where nothing is left, the interval is (inf, -inf).
+    set to; of a lens with a list of distances both ends are on the list. Where nothing is left,
+    the interval is (inf, -inf).
 
     Parameters
     ----------
     depth : (n,) array
         d, metres.
     lens : Lens
+    tolerance : float
+        t, metres: only what holds all depths from d − t to d + t counts. Both ends grow with the
+        depth, so these are the start for d + t and the end for d − t.
 
     Returns
     -------
@@ -77,10 +83,41 @@ def focus_interval(depth: FloatArray, lens: Lens) -> tuple[FloatArray, FloatArra
     """
     d = np.asarray(depth, dtype=np.float64)
     h, f = lens.hyperfocal_distance, lens.focal_length
-    room = h - d
-    nearest = d * (h + f) / (h + d)
-    farthest = np.where(room > 0, d * (h - f) / np.where(room > 0, room, 1.0), np.inf)
+    back, front = d + tolerance, d - tolerance
+    room = h - front
+    nearest = back * (h + f) / (h + back)
+    farthest = np.where(room > 0, front * (h - f) / np.where(room > 0, room, 1.0), np.inf)
     nearest = np.maximum(nearest, lens.min_focus)
     farthest = np.minimum(farthest, lens.max_focus)
-    empty = ~(nearest <= farthest) | (d <= f)
+    settable = lens.settable_distances
+    if settable is not None:
+        first = np.searchsorted(settable, nearest, side="left")
+        last = np.searchsorted(settable, farthest, side="right") - 1
+        nearest = np.where(first < len(settable), settable[first % len(settable)], np.inf)
+        farthest = np.where(last >= 0, settable[last], -np.inf)
+    empty = ~(nearest <= farthest) | (front <= f)
     return np.where(empty, np.inf, nearest), np.where(empty, -np.inf, farthest)
+
+
+def nearest_settable(distance: FloatArray, lens: Lens) -> FloatArray:
+    """Return what the lens can be set to that is nearest to each distance, in metres.
+
+    Parameters
+    ----------
+    distance : (n,) array
+        Metres; NaN stays.
+    lens : Lens
+
+    Returns
+    -------
+    (n,) array
+        Of two equally near the nearer to the camera.
+    """
+    settable = lens.settable_distances
+    if settable is None:
+        return np.clip(distance, lens.min_focus, lens.max_focus)
+    after = np.searchsorted(settable, distance, side="left").clip(1, max(len(settable) - 1, 1))
+    before = settable[after - 1]
+    after = settable[np.minimum(after, len(settable) - 1)]
+    nearest = np.where(distance - before <= after - distance, before, after)
+    return np.where(np.isnan(distance), np.nan, nearest)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from focus_planner.core.diagnosis import (
     explain_unseen,
 )
 from focus_planner.core.optics import depth_of_field
-from focus_planner.core.problem import Problem, build_problem, mean_cost
+from focus_planner.core.problem import Problem, build_problem, mean_cost, settable
 from focus_planner.core.scene import Scene
+from focus_planner.core.shots import sort_shots, spread_start, with_shots
 from focus_planner.core.solvers import SOLVERS, Options, Progress, Watch, go_on
 from focus_planner.core.surface import Density
 from focus_planner.core.types import (
+    MAX_CAMERAS,
     CameraStatus,
     CostModel,
     FloatArray,
@@ -33,6 +35,7 @@ SCOPES = ("all", "assigned")
 TUPLES = ("overlap", "grid")
 #: More would need more memory than rigs' computers have, and change no plan.
 MAX_SAMPLES = 2_000_000
+MAX_SHOTS = 16
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,12 @@ class PlanRequest:
     time_budget : float
         Seconds after which the solver stops at its next step with the best plan so far; inf for
         no limit. Ray casting comes before and is not interrupted.
+    shots : int
+        How many pictures each camera takes, each with a focus distance of its own, planned
+        together; 1 to 16.
+    depth_tolerance : float
+        How far, in metres, a sample's depth may be off either way: it counts as in focus only
+        where all these depths are.
 
     Raises
     ------
@@ -68,6 +77,8 @@ class PlanRequest:
     scope: str = "all"
     tuples: str = "overlap"
     time_budget: float = np.inf
+    shots: int = 1
+    depth_tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)
@@ -79,6 +90,32 @@ class PlanRequest:
         check_choice("scope", self.scope, SCOPES)
         check_choice("tuples", self.tuples, TUPLES)
         check_number("time_budget", self.time_budget, above=0, infinite=True)
+        if check_whole("shots", self.shots, 1) > MAX_SHOTS:
+            raise InputError("shots", f"at most {MAX_SHOTS}", str(self.shots))
+        check_number("depth_tolerance", self.depth_tolerance, at_least=0)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture that a camera is to take.
+
+    Attributes
+    ----------
+    focus_distance : float
+        Along the optical axis from the centre of projection, metres.
+    near_limit, far_limit : float
+        What is sharp there, metres; far may be inf.
+    assigned_samples : int
+        Samples that this shot images better than all others of all cameras.
+    in_focus_samples : int
+        Those of them that are in focus, within the depth tolerance.
+    """
+
+    focus_distance: float
+    near_limit: float
+    far_limit: float
+    assigned_samples: int
+    in_focus_samples: int
 
 
 @dataclass(frozen=True)
@@ -89,14 +126,13 @@ class CameraFocus:
     ----------
     name : str
     status : CameraStatus
-    focus_distance : float
-        Along the optical axis from the centre of projection, metres.
-    near_limit, far_limit : float
-        What is sharp there, metres; far may be inf.
-    assigned_samples : int
-        Samples that this camera images better than all others.
-    in_focus_samples : int
-        Those of them that are in focus.
+    focus_distance, near_limit, far_limit : float
+        Those of the shot that images most samples best, metres; see :class:`Shot`.
+    assigned_samples, in_focus_samples : int
+        Totals of all shots.
+    shots : tuple of Shot
+        Ascending by focus distance, as many for every camera of a plan. One that images nothing
+        best has no samples assigned and may be left out.
     """
 
     name: str
@@ -106,6 +142,7 @@ class CameraFocus:
     far_limit: float
     assigned_samples: int
     in_focus_samples: int
+    shots: tuple[Shot, ...]
 
 
 @dataclass(frozen=True)
@@ -120,6 +157,8 @@ class FocusPlan:
     lower_bound : float or None
         No plan for these samples costs less.
     samples, seed : int
+    depth_tolerance : float
+        Metres; what it was planned with.
     surface_area, covered_area, in_focus_area : float
         Of the surface, of what some camera sees, and of what is in focus in the camera that
         images it best; square metres. The latter two are estimates, and leave out what was not
@@ -134,12 +173,23 @@ class FocusPlan:
     lower_bound: float | None
     samples: int
     seed: int
+    depth_tolerance: float
     surface_area: float
     covered_area: float
     in_focus_area: float
     solve_seconds: float
     total_seconds: float
     cameras: tuple[CameraFocus, ...]
+
+    @property
+    def shots(self) -> int:
+        """How many shots each camera takes."""
+        return len(self.cameras[0].shots) if self.cameras else 1
+
+    @property
+    def focus_distances(self) -> FloatArray:
+        """(C · shots,) metres, camera by camera: what a ``Problem`` of as many shots evaluates."""
+        return np.array([shot.focus_distance for camera in self.cameras for shot in camera.shots])
 
 
 @dataclass(frozen=True)
@@ -151,7 +201,7 @@ class SolvedPlan(FocusPlan):
     converged : bool
         False if the time budget, or the watch, ended the solver.
     problem : Problem
-        What was solved.
+        What was solved; with several shots each camera stands in it as often.
     """
 
     converged: bool
@@ -190,6 +240,7 @@ def plan_focus(
     request = request or PlanRequest()
     options = _options(rig, request)
     problem = pose_problem(scene, rig, request, model)
+    options = replace(options, start=spread_start(problem))
 
     def within_budget(progress: Progress) -> bool:
         return watch(progress) and time.perf_counter() - started < request.time_budget
@@ -223,12 +274,18 @@ def pose_problem(
     InputError
         As :func:`plan_focus`.
     """
-    if request.method == "k_view" and request.k > len(rig):
+    shots = len(rig) * request.shots
+    if request.method == "k_view" and request.k > shots:
         raise InputError(
             "k",
-            f"at most {len(rig)}, the number of cameras",
+            f"at most {shots}, the number of cameras"
+            + (" times shots" if request.shots > 1 else ""),
             str(request.k),
             "a single camera is planned for with method em",
+        )
+    if shots > MAX_CAMERAS:
+        raise InputError(
+            "shots", f"at most {MAX_CAMERAS // len(rig)} for {len(rig)} cameras", str(request.shots)
         )
     check_distance(scene, rig)
     check_cameras_outside(scene, rig)
@@ -239,9 +296,9 @@ def pose_problem(
         )
     visibility = visible_pairs(scene, rig, samples)
     explain_unseen(scene, rig, samples, visibility)
-    problem = build_problem(samples, visibility, rig, model)
-    check_depths(scene, problem)
-    return problem
+    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
+    check_depths(scene, problem, request.depth_tolerance)
+    return with_shots(problem, request.shots)
 
 
 def _options(rig: Rig, request: PlanRequest) -> Options:
@@ -266,7 +323,7 @@ def _plan(
     solve_seconds: float,
     started: float,
 ) -> SolvedPlan:
-    focus = fill_in(problem, solved)
+    focus = sort_shots(problem, fill_in(problem, solved))
     costs, best = problem.evaluate(focus)
     areas = problem.samples.areas
     pairs = np.flatnonzero(problem.camera_index == best[problem.sample_index])
@@ -275,28 +332,23 @@ def _plan(
     count = problem.camera_count
     assigned = np.bincount(problem.camera_index[pairs], minlength=count)
     in_focus = np.bincount(problem.camera_index[sharp], minlength=count)
-    sees = np.diff(problem.camera_offsets) > 0
-    cameras = []
-    for c, (name, lens) in enumerate(zip(problem.names, problem.lenses, strict=True)):
-        status = CameraStatus.PLANNED if assigned[c] else CameraStatus.UNASSIGNED
+    shots = []
+    for c, lens in enumerate(problem.lenses):
         near, far = depth_of_field(focus[c], lens)
-        cameras.append(
-            CameraFocus(
-                name=name,
-                status=status if sees[c] else CameraStatus.SEES_NOTHING,
-                focus_distance=float(focus[c]),
-                near_limit=float(near),
-                far_limit=float(far),
-                assigned_samples=int(assigned[c]),
-                in_focus_samples=int(in_focus[c]),
-            )
+        shots.append(
+            Shot(float(focus[c]), float(near), float(far), int(assigned[c]), int(in_focus[c]))
         )
+    cameras = [
+        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
+        for c in range(0, count, problem.shots)
+    ]
     return SolvedPlan(
         method=request.method,
         cost=mean_cost(problem.samples.weights, costs),
         lower_bound=None,
         samples=problem.sample_count,
         seed=request.seed,
+        depth_tolerance=request.depth_tolerance,
         surface_area=scene.area,
         covered_area=float(areas[best >= 0].sum()),
         in_focus_area=float(areas[problem.sample_index[sharp]].sum()),
@@ -308,15 +360,33 @@ def _plan(
     )
 
 
+def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
+    """Return what the shots of one camera, whose first is ``first`` in the problem, amount to."""
+    main = max(shots, key=lambda shot: shot.assigned_samples)
+    assigned = sum(shot.assigned_samples for shot in shots)
+    status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
+    sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
+    return CameraFocus(
+        name=problem.names[first],
+        status=status if sees else CameraStatus.SEES_NOTHING,
+        focus_distance=main.focus_distance,
+        near_limit=main.near_limit,
+        far_limit=main.far_limit,
+        assigned_samples=assigned,
+        in_focus_samples=sum(shot.in_focus_samples for shot in shots),
+        shots=shots,
+    )
+
+
 def fill_in(problem: Problem, focus: FloatArray) -> FloatArray:
     """Give cameras without a distance of their own the others' median, as far as their lens goes.
 
     They see nothing, or nothing they can focus: any distance does, but a lens will be set to it.
     """
-    neutral = float(np.nanmedian(focus)) if np.isfinite(focus).any() else np.nan
-    filled = focus.copy()
-    for c in np.flatnonzero(~np.isfinite(focus)):
-        lens = problem.lenses[c]
-        wanted = neutral if np.isfinite(neutral) else lens.hyperfocal_distance
-        filled[c] = min(max(wanted, lens.min_focus, 2 * lens.focal_length), lens.max_focus)
-    return filled
+    missing = ~np.isfinite(focus)
+    wanted = np.array([lens.hyperfocal_distance for lens in problem.lenses])
+    if not missing.all():
+        wanted[:] = np.nanmedian(focus)
+    wanted = np.maximum(wanted, [2 * lens.focal_length for lens in problem.lenses])
+    settled = settable(problem.lenses, np.arange(problem.camera_count), wanted)
+    return np.where(missing, settled, focus)

@@ -5,16 +5,18 @@ Every solver works on this and on nothing else.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.geometry import camera_positions, camera_rotations
-from focus_planner.core.optics import focus_interval
+from focus_planner.core.optics import focus_interval, nearest_settable
 from focus_planner.core.types import CostModel, FloatArray, IntArray, Lens, Rig, Samples
 from focus_planner.core.visibility import Visibility
 
@@ -33,6 +35,8 @@ class Cells:
 
     Attributes
     ----------
+    lenses : tuple of Lens
+        The problem's.
     offsets : (C + 1,) array of int64
         Camera c's cells are ``offsets[c]`` to ``offsets[c + 1]``, ascending.
     near, far : (M,) arrays
@@ -51,6 +55,7 @@ class Cells:
         What the sample costs if no camera sees it, weighted, in units.
     """
 
+    lenses: tuple[Lens, ...]
     offsets: Offsets
     near: FloatArray
     far: FloatArray
@@ -66,13 +71,40 @@ class Cells:
 
     def distances(self) -> FloatArray:
         """Return (M,) the focus distance in the middle of each cell, metres (Sec. 3.4.1)."""
-        return middle(self.near, self.far)
+        cameras = np.repeat(np.arange(len(self.lenses)), np.diff(self.offsets))
+        return settable(self.lenses, cameras, middle(self.near, self.far))
 
 
 def middle(near: FloatArray, far: FloatArray) -> FloatArray:
     """Return the middle of [near, far]; where far is inf the middle in dioptres, 2·near."""
     bounded = np.isfinite(far)
     return np.where(bounded, (near + np.where(bounded, far, near)) / 2, 2 * near)
+
+
+def settable(
+    lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]], distances: FloatArray
+) -> FloatArray:
+    """Return the focus distances, each moved to the nearest that its camera's lens takes.
+
+    The middle of a cell does not leave it: the cell's ends can be set.
+    """
+    moved = np.empty_like(distances)
+    for lens, part in _by_lens(lenses, cameras):
+        moved[part] = nearest_settable(distances[part], lens)
+    return moved
+
+
+def _by_lens(
+    lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]]
+) -> Iterator[tuple[Lens, NDArray[np.bool_] | slice]]:
+    """Yield every kind of lens, and which of the cameras, given by index, have it."""
+    kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
+    if len(kinds) == 1:
+        yield lenses[0], slice(None)
+        return
+    kind_of_each = np.array([kinds[lens] for lens in lenses])[cameras]
+    for lens, kind in kinds.items():
+        yield lens, kind_of_each == kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +118,7 @@ class Problem:
     samples : Samples
         N samples, normals outward.
     names : tuple of str
-        The C cameras.
+        The C cameras: with several shots each of the rig's as often, one after the other.
     lenses : tuple of Lens
         One per camera.
     sample_offsets : (N + 1,) array of int64
@@ -100,6 +132,8 @@ class Problem:
         The camera's focus distances that hold the sample in focus, metres.
     focus_weight : float
         w₃, what the pair costs more out of focus.
+    shots : int
+        How often each camera of the rig is there (:mod:`focus_planner.core.shots`).
     """
 
     samples: Samples
@@ -113,6 +147,7 @@ class Problem:
     focus_near: FloatArray
     focus_far: FloatArray
     focus_weight: float
+    shots: int = 1
 
     @property
     def sample_count(self) -> int:
@@ -181,13 +216,18 @@ def mean_cost(weights: FloatArray, costs: FloatArray) -> float:
 
 
 def build_problem(
-    samples: Samples, visibility: Visibility, rig: Rig, model: CostModel | None = None
+    samples: Samples,
+    visibility: Visibility,
+    rig: Rig,
+    model: CostModel | None = None,
+    depth_tolerance: float = 0.0,
 ) -> Problem:
     """Return the discrete problem of the samples that each camera sees.
 
     The pair's base cost is w₁·min(ε₁d²/cos θ, 1) + w₂·min(r/ε₂, 1) (Eq. 1) at depth d, with θ
     between the optical axis and the inward normal, r the distance from the axis. A surface seen
-    at cos θ ≤ 0, possible off the axis, has the largest first term.
+    at cos θ ≤ 0, possible off the axis, has the largest first term. A pair is in focus where
+    every depth within ``depth_tolerance`` (metres) of its own is.
     """
     model = model or CostModel()
     sample_offsets = np.zeros(len(samples) + 1, dtype=np.int64)
@@ -211,11 +251,8 @@ def build_problem(
     )
     near, far = np.empty(len(depth)), np.empty(len(depth))
     lenses = tuple(camera.lens for camera in rig.cameras)
-    kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
-    kind_of_pair = np.array([kinds[lens] for lens in lenses])[camera_index]
-    for lens, kind in kinds.items():
-        of_kind = kind_of_pair == kind if len(kinds) > 1 else slice(None)
-        near[of_kind], far[of_kind] = focus_interval(depth[of_kind], lens)
+    for lens, part in _by_lens(lenses, camera_index):
+        near[part], far[part] = focus_interval(depth[part], lens, depth_tolerance)
     return Problem(
         samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
         names=tuple(camera.name for camera in rig.cameras),
@@ -251,6 +288,7 @@ def _cells(problem: Problem) -> Cells:
     weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
     base = _units(weights[problem.sample_index] * problem.base_cost)
     return Cells(
+        lenses=problem.lenses,
         offsets=cell_offsets,
         near=near,
         far=far,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -32,6 +33,8 @@ _UNIT_TOLERANCE = 1e-3
 _FARTHEST = 1e8
 #: kernels/k_view.py numbers cameras with 18 bits.
 MAX_CAMERAS = 250_000
+#: No focus motor has more; each is a candidate of every camera.
+MAX_FOCUS_STEPS = 65_536
 _ROUNDING = 1e-15  # of the length of a quaternion just normalised
 
 
@@ -57,17 +60,27 @@ class Lens:
         (Sec. 4.2); texts that add F to it mean the same lens.
     min_focus, max_focus : float
         The distances that the lens can be set to, metres; 0 and inf for no limit.
+    focus_distances : sequence of float, optional
+        The only distances that the lens can be set to, metres, within the limits; made ascending
+        and unique here.
+    focus_steps : int, optional
+        Instead of ``focus_distances``: how many positions the lens has between its limits,
+        equally spaced in dioptres, both limits included. The position at infinity, of a lens
+        without ``max_focus``, counts but is never planned: plans name finite distances.
 
     Raises
     ------
     InputError
-        If a value is out of range or the limits leave no distance.
+        If a value is out of range, the limits leave no distance, or distances and steps are both
+        given.
     """
 
     focal_length: float = 0.050
     hyperfocal_distance: float = 10.0
     min_focus: float = 0.0
     max_focus: float = math.inf
+    focus_distances: tuple[float, ...] | None = None
+    focus_steps: int | None = None
 
     def __post_init__(self) -> None:
         check_number("lens.focal_length", self.focal_length, above=0)
@@ -80,6 +93,70 @@ class Lens:
                 f"at most max_focus ({self.max_focus:g} m)",
                 f"{self.min_focus:g} m",
             )
+        if self.focus_distances is not None:
+            object.__setattr__(self, "focus_distances", _listed_distances(self))
+        if self.focus_steps is not None:
+            _check_steps(self)
+
+    @cached_property
+    def settable_distances(self) -> FloatArray | None:
+        """(n,) all distances that the lens can be set to, metres, ascending; None for a range."""
+        if self.focus_steps is not None:
+            dioptres = np.linspace(1 / self.min_focus, 1 / self.max_focus, self.focus_steps)
+            finite = 1 / dioptres[dioptres > 0]
+            # 1 / (1 / x) need not be x, and the limits are positions themselves.
+            finite[0] = self.min_focus
+            if dioptres[-1] > 0:
+                finite[-1] = self.max_focus
+            settable = np.unique(np.clip(finite, self.min_focus, self.max_focus))
+        elif self.focus_distances is not None:
+            settable = np.array(self.focus_distances)
+        else:
+            return None
+        settable.flags.writeable = False
+        return settable
+
+
+def _listed_distances(lens: Lens) -> tuple[float, ...]:
+    """Return a lens's list of distances, ascending and unique; raise if it is none."""
+    name, given = "lens.focus_distances", lens.focus_distances
+    if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
+        raise InputError(name, "a list of distances in metres", repr(given))
+    listed = sorted(
+        {
+            check_number(f"{name}[{i}]", distance, above=lens.focal_length)
+            for i, distance in enumerate(given)
+        }
+    )
+    if not 0 < len(listed) <= MAX_FOCUS_STEPS:
+        raise InputError(
+            name,
+            f"1 to {MAX_FOCUS_STEPS} distances",
+            str(len(listed)),
+            "leave it out for a lens that takes every distance between its limits",
+        )
+    if not lens.min_focus <= listed[0] <= listed[-1] <= lens.max_focus:
+        raise InputError(
+            name,
+            f"distances from min_focus ({lens.min_focus:g} m) to max_focus ({lens.max_focus:g} m)",
+            f"{listed[0]:g} to {listed[-1]:g} m",
+        )
+    return tuple(listed)
+
+
+def _check_steps(lens: Lens) -> None:
+    name, steps = "lens.focus_steps", lens.focus_steps
+    if lens.focus_distances is not None:
+        raise InputError(name, "focus_distances or focus_steps", "both")
+    if check_whole(name, steps, 2) > MAX_FOCUS_STEPS:
+        raise InputError(name, f"at most {MAX_FOCUS_STEPS}", str(steps))
+    if lens.min_focus <= lens.focal_length:
+        raise InputError(
+            "lens.min_focus",
+            f"a number above focal_length ({lens.focal_length:g} m), with focus_steps",
+            f"{lens.min_focus:g}",
+            "the steps are counted from the nearest distance that the lens can be set to",
+        )
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from focus_planner.core.geometry import camera_positions
 from focus_planner.core.planning import FocusPlan, PlanRequest, pose_problem
 from focus_planner.core.problem import Problem
 from focus_planner.core.scene import Scene
+from focus_planner.core.shots import with_shots
 from focus_planner.core.types import FloatArray, IntArray, PointCloud, Rig, Samples
 from focus_planner.io.files import whole_file
 
@@ -64,7 +65,9 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     """Draw plans for one surface and rig side by side, into a PNG file.
 
     The costs drawn, and those in the titles, are measured on fresh samples: on its own a plan
-    looks better than it is. The surface is seen from −y, where a body faces, and from +y.
+    looks better than it is. In focus is what the largest of the plans' depth tolerances lets be.
+    The surface is seen from −y, where a body faces, and from +y. A camera that takes several
+    shots has the colour of the one that images most.
 
     Parameters
     ----------
@@ -81,19 +84,19 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
         If the file cannot be written.
     """
     fresh = _fresh_problem(scene, rig, plans)
-    distances = {title: _distances(plan) for title, plan in plans.items()}
     sheet = _Sheet(len(plans), _aspect(fresh.samples))
-    metres = _focus_scale(list(distances.values()))
-    for column, (title, focus) in enumerate(distances.items()):
-        costs, best = fresh.evaluate(focus)
+    metres = _focus_scale([plan.focus_distances for plan in plans.values()])
+    for column, (title, plan) in enumerate(plans.items()):
+        problem, focus = with_shots(fresh, plan.shots), plan.focus_distances
+        costs, best = problem.evaluate(focus)
         above, below = sheet.surface(column), sheet.cameras(column)
         _draw_surface(above, fresh.samples, costs, best)
-        _write_title(above, title, fresh, focus)
-        _draw_cameras(below, rig, scene.centre, np.asarray(metres.to_rgba(focus)))
+        _write_title(above, title, problem, focus)
+        _draw_cameras(below, rig, scene.centre, np.asarray(metres.to_rgba(_main_distances(plan))))
         if column == 0:
             _write_heights(below, rig)
     _draw_scales(sheet, metres)
-    _write_headline(sheet.figure, rig, fresh)
+    _write_headline(sheet.figure, rig, fresh, {plan.shots for plan in plans.values()})
     with whole_file(path) as file:
         sheet.figure.savefig(file, format="png")
 
@@ -108,6 +111,7 @@ def _fresh_problem(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan]) -> Pr
             method="closest",
             samples=0 if few else _SAMPLES,
             seed=1 + max(plan.seed for plan in plans.values()),
+            depth_tolerance=max(plan.depth_tolerance for plan in plans.values()),
         ),
         by="area",
     )
@@ -149,7 +153,7 @@ class _Sheet:
         return self.figure.add_axes((x / w, y / h, width / w, height / h))
 
 
-def _distances(plan: FocusPlan) -> FloatArray:
+def _main_distances(plan: FocusPlan) -> FloatArray:
     return np.array([camera.focus_distance for camera in plan.cameras])
 
 
@@ -267,16 +271,24 @@ def _draw_scales(sheet: _Sheet, metres: ScalarMappable) -> None:
         bar.ax.tick_params(colors=_FAINT)
 
 
-def _write_headline(figure: Figure, rig: Rig, fresh: Problem) -> None:
+def _write_headline(figure: Figure, rig: Rig, fresh: Problem, shots: set[int]) -> None:
     x, top = _LEFT / figure.get_figwidth(), 1 - 0.16 / figure.get_figheight()
     cameras = f"{len(rig)} cameras" if len(rig) > 1 else "1 camera"
-    figure.text(x, top, f"{cameras}, one shot", fontsize=20, weight="bold", color=_INK, va="top")
+    figure.text(
+        x, top, f"{cameras}, {_shots(shots)}", fontsize=20, weight="bold", color=_INK, va="top"
+    )
     text = (
         "What each point costs in the camera that images it best, and the cameras unrolled.\n"
         f"Measured on {fresh.sample_count:,} points of the surface; no camera sees what is grey."
     )
     below = top - 0.42 / figure.get_figheight()
     figure.text(x, below, text, fontsize=10, color=_FAINT, va="top", linespacing=1.4)
+
+
+def _shots(counts: set[int]) -> str:
+    if counts == {1}:
+        return "one shot"
+    return f"{' or '.join(map(str, sorted(counts)))} shots each"
 
 
 def _label(size: float, colour: str) -> dict[str, Any]:

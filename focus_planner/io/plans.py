@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import CameraFocus, FocusPlan
+from focus_planner.core.planning import CameraFocus, FocusPlan, Shot
 from focus_planner.core.types import CameraStatus
 from focus_planner.io.files import read_text, whole_file
 
@@ -18,10 +18,12 @@ def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
     Numbers have all their digits. JSON knows no infinity: a far limit that is infinite is null.
+    Cameras have the list ``shots`` where they take several.
     """
     names = [field.name for field in fields(FocusPlan) if field.name != "cameras"]
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
     cameras = ",\n".join(f"    {json.dumps(_camera_to_json(c))}" for c in plan.cameras)
+    lines.append(f'  "shots": {plan.shots}')
     lines.append(f'  "cameras": [\n{cameras}\n  ]')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
@@ -60,10 +62,14 @@ def load_plan(path: Path) -> FocusPlan:
 
 
 def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
-    return asdict(camera) | {
-        "status": camera.status.name.lower(),
-        "far_limit": camera.far_limit if math.isfinite(camera.far_limit) else None,
-    }
+    values = _limits_to_json(asdict(camera)) | {"status": camera.status.name.lower()}
+    shots = [_limits_to_json(shot) for shot in values.pop("shots")]
+    return values | {"shots": shots} if len(shots) > 1 else values
+
+
+def _limits_to_json(values: dict[str, Any]) -> dict[str, Any]:
+    far = values["far_limit"]
+    return values | {"far_limit": far if math.isfinite(far) else None}
 
 
 def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
@@ -72,11 +78,13 @@ def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
 
 
 def _camera_from_json(data: dict[str, Any]) -> CameraFocus:
-    known = {field.name: data[field.name] for field in fields(CameraFocus)}
-    return CameraFocus(
-        **known
-        | {
-            "status": CameraStatus[data["status"].upper()],
-            "far_limit": math.inf if data["far_limit"] is None else data["far_limit"],
-        }
-    )
+    # What an only shot is, is what is said of the camera itself.
+    shots = tuple(Shot(**_known(Shot, shot)) for shot in data.get("shots", [data]))
+    status = CameraStatus[data["status"].upper()]
+    return CameraFocus(**_known(CameraFocus, data | {"status": status, "shots": shots}))
+
+
+def _known(kind: type[CameraFocus | Shot], data: dict[str, Any]) -> dict[str, Any]:
+    """Return what ``kind`` is made of."""
+    far = math.inf if data["far_limit"] is None else data["far_limit"]
+    return {field.name: data[field.name] for field in fields(kind)} | {"far_limit": far}

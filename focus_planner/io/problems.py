@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from focus_planner.core.problem import Problem
+from focus_planner.core.shots import with_one_shot
 from focus_planner.io.files import whole_file
 
 
@@ -24,22 +25,27 @@ def save_problem(problem: Problem, path: Path) -> None:
     camera_index         (P,)
     depth                (P,)   d, along the optical axis
     base_cost            (P,)   what the pair costs in focus
+    focus_near           (P,)   from here the camera's focus distances hold the pair in focus
+    focus_far            (P,)   to here; where none does from inf to -inf
     focus_weight         ()     what it costs more out of focus
     camera_names         (C,)
     focal_length         (C,)   F
     hyperfocal_distance  (C,)   H
     min_focus, max_focus (C,)   what the lens can be set to; max_focus may be inf
+    shots                ()     how many focus distances each camera has
     ==================== ====== ===================================================
 
-    A pair is in focus from d(H+F)/(H+d) to d(H−F)/(H−d), without an end where d ≥ H, cut to what
-    the lens can be set to. A sample costs the least of its pairs, or 1 without any; a plan
-    1000 × the weighted mean.
+    A pair is in focus from d(H+F)/(H+d) to d(H−F)/(H−d), without an end where d ≥ H, each for the
+    depth that the depth tolerance makes it, cut to what the lens can be set to: where it takes
+    certain distances only, to those. A sample costs the least of its pairs over all shots, or 1
+    without any; a plan 1000 × the weighted mean.
 
     Raises
     ------
     InputError
         If it cannot be written.
     """
+    shots, problem = problem.shots, with_one_shot(problem)
     samples, lenses = problem.samples, problem.lenses
     with whole_file(path) as file:
         np.savez_compressed(
@@ -52,10 +58,13 @@ def save_problem(problem: Problem, path: Path) -> None:
             camera_index=problem.camera_index,
             depth=problem.depth,
             base_cost=problem.base_cost,
+            focus_near=problem.focus_near,
+            focus_far=problem.focus_far,
             focus_weight=np.float64(problem.focus_weight),
             camera_names=np.array(problem.names),
             focal_length=np.array([lens.focal_length for lens in lenses]),
             hyperfocal_distance=np.array([lens.hyperfocal_distance for lens in lenses]),
             min_focus=np.array([lens.min_focus for lens in lenses]),
             max_focus=np.array([lens.max_focus for lens in lenses]),
+            shots=np.int64(shots),
         )

@@ -28,6 +28,8 @@ _IMAGE_KEYS = tuple(field.name for field in fields(Image))
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
 _LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
+# Keys that say the same in another form.
+_FORMS = ((_APERTURE_KEYS, ("hyperfocal_distance",)), (("focus_distances",), ("focus_steps",)))
 
 _Values = Mapping[str, Any]
 
@@ -37,8 +39,9 @@ def load_rig(path: str | PathLike[str]) -> Rig:
 
     ``image`` and ``lens`` hold for all cameras; a camera may override any of their keys. What is
     given nowhere is the paper's. A lens has a ``hyperfocal_distance``, or ``f_number`` and
-    ``circle_of_confusion``; a camera that gives either replaces the shared one. ``grid`` tells
-    ``--tuples grid`` how the cameras stand.
+    ``circle_of_confusion``; a camera that gives either replaces the shared one, and so with
+    ``focus_distances`` and ``focus_steps``, of which null is neither. ``grid`` tells ``--tuples
+    grid`` how the cameras stand.
 
     Raises
     ------
@@ -102,7 +105,7 @@ def save_rig(rig: Rig, path: Path) -> None:
         file.write(rig_to_yaml(rig).encode())
 
 
-def lens_of(where: str, values: Mapping[str, float]) -> Lens:
+def lens_of(where: str, values: _Values) -> Lens:
     """Return the lens that has these values; what is not among them is the paper's.
 
     Parameters
@@ -146,15 +149,18 @@ def _camera(where: str, entry: Any, image: _Values, shared: _Values) -> Camera:
             position=(x, y, z),
             orientation=(qx, qy, qz, qw),
             image=Image(**{**image, **own_image}),
-            lens=lens_of(f"{where}.lens", {**_without_blur(shared, own_lens), **own_lens}),
+            lens=lens_of(f"{where}.lens", {**_not_replaced(shared, own_lens), **own_lens}),
         )
 
 
-def _without_blur(shared: _Values, own: _Values) -> _Values:
-    """Return the shared values without the form of blur that the camera's own replaces."""
-    other = set(_APERTURE_KEYS) if "hyperfocal_distance" in own else set()
-    other |= {"hyperfocal_distance"} if set(_APERTURE_KEYS) & set(own) else set()
-    return {key: value for key, value in shared.items() if key not in other}
+def _not_replaced(shared: _Values, own: _Values) -> _Values:
+    """Return the shared values without those that the camera says in another form."""
+    replaced: set[str] = set()
+    for one, other in _FORMS:
+        for form, instead in ((one, other), (other, one)):
+            if any(own.get(key) is not None for key in instead):
+                replaced |= set(form)
+    return {key: value for key, value in shared.items() if key not in replaced}
 
 
 def _grid(where: str, top: _Values) -> Grid | None:
@@ -169,7 +175,8 @@ def _grid(where: str, top: _Values) -> Grid | None:
 
 def _values(where: str, data: Any, keys: tuple[str, ...]) -> _Values:
     return {
-        key: _number(f"{where}.{key}", value) for key, value in _mapping(where, data, keys).items()
+        key: _READERS.get(key, _number)(f"{where}.{key}", value)
+        for key, value in _mapping(where, data, keys).items()
     }
 
 
@@ -204,6 +211,21 @@ def _number(where: str, value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(where, "a number", _shown(value))
     return value
+
+
+def _numbers(where: str, value: Any) -> tuple[Any, ...] | None:
+    if value is None:
+        return None
+    if not isinstance(value, list):
+        raise InputError(where, "a list of numbers", _shown(value))
+    return tuple(_number(f"{where}[{i}]", number) for i, number in enumerate(value))
+
+
+def _number_or_none(where: str, value: Any) -> Any:
+    return None if value is None else _number(where, value)
+
+
+_READERS = {"focus_distances": _numbers, "focus_steps": _number_or_none}
 
 
 @contextmanager
@@ -258,7 +280,7 @@ def _flow(value: Any) -> str:
     return _scalar(value)
 
 
-def _scalar(value: str | float) -> str:
+def _scalar(value: str | float | None) -> str:
     """Return a scalar as YAML, quoted or pointed where it would be read as something else."""
     if isinstance(value, float) and math.isfinite(value):
         text = repr(value)

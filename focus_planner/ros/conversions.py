@@ -17,6 +17,7 @@ from focus_planner_msgs.msg import CameraRig as CameraRigMsg
 from focus_planner_msgs.msg import FocusPlan as FocusPlanMsg
 from focus_planner_msgs.msg import Lens as LensMsg
 from focus_planner_msgs.msg import RigCamera as RigCameraMsg
+from focus_planner_msgs.msg import Shot as ShotMsg
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from rclpy.serialization import deserialize_message
@@ -25,7 +26,7 @@ from std_msgs.msg import Header
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
-from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest
+from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, Shot
 from focus_planner.core.types import (
     Camera,
     CameraStatus,
@@ -192,6 +193,8 @@ def lens_from_ros(message: LensMsg) -> Lens:
         or hyperfocal_distance(message.focal_length, message.f_number, message.circle_of_confusion),
         min_focus=message.min_focus,
         max_focus=message.max_focus or math.inf,
+        focus_distances=tuple(message.focus_distances) or None,
+        focus_steps=message.focus_steps or None,
     )
 
 
@@ -202,6 +205,8 @@ def lens_to_ros(lens: Lens) -> LensMsg:
         hyperfocal_distance=lens.hyperfocal_distance,
         min_focus=lens.min_focus,
         max_focus=0.0 if math.isinf(lens.max_focus) else lens.max_focus,
+        focus_distances=lens.focus_distances or (),
+        focus_steps=lens.focus_steps or 0,
     )
 
 
@@ -269,6 +274,8 @@ def request_from_ros(message: PlanFocus.Request, defaults: PlanRequest) -> PlanR
         scope=message.scope or defaults.scope,
         tuples=defaults.tuples,
         time_budget=message.time_budget or defaults.time_budget,
+        shots=message.shots or defaults.shots,
+        depth_tolerance=message.depth_tolerance or defaults.depth_tolerance,
     )
 
 
@@ -282,7 +289,25 @@ def request_to_ros(request: PlanRequest) -> PlanFocus.Request:
         k=request.k,
         scope=request.scope,
         time_budget=0.0 if math.isinf(budget) else budget,
+        shots=request.shots,
+        depth_tolerance=request.depth_tolerance,
     )
+
+
+def shot_from_ros(message: ShotMsg) -> Shot:
+    """Return what a message says of one shot."""
+    return Shot(
+        focus_distance=message.focus_distance,
+        near_limit=message.near_limit,
+        far_limit=message.far_limit,
+        assigned_samples=message.assigned_samples,
+        in_focus_samples=message.in_focus_samples,
+    )
+
+
+def shot_to_ros(shot: Shot) -> ShotMsg:
+    """Return what a plan says of one shot."""
+    return ShotMsg(**vars(shot))
 
 
 def camera_focus_from_ros(message: CameraFocusMsg) -> CameraFocus:
@@ -295,6 +320,7 @@ def camera_focus_from_ros(message: CameraFocusMsg) -> CameraFocus:
         far_limit=message.far_limit,
         assigned_samples=message.assigned_samples,
         in_focus_samples=message.in_focus_samples,
+        shots=tuple(shot_from_ros(shot) for shot in message.shots),
     )
 
 
@@ -310,6 +336,8 @@ def camera_focus_to_ros(focus: CameraFocus, header: Header) -> CameraFocusMsg:
         far_limit=focus.far_limit,
         assigned_samples=focus.assigned_samples,
         in_focus_samples=focus.in_focus_samples,
+        bracket=[shot.focus_distance for shot in focus.shots],
+        shots=[shot_to_ros(shot) for shot in focus.shots],
     )
 
 
@@ -321,6 +349,7 @@ def plan_from_ros(message: FocusPlanMsg) -> FocusPlan:
         lower_bound=None if math.isnan(message.lower_bound) else message.lower_bound,
         samples=message.samples,
         seed=message.seed,
+        depth_tolerance=message.depth_tolerance,
         surface_area=message.surface_area,
         covered_area=message.covered_area,
         in_focus_area=message.in_focus_area,
@@ -341,6 +370,8 @@ def plan_to_ros(plan: FocusPlan, frame_id: str, stamp: Time, plan_id: str) -> Fo
         lower_bound=math.nan if plan.lower_bound is None else plan.lower_bound,
         samples=plan.samples,
         seed=plan.seed,
+        shots=plan.shots,
+        depth_tolerance=plan.depth_tolerance,
         surface_area=plan.surface_area,
         covered_area=plan.covered_area,
         in_focus_area=plan.in_focus_area,

@@ -18,22 +18,31 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import MAX_SAMPLES, METHODS, SCOPES, TUPLES, PlanRequest
-from focus_planner.core.types import CostModel, Image, Lens
+from focus_planner.core.planning import (
+    MAX_SAMPLES,
+    MAX_SHOTS,
+    METHODS,
+    SCOPES,
+    TUPLES,
+    PlanRequest,
+)
+from focus_planner.core.types import MAX_FOCUS_STEPS, CostModel, Image, Lens
 from focus_planner.ros.conversions import lens_from_ros
 from focus_planner.ros.inputs import Optics
 
 _MAX_COUNT = 2**31 - 1
 _MAX_SEED = 2**63 - 1
 _FAR = 1e9
+# rclpy takes an empty list for one of bytes.
+_ANY_DISTANCE = (0.0,)
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """One parameter; ``low`` and ``high`` bound a number."""
+    """One parameter; ``low`` and ``high`` bound a number that stands alone."""
 
     name: str
-    default: str | int | float
+    default: str | int | float | tuple[float, ...]
     description: str
     low: int | float = 0
     high: int | float = _FAR
@@ -107,6 +116,20 @@ DECLARATIONS = (
         " casting comes before and is not interrupted." + _NEXT_CALL,
     ),
     Declaration(
+        "shots",
+        _REQUEST.shots,
+        "Number of pictures that each camera takes, each with a focus distance of its own."
+        + _NEXT_CALL,
+        low=1,
+        high=MAX_SHOTS,
+    ),
+    Declaration(
+        "depth_tolerance",
+        _REQUEST.depth_tolerance,
+        "Metres that the depth of the surface may be off either way: only what is then still in"
+        " focus counts as in focus." + _NEXT_CALL,
+    ),
+    Declaration(
         "image.width", _IMAGE.width, "Image width, pixels." + _POSES, low=1, high=_MAX_COUNT
     ),
     Declaration(
@@ -139,6 +162,19 @@ DECLARATIONS = (
     ),
     Declaration("lens.min_focus", _LENS.min_focus, "Nearest focus distance, metres." + _POSES),
     Declaration("lens.max_focus", 0.0, "Farthest focus distance, metres; 0 for no limit." + _POSES),
+    Declaration(
+        "lens.focus_distances",
+        _ANY_DISTANCE,
+        "The only distances that the lens can be set to, metres; [0.0] if it takes all between its"
+        " limits." + _POSES,
+    ),
+    Declaration(
+        "lens.focus_steps",
+        0,
+        "Number of positions that the lens has from lens.min_focus to lens.max_focus, equally"
+        " spaced in dioptres; 0 if it has no steps." + _POSES,
+        high=MAX_FOCUS_STEPS,
+    ),
     Declaration(
         "cost.projected_area_weight",
         _MODEL.projected_area_weight,
@@ -200,6 +236,9 @@ class Settings:
         """
         if not values["frame_id"]:
             raise InputError("frame_id", "the name of a frame", "''")
+        lens = _group(values, "lens.")
+        if tuple(lens["focus_distances"]) == _ANY_DISTANCE:
+            lens["focus_distances"] = ()
         return cls(
             frame_id=values["frame_id"],
             request=PlanRequest(
@@ -210,10 +249,12 @@ class Settings:
                 scope=values["scope"],
                 tuples=values["tuples"],
                 time_budget=values["time_budget"] or math.inf,
+                shots=values["shots"],
+                depth_tolerance=values["depth_tolerance"],
             ),
             optics=Optics(
                 image=Image(**_group(values, "image.")),
-                lens=lens_from_ros(LensMsg(**_group(values, "lens."))),
+                lens=lens_from_ros(LensMsg(**lens)),
             ),
             model=CostModel(**_group(values, "cost.")),
         )

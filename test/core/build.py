@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -107,10 +108,25 @@ def mixed_lenses(rig):
     )
 
 
-def problem_of(surface, rig, count, seed=0, model=None):
+def stepped_lenses(rig):
+    """The same rig with lenses that take any distance, a list of them, and two kinds of steps."""
+    lenses = (
+        Lens(),
+        Lens(focus_distances=(0.6, 0.75, 0.8, 0.93, 1.2)),
+        Lens(min_focus=0.4, focus_steps=50),
+        Lens(0.035, 4.0, 0.3, 2.0, focus_steps=8),
+    )
+    return Rig(
+        tuple(
+            dataclasses.replace(c, lens=lenses[i % len(lenses)]) for i, c in enumerate(rig.cameras)
+        )
+    )
+
+
+def problem_of(surface, rig, count, seed=0, model=None, tolerance=0.0):
     scene = Scene(surface)
     samples = scene.sample(count, seed)
-    return build_problem(samples, visible_pairs(scene, rig, samples), rig, model)
+    return build_problem(samples, visible_pairs(scene, rig, samples), rig, model, tolerance)
 
 
 def random_problem(
@@ -124,6 +140,7 @@ def random_problem(
     equal=False,
     lens=None,
     weight=1 / 3,
+    tolerance=0.0,
 ):
     """A problem out of nothing: who sees what, depths and costs are drawn.
 
@@ -143,7 +160,7 @@ def random_problem(
     else:
         depth = random.uniform(0.5, 0.8, pairs)
         base = random.uniform(0.05, 2 / 3, pairs)
-    near, far = focus_interval(depth, lens)
+    near, far = focus_interval(depth, lens, tolerance)
     points = random.random((samples, 3))
     weights = np.ones(samples) if equal else random.uniform(0.5, 1.5, samples)
     return Problem(

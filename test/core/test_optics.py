@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from focus_planner import InputError, Lens, depth_of_field, focus_interval, hyperfocal_distance
+from focus_planner.core.optics import nearest_settable
 
 PAPER = Lens(focal_length=0.05, hyperfocal_distance=10.0)
 
@@ -78,6 +80,62 @@ def test_what_the_lens_can_be_set_to_cuts_the_interval(lens, ratio):
     free_near, free_far = interval(depth, Lens(lens.focal_length, lens.hyperfocal_distance))
     cut = max(free_near, lens.min_focus), min(free_far, lens.max_focus)
     assert (near, far) == (cut if cut[0] <= cut[1] else (math.inf, -math.inf))
+
+
+@st.composite
+def listed_lenses(draw):
+    plain = draw(lenses())
+    ratios = draw(st.lists(st.floats(1.01, 1e3), min_size=1, max_size=8))
+    return dataclasses.replace(plain, focus_distances=[plain.focal_length * r for r in ratios])
+
+
+@given(listed_lenses(), st.floats(1.01, 1e4), st.floats(0, 0.5))
+def test_a_list_cuts_the_interval_to_what_of_it_holds_the_depth(lens, ratio, share):
+    depth = lens.focal_length * ratio
+    tolerance = share * depth
+    near, far = focus_interval(np.array([depth]), lens, tolerance)
+    free = focus_interval(
+        np.array([depth]), dataclasses.replace(lens, focus_distances=None), tolerance
+    )
+    for s in lens.focus_distances:
+        for end in free:
+            assume(not math.isclose(s, end[0], rel_tol=1e-9))
+    inside = [s for s in lens.focus_distances if reference.holds(depth, s, lens, tolerance)]
+    assert (near[0], far[0]) == ((inside[0], inside[-1]) if inside else (math.inf, -math.inf))
+
+
+@given(lenses(limits=True), st.floats(1.01, 1e4), st.floats(0, 0.9), st.floats(1.01, 1e4))
+def test_a_tolerance_leaves_what_holds_all_depths_within_it(lens, ratio, share, s_ratio):
+    depth, s = lens.focal_length * ratio, lens.focal_length * s_ratio
+    near, far = focus_interval(np.array([depth]), lens, share * depth)
+    assume(lens.min_focus <= s <= lens.max_focus)
+    for end in (near[0], far[0]):
+        assume(not math.isclose(s, end, rel_tol=1e-9))
+    if near[0] > far[0]:  # by a hair, rounding may decide
+        front, back = (focus_interval(np.array([depth * (1 + x * share)]), lens) for x in (-1, 1))
+        assume(not math.isclose(back[0][0], front[1][0], rel_tol=1e-9))
+    assume(not math.isclose(depth * (1 - share), lens.focal_length, rel_tol=1e-9))
+    assert (near[0] <= s <= far[0]) == reference.holds(depth, s, lens, share * depth)
+
+
+def test_a_tolerance_of_nothing_changes_nothing():
+    depths = np.linspace(0.04, 12.0, 500)
+    for a, b in zip(focus_interval(depths, PAPER), focus_interval(depths, PAPER, 0.0), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_the_nearest_that_can_be_set():
+    listed = Lens(focus_distances=(2.0, 0.5, 1.0))
+    asked = np.array([0.0, 0.6, 0.75, 0.76, 1.4, 1.6, 9.0, np.inf, np.nan])
+    expected = [0.5, 0.5, 0.5, 1.0, 1.0, 2.0, 2.0, 2.0, np.nan]
+    np.testing.assert_array_equal(nearest_settable(asked, listed), expected)
+    np.testing.assert_array_equal(
+        nearest_settable(asked, Lens(focus_distances=(0.7,)))[:-1], np.full(8, 0.7)
+    )
+    limited = Lens(min_focus=0.7, max_focus=1.5)
+    np.testing.assert_array_equal(
+        nearest_settable(asked, limited), [0.7, 0.7, 0.75, 0.76, 1.4, 1.5, 1.5, 1.5, np.nan]
+    )
 
 
 def test_a_lens_with_one_distance_holds_what_that_distance_holds():

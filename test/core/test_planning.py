@@ -15,6 +15,7 @@ from core.build import (
     pairs_of,
     plane,
     sphere,
+    stepped_lenses,
     torus,
     with_threads,
 )
@@ -93,7 +94,7 @@ def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
 
 
 def test_the_default_is_2_view_on_4096_samples():
-    assert PlanRequest() == PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf)
+    assert PlanRequest() == PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf, 1, 0.0)
     plan = plan_focus(SCENE, RIG)
     assert (plan.method, plan.samples) == ("k_view", 4096)
 
@@ -421,6 +422,8 @@ def test_every_kind_of_k_view(k, scope, tuples):
     plan = plan_focus(scene, rig, PlanRequest(samples=500, k=k, scope=scope, tuples=tuples))
     em = plan_focus(scene, rig, PlanRequest("em", samples=500))
     assert plan.cost < em.cost
+    more = PlanRequest(samples=500, k=k, scope=scope, tuples=tuples, shots=2)
+    assert plan_focus(scene, rig, more).cost < 0.98 * plan.cost
 
 
 @pytest.mark.parametrize(
@@ -436,6 +439,14 @@ def test_every_kind_of_k_view(k, scope, tuples):
         ({"tuples": "none"}, "tuples: expected one of overlap, grid, got 'none'"),
         ({"time_budget": 0}, "time_budget: expected a number above 0, got 0"),
         ({"time_budget": math.nan}, "time_budget: expected a number above 0, got nan"),
+        ({"shots": 0}, "shots: expected a whole number of at least 1, got 0"),
+        ({"shots": 17}, "shots: expected at most 16, got 17"),
+        ({"shots": 2.0}, "shots: expected a whole number of at least 1, got 2.0"),
+        ({"depth_tolerance": -0.1}, "depth_tolerance: expected a number of at least 0, got -0.1"),
+        (
+            {"depth_tolerance": math.inf},
+            "depth_tolerance: expected a number of at least 0, got inf",
+        ),
     ],
 )
 def test_requests_that_cannot_be(values, message):
@@ -453,6 +464,11 @@ def test_requests_that_cannot_be(values, message):
         ),
         (Rig(RIG.cameras[:2]), PlanRequest(k=3), "k: expected at most 2, the number of cameras"),
         (
+            Rig(RIG.cameras[:1]),
+            PlanRequest(k=3, shots=2),
+            "k: expected at most 2, the number of cameras times shots, got 3",
+        ),
+        (
             RIG,
             PlanRequest(samples=0),
             "samples: expected at least 1 on a mesh, got 0; 0 takes the points themselves",
@@ -469,11 +485,144 @@ def test_requests_that_fit_neither_rig_nor_surface(rig, request_, message):
         plan_focus(SCENE, rig, request_)
 
 
-def test_a_posed_problem_is_the_plans():
-    request = PlanRequest(samples=200)
+@pytest.mark.parametrize("shots", [1, 2])
+def test_a_posed_problem_is_the_plans(shots):
+    request = PlanRequest(samples=200, shots=shots, depth_tolerance=0.001)
     problem, plan = pose_problem(SCENE, RIG, request), plan_focus(SCENE, RIG, request)
     np.testing.assert_array_equal(problem.base_cost, plan.problem.base_cost)
-    assert problem.cost(distances(plan)) == plan.cost
+    assert problem.cost(plan.focus_distances) == plan.cost
+
+
+@each_method
+@pytest.mark.parametrize("shots", [2, 3])
+def test_a_plan_of_several_shots_adds_up(method, shots):
+    rig = Rig((*RIG.cameras, TestStatuses.away()))
+    plan = plan_focus(SCENE, rig, PlanRequest(method, samples=200, seed=3, shots=shots))
+    samples = SCENE.sample(200, 3)
+    visible = pairs_of(visible_pairs(SCENE, rig, samples))
+    # As many rigs as there are ways to choose a shot per camera would cost the least of them; so
+    # does a rig in which every shot is a camera.
+    every_shot = Rig(
+        tuple(
+            dataclasses.replace(camera, name=f"{camera.name}_{i}")
+            for camera in rig.cameras
+            for i in range(shots)
+        )
+    )
+    repeated = {(p, c * shots + i) for p, c in visible for i in range(shots)}
+    expected = reference.total_cost(
+        samples.points,
+        samples.normals,
+        samples.weights,
+        every_shot,
+        repeated,
+        plan.focus_distances,
+        CostModel(),
+    )
+    assert plan.cost == pytest.approx(expected, rel=1e-12)
+    assert plan.shots == shots
+    for camera, of_rig in zip(plan.cameras, rig.cameras, strict=True):
+        assert camera.name == of_rig.name
+        each = [shot.focus_distance for shot in camera.shots]
+        assert len(each) == shots
+        assert each == sorted(each)
+        assert camera.assigned_samples == sum(shot.assigned_samples for shot in camera.shots)
+        assert camera.in_focus_samples == sum(shot.in_focus_samples for shot in camera.shots)
+        main = max(camera.shots, key=lambda shot: shot.assigned_samples)
+        assert (camera.focus_distance, camera.near_limit, camera.far_limit) == (
+            main.focus_distance,
+            main.near_limit,
+            main.far_limit,
+        )
+        for shot in camera.shots:
+            limits = reference.depth_of_field(shot.focus_distance, of_rig.lens)
+            assert (shot.near_limit, shot.far_limit) == pytest.approx(limits)
+    assert sum(camera.assigned_samples for camera in plan.cameras) == len({p for p, _ in visible})
+    assert plan.in_focus_area == pytest.approx(
+        SCENE.area * sum(camera.in_focus_samples for camera in plan.cameras) / 200
+    )
+    idle = plan.cameras[-1]
+    assert idle.status is CameraStatus.SEES_NOTHING
+    assert len({shot.focus_distance for shot in idle.shots}) == 1
+
+
+def test_more_shots_cost_less_and_one_camera_may_take_them():
+    rig = Rig(RIG.cameras[:1])
+    costs = [
+        plan_focus(SCENE, rig, PlanRequest("em", 500, shots=shots)).cost for shots in (1, 2, 3, 4)
+    ]
+    assert costs == sorted(costs, reverse=True)
+    assert costs[-1] < costs[0]
+    plan = plan_focus(SCENE, rig, PlanRequest(samples=500, shots=2))
+    assert plan.method == "k_view"
+    assert len(plan.cameras) == 1
+
+
+@each_method
+def test_every_distance_that_a_plan_names_can_be_set(method):
+    rig = stepped_lenses(Rig((*RIG.cameras, TestStatuses.away(), TestStatuses.away("far_away"))))
+    assert rig.cameras[-1].lens.focus_steps == 8
+    for shots, tolerance in ((1, 0.0), (2, 0.0), (3, 0.002)):
+        request = PlanRequest(method, samples=300, shots=shots, depth_tolerance=tolerance)
+        plan = plan_focus(SCENE, rig, request)
+        assert without_seconds(plan) == without_seconds(plan_focus(SCENE, rig, request))
+        for camera, of_rig in zip(plan.cameras, rig.cameras, strict=True):
+            settable = of_rig.lens.settable_distances
+            if settable is not None:
+                assert {shot.focus_distance for shot in camera.shots} <= set(settable)
+                assert camera.focus_distance in settable
+
+
+def test_a_list_is_planned_on_not_rounded_to():
+    # Held in focus as far as the listed distances allow, which rounding misses.
+    lens = Lens(focus_distances=tuple(np.arange(0.6, 1.4, 0.06)))
+    request = PlanRequest(samples=1000)
+    exact = plan_focus(SCENE, around(6, 1.0, lens=lens), request)
+    free = plan_focus(SCENE, RIG, request)
+    rounded = [
+        lens.settable_distances[np.abs(lens.settable_distances - s).argmin()]
+        for s in free.focus_distances
+    ]
+    assert free.cost < exact.cost < exact.problem.cost(np.array(rounded))
+
+
+def test_a_list_with_nothing_in_reach_leaves_a_camera_out_of_focus():
+    blind = dataclasses.replace(RIG.cameras[0], lens=Lens(focus_distances=(4.0, 5.0)))
+    for method in METHODS:
+        plan = plan_focus(SCENE, Rig((blind, *RIG.cameras[1:])), PlanRequest(method, 300))
+        camera = plan.cameras[0]
+        assert (camera.focus_distance, camera.in_focus_samples) == (4.0, 0)
+        assert camera.status in {CameraStatus.PLANNED, CameraStatus.UNASSIGNED}
+
+
+def test_lists_with_nothing_in_reach_are_an_error():
+    rig = around(6, 1.0, lens=Lens(focus_distances=(400.0, 500.0)))
+    with pytest.raises(InputError, match=r"its list of distances: .* none of it, at depths from"):
+        plan_focus(SCENE, rig, PlanRequest(samples=300))
+
+
+def test_a_tolerance_shrinks_what_is_in_focus():
+    plans = [
+        plan_focus(SCENE, RIG, PlanRequest(samples=500, depth_tolerance=t))
+        for t in (0.0, 0.005, 0.01, 0.02)
+    ]
+    assert [plan.depth_tolerance for plan in plans] == [0.0, 0.005, 0.01, 0.02]
+    assert np.diff([plan.cost for plan in plans]).min() > 0
+    assert np.diff([plan.in_focus_area for plan in plans]).max() < 0
+    # A plan made with it is in focus wherever the surface is within it: every sample's depth may
+    # move as far.
+    sure = plans[2]
+    problem, focus = sure.problem, sure.focus_distances
+    chosen = focus[problem.camera_index]
+    counted = (problem.focus_near <= chosen) & (chosen <= problem.focus_far)
+    for depth, s in zip(problem.depth[counted], chosen[counted], strict=True):
+        assert reference.in_focus(depth - 0.01, s, Lens())
+        assert reference.in_focus(depth + 0.01, s, Lens())
+
+
+def test_a_tolerance_beyond_every_depth_of_field_is_an_error():
+    with pytest.raises(InputError, match=r"depth_tolerance: expected .*, got 0.5, with which noth"):
+        plan_focus(SCENE, RIG, PlanRequest(samples=300, depth_tolerance=0.5))
 
 
 def test_planning_leaves_its_inputs_alone():

@@ -18,6 +18,7 @@ from core.build import (
 
 from focus_planner import CostModel, Lens, Problem, Rig, Scene
 from focus_planner.core.problem import build_problem, mean_cost, middle
+from focus_planner.core.shots import with_shots
 from focus_planner.core.types import Samples
 from focus_planner.core.visibility import visible_pairs
 
@@ -159,6 +160,11 @@ CASES = {
     "ties": random_problem(1, 40, 4, ties=True),
     "limits": random_problem(2, 40, 4, ties=True, lens=Lens(0.05, 10.0, 0.58, 2.0)),
     "sphere": problem_of(sphere(0.4), mixed_rig(), 60),
+    "tolerance": random_problem(3, 40, 4, tolerance=0.01),
+    "list": random_problem(4, 40, 4, lens=Lens(focus_distances=(0.5, 0.57, 0.58, 0.66, 0.9, 8.0))),
+    "list, ties": random_problem(5, 40, 4, ties=True, lens=Lens(focus_distances=(0.5, 0.55, 0.8))),
+    "steps": random_problem(6, 40, 4, lens=Lens(min_focus=0.4, focus_steps=60)),
+    "shots": with_shots(random_problem(7, 40, 4), 3),
 }
 
 
@@ -175,6 +181,8 @@ def test_cells_hold_all_that_any_distance_holds(problem):
             assert not a <= b
         assert (middles[part] >= cells.near[part]).all()
         assert (middles[part] <= cells.far[part]).all()
+        if (takes := problem.lenses[c].settable_distances) is not None:
+            assert set(middles[part]) <= set(takes)
 
 
 @pytest.mark.parametrize("problem", CASES.values(), ids=CASES.keys())

@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+import reference
 
 from focus_planner import (
     Camera,
@@ -52,11 +53,68 @@ def test_the_defaults_are_the_papers():
             {"min_focus": 2.0, "max_focus": 1.5},
             r"lens.min_focus: expected at most max_focus \(1.5 m\), got 2 m",
         ),
+        ({"focus_distances": 3.0}, "lens.focus_distances: expected a list of distances .* got 3.0"),
+        ({"focus_distances": "0.5"}, "lens.focus_distances: expected a list of distances"),
+        ({"focus_distances": []}, "lens.focus_distances: expected 1 to 65536 distances, got 0; le"),
+        (
+            {"focus_distances": [1.0, 0.05]},
+            r"lens.focus_distances\[1\]: expected a number above 0.05, got 0.05",
+        ),
+        ({"focus_distances": [math.inf]}, r"lens.focus_distances\[0\]: .* got inf"),
+        ({"focus_distances": [1.0, math.nan]}, r"lens.focus_distances\[1\]: .* got nan"),
+        ({"focus_distances": ["a"]}, r"lens.focus_distances\[0\]: .* got 'a'"),
+        (
+            {"focus_distances": [0.5, 0.4], "min_focus": 0.45},
+            r"lens.focus_distances: expected distances from min_focus \(0.45 m\) .* 0.4 to 0.5 m",
+        ),
+        ({"focus_distances": [2.0], "max_focus": 1.5}, "lens.focus_distances: .* got 2 to 2 m"),
+        (
+            {"focus_steps": 1, "min_focus": 0.4},
+            "lens.focus_steps: expected a whole number of at least 2, got 1",
+        ),
+        ({"focus_steps": 2.5, "min_focus": 0.4}, "lens.focus_steps: .* got 2.5"),
+        ({"focus_steps": 10**6, "min_focus": 0.4}, "lens.focus_steps: expected at most 65536"),
+        (
+            {"focus_steps": 9},
+            r"lens.min_focus: expected a number above focal_length \(0.05 m\), with focus_steps",
+        ),
+        (
+            {"focus_steps": 9, "focus_distances": [1.0], "min_focus": 0.4},
+            "lens.focus_steps: expected focus_distances or focus_steps, got both",
+        ),
     ],
 )
 def test_lenses_that_cannot_be(values, message):
     with pytest.raises(InputError, match=message):
         Lens(**values)
+
+
+def test_a_lens_may_take_a_list_of_distances():
+    lens = Lens(focus_distances=[2.0, 0.5, 2.0, 1])
+    assert lens.focus_distances == (0.5, 1.0, 2.0)
+    assert lens.settable_distances.tolist() == [0.5, 1.0, 2.0]
+    assert lens == Lens(focus_distances=np.array([0.5, 1.0, 2.0]))
+    assert hash(lens) == hash(Lens(focus_distances=(0.5, 1.0, 2.0)))
+    assert lens != Lens()
+    assert Lens().settable_distances is None
+    with pytest.raises(ValueError, match="read-only"):
+        lens.settable_distances[0] = 1
+
+
+def test_a_lens_may_have_steps_equal_in_dioptres():
+    lens = Lens(min_focus=0.3, max_focus=3.0, focus_steps=10)
+    settable = lens.settable_distances
+    assert (settable[0], settable[-1], len(settable)) == (0.3, 3.0, 10)
+    assert (np.diff(settable) > 0).all()
+    np.testing.assert_allclose(np.diff(1 / settable), (1 / 3.0 - 1 / 0.3) / 9)
+    np.testing.assert_allclose(settable, reference.settable(lens))
+    assert Lens(min_focus=0.7, max_focus=0.7, focus_steps=2).settable_distances.tolist() == [0.7]
+
+
+def test_a_step_at_infinity_counts_but_is_not_taken():
+    settable = Lens(min_focus=0.5, focus_steps=5).settable_distances
+    assert settable.tolist() == [0.5, 1 / 1.5, 1.0, 2.0]
+    assert Lens(min_focus=0.5, focus_steps=2).settable_distances.tolist() == [0.5]
 
 
 @pytest.mark.parametrize(

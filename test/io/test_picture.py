@@ -2,15 +2,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.image import imread
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.problem import Problem
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
-from focus_planner.core.types import PointCloud, Rig
+from focus_planner.core.types import FloatArray, PointCloud, Rig
 from focus_planner.io import picture
 from focus_planner.io.bodies import body
 from focus_planner.io.surfaces import load_surface
@@ -52,6 +54,27 @@ def test_what_has_no_importance_is_drawn_too(tmp_path: Path) -> None:
         draw(scene, cylinder_rig(3, 8), ("em",), tmp_path / "plan.png")
         inked.append((imread(tmp_path / "plan.png")[:, :, :3].min(axis=2) < 0.9).mean())
     assert inked[1] == pytest.approx(inked[0], rel=0.02)
+
+
+def test_a_plan_of_several_shots_is_judged_by_all_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judged = []
+    write_title = picture._write_title
+
+    def spy(axes: Any, title: str, problem: Problem, focus: FloatArray) -> None:
+        judged.append(problem.cost(focus))
+        write_title(axes, title, problem, focus)
+
+    monkeypatch.setattr(picture, "_write_title", spy)
+    scene, rig = Scene(MESH), cylinder_rig(3, 8)
+    plans = {
+        str(shots): plan_focus(scene, rig, PlanRequest("em", 2000, shots=shots))
+        for shots in (1, 2, 3)
+    }
+    picture.draw_plans(scene, rig, plans, tmp_path / "plans.png")
+    assert judged == sorted(judged, reverse=True)
+    assert judged == pytest.approx([plan.cost for plan in plans.values()], rel=0.05)
 
 
 def test_one_camera_is_drawn(tmp_path: Path) -> None:

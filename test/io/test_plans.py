@@ -4,11 +4,12 @@ import json
 import math
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, plan_focus
+from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, Shot, plan_focus
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import CameraStatus, Lens
@@ -17,25 +18,32 @@ from focus_planner.io.plans import load_plan, plan_to_json, save_plan
 from focus_planner.io.surfaces import load_surface
 
 KEYS = [
-    *("method", "cost", "lower_bound", "samples", "seed", "surface_area", "covered_area"),
-    *("in_focus_area", "solve_seconds", "total_seconds", "cameras"),
+    *("method", "cost", "lower_bound", "samples", "seed", "depth_tolerance", "surface_area"),
+    *("covered_area", "in_focus_area", "solve_seconds", "total_seconds", "shots", "cameras"),
 ]
 CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
     *("assigned_samples", "in_focus_samples"),
 ]
+
+
+def one_shot(name: str, status: CameraStatus, *values: Any) -> CameraFocus:
+    return CameraFocus(name, status, *values, (Shot(*values),))
+
+
 PLAN = FocusPlan(
     "em",
     1000 / 3,
     None,
     4096,
     2**40 + 1,
+    0.001,
     *(1.9, 1.8, 1.7 + 1e-16),
     *(0.1, 0.30000000000000004),
     (
-        CameraFocus("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4),
-        CameraFocus("b", CameraStatus.UNASSIGNED, 12.0, 5.5, math.inf, 0, 0),
-        CameraFocus("c", CameraStatus.SEES_NOTHING, 1 / 3, 0.3, 0.4, 0, 0),
+        one_shot("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4),
+        one_shot("b", CameraStatus.UNASSIGNED, 12.0, 5.5, math.inf, 0, 0),
+        one_shot("c", CameraStatus.SEES_NOTHING, 1 / 3, 0.3, 0.4, 0, 0),
     ),
 )
 
@@ -62,6 +70,19 @@ def test_it_comes_back_bit_for_bit(tmp_path: Path) -> None:
     save_plan(bounded, tmp_path / "plan.json")
     assert load_plan(tmp_path / "plan.json") == bounded
     assert list(tmp_path.iterdir()) == [tmp_path / "plan.json"]
+
+
+def test_several_shots_come_back(tmp_path: Path) -> None:
+    near, far = Shot(0.5, 0.48, 0.52, 3, 3), Shot(12.0, 5.5, math.inf, 5, 4)
+    camera = CameraFocus("a", CameraStatus.PLANNED, 12.0, 5.5, math.inf, 8, 7, (near, far))
+    plan = replace(PLAN, cameras=(camera,))
+    save_plan(plan, tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == plan
+    data = json.loads(plan_to_json(plan), parse_constant=refuse_constant)
+    assert data["shots"] == 2
+    assert list(data["cameras"][0]) == [*CAMERA_KEYS, "shots"]
+    assert [shot["focus_distance"] for shot in data["cameras"][0]["shots"]] == [0.5, 12.0]
+    assert data["cameras"][0]["shots"][1]["far_limit"] is None
 
 
 def test_what_is_planned_is_what_is_saved(tmp_path: Path) -> None:

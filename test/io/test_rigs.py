@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -38,12 +40,20 @@ IMAGES = st.builds(
 @st.composite
 def lenses(draw: st.DrawFn) -> Lens:
     focal_length = draw(st.floats(1e-4, 0.5))
-    return Lens(
+    lens = Lens(
         focal_length,
         draw(st.floats(0.6, 1e9)),
-        draw(st.floats(0.0, 0.6)),
+        draw(st.floats(0.51, 0.6)),
         draw(st.floats(0.7, 1e3) | st.just(math.inf)),
     )
+    takes = draw(
+        st.just({})
+        | st.fixed_dictionaries({"focus_steps": st.integers(2, 65_536)})
+        | st.fixed_dictionaries(
+            {"focus_distances": st.lists(st.floats(0.6, 0.7), min_size=1, max_size=4)}
+        )
+    )
+    return replace(lens, **takes)
 
 
 @st.composite
@@ -134,6 +144,30 @@ def test_the_aperture_gives_the_hyperfocal_distance(
 
 
 @pytest.mark.parametrize(
+    ("shared", "own", "takes"),
+    [
+        ("{focus_distances: [1, 5e-1, 1]}", "{}", {"focus_distances": (0.5, 1.0)}),
+        ("{focus_distances: [1]}", "{focus_distances: [2]}", {"focus_distances": (2.0,)}),
+        ("{focus_distances: [1]}", "{focus_distances: null}", {}),
+        ("{focus_distances: [1]}", "{min_focus: 0.4, focus_steps: 9}", {"focus_steps": 9}),
+        (
+            "{min_focus: 0.4, focus_steps: 9}",
+            "{focus_distances: [1]}",
+            {"focus_distances": (1.0,)},
+        ),
+        ("{min_focus: 0.4, focus_steps: 9}", "{focus_distances: null}", {"focus_steps": 9}),
+        ("{min_focus: 0.4, focus_steps: 9}", "{focus_steps: null}", {}),
+    ],
+)
+def test_a_camera_overrides_what_its_lens_takes(
+    tmp_path: Path, shared: str, own: str, takes: dict[str, Any]
+) -> None:
+    rig = load_rig(write(tmp_path, f"lens: {shared}\ncameras: [{camera_with(lens=own)}]"))
+    lens = rig.cameras[0].lens
+    assert lens == replace(Lens(min_focus=lens.min_focus), **takes)
+
+
+@pytest.mark.parametrize(
     ("text", "telling"),
     [
         ("", "an empty file"),
@@ -183,6 +217,22 @@ def test_the_aperture_gives_the_hyperfocal_distance(
         (
             f"lens: {{focal_length: -1}}\ncameras: [{CAMERA}]",
             r"yaml: lens\.focal_length: .*above 0",
+        ),
+        (
+            f"lens: {{focus_distances: 3}}\ncameras: [{CAMERA}]",
+            r"lens\.focus_distances: expected a list of numbers, got 3",
+        ),
+        (
+            f"lens: {{focus_distances: [1, x]}}\ncameras: [{CAMERA}]",
+            r"lens\.focus_distances\[1\]: expected a number, got 'x'",
+        ),
+        (
+            f"lens: {{focus_distances: []}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.focus_distances: expected 1 to 65536 distances, got 0",
+        ),
+        (
+            f"lens: {{focus_steps: 2.5, min_focus: 1}}\ncameras: [{CAMERA}]",
+            r"lens\.focus_steps: expected a whole number",
         ),
         (f"image: {{width: 1.5}}\ncameras: [{CAMERA}]", r"yaml: image\.width: expected a whole"),
         (f"image: {{width: wide}}\ncameras: [{CAMERA}]", r"image\.width: expected a number"),

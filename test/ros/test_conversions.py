@@ -21,9 +21,11 @@ from std_msgs.msg import Header
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import (
     MAX_SAMPLES,
+    MAX_SHOTS,
     CameraFocus,
     FocusPlan,
     PlanRequest,
+    Shot,
     plan_focus,
 )
 from focus_planner.core.scene import Scene
@@ -76,12 +78,10 @@ def unit_quaternions(draw):
 def lenses(draw):
     focal_length = draw(st.floats(0.01, 0.2))
     min_focus = draw(st.floats(0.0, 1.0))
-    return Lens(
-        focal_length,
-        draw(st.floats(0.5, 100.0)),
-        min_focus,
-        draw(st.one_of(st.just(math.inf), st.floats(1.0, 50.0))),
-    )
+    max_focus = draw(st.one_of(st.just(math.inf), st.floats(1.0, 50.0)))
+    steps = draw(st.none() | st.integers(2, 65_536)) if min_focus > focal_length else None
+    listed = draw(st.none() | st.lists(st.just(1.0), min_size=1)) if steps is None else None
+    return Lens(focal_length, draw(st.floats(0.5, 100.0)), min_focus, max_focus, listed, steps)
 
 
 images = st.builds(
@@ -149,6 +149,8 @@ def test_a_lens_by_f_number_and_circle_of_confusion():
         k=st.sampled_from([2, 3]),
         scope=st.sampled_from(["all", "assigned"]),
         time_budget=st.one_of(st.just(math.inf), positive),
+        shots=st.integers(1, MAX_SHOTS),
+        depth_tolerance=positive,
     )
 )
 def test_requests_survive_the_wire(request):
@@ -156,7 +158,7 @@ def test_requests_survive_the_wire(request):
 
 
 def test_what_a_request_leaves_out_is_the_default():
-    defaults = PlanRequest("em", 7, 8, 3, "assigned", "grid", 9.0)
+    defaults = PlanRequest("em", 7, 8, 3, "assigned", "grid", 9.0, 2, 0.01)
     assert request_from_ros(PlanFocus.Request(), defaults) == defaults
 
 
@@ -420,6 +422,16 @@ def test_the_states_of_a_camera_are_those_of_the_message():
     assert constants == {status.name: status.value for status in CameraStatus}
 
 
+SHOTS = st.builds(
+    Shot,
+    focus_distance=positive,
+    near_limit=positive,
+    far_limit=st.one_of(positive, st.just(math.inf)),
+    assigned_samples=st.integers(0, 2**32 - 1),
+    in_focus_samples=st.integers(0, 2**32 - 1),
+)
+
+
 @given(
     st.builds(
         CameraFocus,
@@ -430,21 +442,26 @@ def test_the_states_of_a_camera_are_those_of_the_message():
         far_limit=st.one_of(positive, st.just(math.inf)),
         assigned_samples=st.integers(0, 2**32 - 1),
         in_focus_samples=st.integers(0, 2**32 - 1),
+        shots=st.lists(SHOTS, min_size=1, max_size=3).map(tuple),
     )
 )
 def test_a_cameras_focus_survives_the_wire(focus):
     message = through_bytes(camera_focus_to_ros(focus, Header(frame_id="world")))
     assert camera_focus_from_ros(message) == focus
     assert message.dioptres == 1 / focus.focus_distance
+    assert list(message.bracket) == [shot.focus_distance for shot in focus.shots]
 
 
-def test_a_plan_survives_the_wire(body, rig):
-    plan = plan_focus(Scene(body), rig, PlanRequest(samples=200))
+@pytest.mark.parametrize("shots", [1, 3])
+def test_a_plan_survives_the_wire(body, rig, shots):
+    request = PlanRequest(samples=200, shots=shots, depth_tolerance=0.001)
+    plan = plan_focus(Scene(body), rig, request)
     message = through_bytes(plan_to_ros(plan, "world", Time(sec=5), "a name"))
     received = plan_from_ros(message)
     for field in fields(FocusPlan):
         assert getattr(received, field.name) == getattr(plan, field.name)
     assert math.isnan(message.lower_bound)
+    assert message.shots == shots
     assert (message.plan_id, message.header) == ("a name", message.cameras[0].header)
 
 

@@ -37,7 +37,7 @@ def test_every_parameter_is_described(make_node):
         descriptor = node.describe_parameter(declaration.name)
         assert len(descriptor.description) > 20
         ranges = len(descriptor.integer_range) + len(descriptor.floating_point_range)
-        assert ranges == (not isinstance(declaration.default, str))
+        assert ranges == (not isinstance(declaration.default, (str, tuple)))
 
 
 def test_values_given_at_the_start_are_used(make_node):
@@ -77,6 +77,11 @@ def test_bad_values_at_the_start_are_an_error(make_node, values, error, text):
         ({"lens__hyperfocal_distance": 0.0}, r"lens\.f_number: expected a number above 0"),
         ({"image__fx": 0.0}, r"image\.fx: expected a number above 0"),
         ({"cost__focus_weight": 0.5}, "cost weights: expected a sum of at most 1"),
+        ({"lens__focus_steps": 9}, r"lens\.min_focus: expected a number above focal_length"),
+        ({"lens__focus_distances": [1.0, 0.0]}, r"lens\.focus_distances\[1\]: .* got 0"),
+        ({"lens__focus_distances": 1.0}, "Wrong parameter type"),
+        ({"shots": 0}, "Min: 1, Max: 16, value: 0"),
+        ({"depth_tolerance": -0.1}, "out of range"),
         ({"lens__min_focus": 2.0, "lens__max_focus": 1.0}, r"lens\.min_focus: expected at most"),
     ],
 )
@@ -105,6 +110,27 @@ def test_a_lens_by_f_number(make_node):
     assert parameters.current.optics.lens.hyperfocal_distance == 10.0
     assert change(node, lens__f_number=16.0, lens__hyperfocal_distance=0.0).successful
     assert parameters.current.optics.lens.hyperfocal_distance == pytest.approx(5.0)
+
+
+def test_a_lens_of_certain_distances(make_node):
+    node = started_with(make_node, **{"lens.focus_distances": [2.0, 0.5]})
+    parameters = Parameters(node)
+    assert parameters.current.optics.lens == Lens(focus_distances=(0.5, 2.0))
+    assert change(node, lens__focus_distances=[3.0]).successful
+    assert parameters.current.optics.lens == Lens(focus_distances=(3.0,))
+    result = change(node, lens__focus_steps=9, lens__min_focus=0.4)
+    assert "focus_distances or focus_steps, got both" in result.reason
+    assert change(
+        node, lens__focus_distances=[0.0], lens__focus_steps=9, lens__min_focus=0.4
+    ).successful
+    assert parameters.current.optics.lens == Lens(min_focus=0.4, focus_steps=9)
+    assert change(node, lens__focus_steps=0, lens__min_focus=0.0).successful
+    assert parameters.current.optics.lens == Lens()
+
+
+def test_shots_and_depth_tolerance(make_node):
+    node = started_with(make_node, shots=3, depth_tolerance=0.01)
+    assert Parameters(node).current.request == PlanRequest(shots=3, depth_tolerance=0.01)
 
 
 def test_parameters_of_others_are_let_through(make_node):

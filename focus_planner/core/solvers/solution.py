@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import Problem, middle
+from focus_planner.core.problem import Problem, middle, settable
 from focus_planner.core.types import FloatArray, Grid, IntArray
 
 
@@ -119,7 +119,8 @@ def finish_cells(problem: Problem, cell: IntArray, iterations: int, converged: b
     A camera's focus distance goes to the middle of the range that keeps all the samples in focus
     that are in focus in it and in no better camera (the paper's mid-point, Sec. 3.4.1, taken over
     the assigned samples). No sample costs more for it, and the surface between the samples, which
-    no solver sees, is more likely to be in focus too.
+    no solver sees, is more likely to be in focus too. Of a lens with a list of distances it is
+    the listed one nearest to that middle; the range ends at listed ones.
     """
     focus = distances_of_cells(problem, cell)
     _, best = problem.evaluate(focus)
@@ -134,7 +135,9 @@ def finish_cells(problem: Problem, cell: IntArray, iterations: int, converged: b
         near,
         far,
     )
-    centred = np.where(np.isnan(near), focus, middle(near, far))
+    every_camera = np.arange(problem.camera_count)
+    centred = settable(problem.lenses, every_camera, middle(near, far))
+    centred = np.where(np.isnan(near), focus, centred)
     return finish(problem, centred, iterations, converged)
 
 
@@ -177,6 +180,4 @@ def start_cells(problem: Problem, start: FloatArray) -> IntArray:
 
 def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
     """Return the focus distances, moved to what each lens can be set to."""
-    low = np.array([lens.min_focus for lens in problem.lenses])
-    high = np.array([lens.max_focus for lens in problem.lenses])
-    return np.clip(focus, low, high)
+    return settable(problem.lenses, np.arange(problem.camera_count), focus)

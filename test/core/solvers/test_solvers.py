@@ -12,6 +12,7 @@ from core.build import (
     problem_of,
     random_problem,
     sphere,
+    stepped_lenses,
     torus,
     with_threads,
 )
@@ -19,6 +20,7 @@ from core.build import (
 from focus_planner import CostModel, Lens, Mesh, Rig, cylinder_rig
 from focus_planner.core.problem import UNITS, Problem, build_problem
 from focus_planner.core.scene import Scene
+from focus_planner.core.shots import with_shots
 from focus_planner.core.solvers import SOLVERS, Options, em, k_view
 from focus_planner.core.solvers.solution import distances_of_cells, finish
 from focus_planner.core.types import Camera, Samples
@@ -42,6 +44,15 @@ PROBLEMS = {
     "limits": random_problem(3, 60, 5, ties=True, lens=Lens(0.05, 10.0, 0.58, 2.0)),
     "sphere": problem_of(sphere(0.4), mixed_lenses(around(6, 1.1)), 200),
     "torus": problem_of(torus(0.4, 0.15), around(7, 1.0), 200),
+    "list": random_problem(4, 60, 5, lens=Lens(focus_distances=(0.5, 0.57, 0.6, 0.66, 0.7, 8.0))),
+    "one distance": random_problem(5, 60, 5, lens=Lens(focus_distances=(0.65,))),
+    "steps": random_problem(6, 60, 5, lens=Lens(min_focus=0.4, max_focus=5.0, focus_steps=40)),
+    "tolerance": random_problem(7, 60, 5, tolerance=0.01),
+    "lists and steps": problem_of(torus(0.4, 0.15), stepped_lenses(around(7, 1.0)), 200),
+    "shots": with_shots(random_problem(8, 40, 4), 3),
+    "all of it": with_shots(
+        problem_of(torus(0.4, 0.15), stepped_lenses(around(7, 1.0)), 200, tolerance=0.005), 2
+    ),
 }
 each_problem = pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEMS.keys())
 
@@ -89,6 +100,8 @@ def test_every_camera_that_sees_something_it_can_focus_gets_a_distance(setting, 
         lens = problem.lenses[c]
         assert lens.min_focus <= solution.focus_distances[c] <= lens.max_focus
         assert solution.focus_distances[c] > 0
+        if lens.settable_distances is not None:
+            assert solution.focus_distances[c] in lens.settable_distances
 
 
 @each_method
@@ -204,6 +217,9 @@ def test_more_cameras_in_another_order_come_as_near_the_optimum():
         assert best - 1e-6 <= cost <= 1.005 * best
 
 
+METRES = ("focal_length", "hyperfocal_distance", "min_focus", "max_focus")
+
+
 def scaled(mesh, rig, factor):
     """The same scene in other units: all lengths times ``factor``."""
     cameras = tuple(
@@ -212,7 +228,7 @@ def scaled(mesh, rig, factor):
             tuple(factor * x for x in camera.position),
             camera.orientation,
             camera.image,
-            Lens(*(factor * x for x in vars(camera.lens).values())),
+            replace(camera.lens, **{name: factor * getattr(camera.lens, name) for name in METRES}),
         )
         for camera in rig.cameras
     )
