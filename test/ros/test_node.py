@@ -67,6 +67,7 @@ def of_the_core(surface, rig, **request):
         {"method": "em", "samples": 1000},
         {"method": "k_view"},
         {"method": "k_view", "k": 3, "scope": "assigned"},
+        {"method": "k_view", "shots": 3, "depth_tolerance": 0.002},
     ],
 )
 def test_a_plan_is_the_cores_bit_for_bit(ready, body, rig, request_):
@@ -99,6 +100,30 @@ def test_who_subscribes_late_gets_the_newest_plan(ready, planner, rig):
         for index in (0, len(rig) - 1):
             focus = late.latched_focus(rig.cameras[index].name)
             assert focus == plan.cameras[index]
+
+
+def test_a_driver_gets_the_bracket_of_its_camera(ready, rig):
+    plan = planned(ready, shots=2)
+    assert plan.shots == 2
+    name = rig.cameras[0].name
+    focus = ready.latched_focus(name)
+    assert focus == plan.cameras[0]
+    assert list(focus.bracket) == sorted(focus.bracket)
+    assert len(focus.bracket) == 2
+    assert focus.focus_distance in focus.bracket
+    assert len(planned(ready).cameras[0].bracket) == 1
+
+
+def test_a_lens_that_takes_certain_distances_is_set_to_them(ready, rig):
+    lenses = [Lens(focus_distances=(0.6, 0.8, 1.1)), Lens(min_focus=0.5, focus_steps=30)]
+    stepped = replace(
+        rig,
+        cameras=tuple(replace(c, lens=lenses[i % 2]) for i, c in enumerate(rig.cameras)),
+    )
+    ready.publish_rig(stepped)
+    plan = planned(ready, shots=2)
+    for focus, camera in zip(plan.cameras, stepped.cameras, strict=True):
+        assert set(focus.bracket) <= set(camera.lens.settable_distances)
 
 
 def test_poses_alone_make_a_rig(ready, body, rig):
@@ -427,6 +452,19 @@ def test_a_time_budget_is_told(ready):
     response = ready.plan(method="em", samples=SAMPLES, time_budget=1e-6)
     assert response.success
     assert "stopped by the time budget" in response.message
+
+
+def test_shots_and_lens_lists_may_be_parameters(ready, body, rig):
+    ready.publish_poses(rig)
+    parameters = {"shots": 2, "depth_tolerance": 0.001, "lens__focus_distances": [0.7, 0.9, 1.2]}
+    assert all(result.successful for result in ready.set_parameters(**parameters))
+    try:
+        plan = planned(ready)
+    finally:
+        undo = {"shots": 1, "depth_tolerance": 0.0, "lens__focus_distances": [0.0]}
+        assert all(result.successful for result in ready.set_parameters(**undo))
+    assert (plan.shots, plan.depth_tolerance) == (2, 0.001)
+    assert {s for focus in plan.cameras for s in focus.bracket} <= {0.7, 0.9, 1.2}
 
 
 def test_distortion_is_warned_of_and_ignored(ready, planner, rig):

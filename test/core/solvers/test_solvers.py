@@ -1,6 +1,6 @@
 """What all solvers have in common."""
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -249,7 +249,7 @@ def test_a_scaled_scene_gets_scaled_distances(setting, factor):
 
 
 def with_weights(problem, weights):
-    samples = dataclasses.replace(problem.samples, weights=weights)
+    samples = replace(problem.samples, weights=weights)
     fields = {name: getattr(problem, name) for name in Problem.__dataclass_fields__}
     return Problem(**{**fields, "samples": samples})
 
