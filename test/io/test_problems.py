@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from focus_planner.core.optics import depth_of_field
 from focus_planner.core.planning import FocusPlan, PlanRequest, plan_focus
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
@@ -67,6 +68,31 @@ def test_the_cost_follows_from_the_files(tmp_path: Path, scene: Scene, method: s
     assert recomputed_cost(*save(plan, tmp_path)) == pytest.approx(plan.cost, rel=1e-13)
 
 
+def test_the_cost_of_brackets_follows_from_the_files(tmp_path: Path, scene: Scene) -> None:
+    lens = Lens(min_focus=0.25, max_focus=1.25, focus_steps=64)
+    rig = cylinder_rig(3, 8, lens=lens)
+    plan = plan_focus(scene, rig, PlanRequest(samples=500, shots=3, depth_tolerance=0.004))
+    npz, json_path = save(plan, tmp_path)
+    with np.load(npz) as file:
+        data = dict(file)
+    assert data["shots"] == 3
+    assert data["camera_names"].tolist() == [camera.name for camera in rig.cameras]
+    cameras = json.loads(json_path.read_text())["cameras"]
+    brackets = np.array([[shot["focus_distance"] for shot in c["shots"]] for c in cameras])
+    s = brackets[data["camera_index"]]
+    held = ((data["focus_near"][:, None] <= s) & (s <= data["focus_far"][:, None])).any(axis=1)
+    cost = np.ones(len(data["weights"]))
+    np.minimum.at(cost, data["sample_index"], data["base_cost"] + data["focus_weight"] * ~held)
+    total = 1000 * float((data["weights"] * cost).sum() / data["weights"].sum())
+    assert total == pytest.approx(plan.cost, rel=1e-13)
+    # And what is held is so by the formulas, at both ends of the tolerance.
+    for pair in np.flatnonzero(data["focus_near"] <= data["focus_far"])[::50]:
+        for focus in (data["focus_near"][pair], data["focus_far"][pair]):
+            near, far = depth_of_field(focus, lens)
+            assert near <= data["depth"][pair] - 0.004
+            assert data["depth"][pair] + 0.004 <= far
+
+
 def test_the_cost_of_a_clouds_own_points_follows_from_the_files(
     tmp_path: Path, scene: Scene
 ) -> None:
@@ -96,7 +122,7 @@ def test_it_has_the_arrays_of_the_contract(tmp_path: Path, scene: Scene) -> None
         assert data["weights"].sum() == pytest.approx(plan.surface_area)
         np.testing.assert_array_equal(data["areas"], data["weights"])
         pairs = len(plan.problem.depth)
-        for name in ("sample_index", "camera_index", "depth", "base_cost"):
+        for name in ("sample_index", "camera_index", "depth", "base_cost", "focus_near"):
             assert data[name].shape == (pairs,)
         # Outward: a camera sees what faces it.
         positions = np.array([camera.position for camera in mixed_rig().cameras])
