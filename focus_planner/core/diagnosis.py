@@ -159,15 +159,14 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
                 f"{tolerance:g}, with which nothing counts as in focus {depths}",
                 "it is probably not in metres; else stop the lenses down",
             )
-        listed = any(lens.settable_distances is not None for lens in problem.lenses)
+        names = "lens.min_focus, lens.max_focus"
+        if any(lens.settable_distances is not None for lens in problem.lenses):
+            names = f"lens.focus_distances, lens.focus_steps, {names}"
         raise InputError(
-            "lens.min_focus, lens.max_focus" + (", or its list of distances" if listed else ""),
-            "limits between which some of the surface comes into focus"
-            + (" at a distance that the lens can be set to" if listed else ""),
+            names,
+            "distances at which some of the surface comes into focus",
             f"none of it, {depths}",
-            "they are probably not in metres"
-            if listed
-            else "the limits are probably not in metres",
+            "they are probably not in metres",
         )
     hyperfocal = np.array([lens.hyperfocal_distance for lens in problem.lenses])
     beyond = problem.depth >= hyperfocal[problem.camera_index]

@@ -597,7 +597,7 @@ def test_a_list_with_nothing_in_reach_leaves_a_camera_out_of_focus():
 
 def test_lists_with_nothing_in_reach_are_an_error():
     rig = around(6, 1.0, lens=Lens(focus_distances=(400.0, 500.0)))
-    with pytest.raises(InputError, match=r"its list of distances: .* none of it, at depths from"):
+    with pytest.raises(InputError, match=r"^lens.focus_distances, .* none of it, at depths from"):
         plan_focus(SCENE, rig, PlanRequest(samples=300))
 
 

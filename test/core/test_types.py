@@ -4,6 +4,8 @@ import math
 import numpy as np
 import pytest
 import reference
+from hypothesis import given
+from hypothesis import strategies as st
 
 from focus_planner import (
     Camera,
@@ -109,6 +111,13 @@ def test_a_lens_may_have_steps_equal_in_dioptres():
     np.testing.assert_allclose(np.diff(1 / settable), (1 / 3.0 - 1 / 0.3) / 9)
     np.testing.assert_allclose(settable, reference.settable(lens))
     assert Lens(min_focus=0.7, max_focus=0.7, focus_steps=2).settable_distances.tolist() == [0.7]
+
+
+@given(st.floats(0.1, 1.0), st.floats(1.0, 20.0), st.integers(2, 200))
+def test_the_limits_are_steps_exactly(low, ratio, steps):
+    settable = Lens(min_focus=low, max_focus=low * ratio, focus_steps=steps).settable_distances
+    assert (settable[0], settable[-1]) == (low, low * ratio)
+    assert len(settable) <= steps
 
 
 def test_a_step_at_infinity_counts_but_is_not_taken():

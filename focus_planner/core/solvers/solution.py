@@ -179,5 +179,5 @@ def start_cells(problem: Problem, start: FloatArray) -> IntArray:
 
 
 def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
-    """Return the focus distances, moved to what each lens can be set to."""
+    """Return the focus distances, moved to the nearest that each lens can be set to."""
     return settable(problem.lenses, np.arange(problem.camera_count), focus)
