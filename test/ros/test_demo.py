@@ -38,7 +38,7 @@ def test_a_node_that_fails_is_told(tmp_path, capsys, monkeypatch):
 def test_the_distances_fit_the_terminal(width):
     rig = demo.cylinder_rig()
     cameras = [
-        demo.CameraFocus(c.name, demo.CameraStatus.SEES_NOTHING, 9.99, 0.1, 2.0, 0, 0)
+        demo.CameraFocus(c.name, demo.CameraStatus.SEES_NOTHING, 9.99, 0.1, 2.0, 0, 0, ())
         for c in rig.cameras
     ]
     lines = demo._distances(rig, cameras, width).plain.splitlines()
