@@ -43,6 +43,7 @@ _LENS_OPTIONS: dict[str, dict[str, Any]] = {
 _REQUEST_OPTIONS = (
     *("method", "samples", "seed", "k", "scope", "tuples", "time_budget"),
     *("shots", "depth_tolerance"),
+    *("fresh_samples", "standard_error"),
 )
 
 
@@ -225,13 +226,15 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     def share(part: float) -> str:
         return f"{part / plan.surface_area:.1%} of the surface"
 
-    yield "cost", f"{plan.cost:.2f}", "of 1000"
+    yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples of seed {plan.seed}"
     if plan.lower_bound is not None:
-        yield "lower bound", f"{plan.lower_bound:.2f}", "no plan costs less"
+        yield "lower bound", f"{plan.lower_bound:.2f}", "no plan costs less on those"
+    fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
+    yield "fresh cost", fresh, f"on {plan.fresh_samples} samples that the solver did not see"
     yield "surface", area(plan.surface_area), ""
     yield "seen", area(plan.covered_area), share(plan.covered_area)
-    yield "in focus", area(plan.in_focus_area), share(plan.in_focus_area)
-    yield "samples", str(plan.samples), f"seed {plan.seed}"
+    in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
+    yield "in focus", in_focus, share(plan.in_focus_area)
     yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "out of time"
     yield "all in", f"{plan.total_seconds:.3f} s", ""
     if plan.shots > 1:
@@ -352,7 +355,13 @@ def _add_plan(commands: Any) -> None:
         help="k_view's tuples: overlap, of cameras that see the same, or grid, of neighbours on"
         " the rig's grid (overlap)",
     )
-    add("--samples", type=int, metavar="N", help="0 takes a cloud's points themselves (4096)")
+    add(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="how many to plan on; 0 takes a cloud's points themselves, and on a mesh as many as"
+        " --standard-error asks for (4096)",
+    )
     add("--seed", type=int, metavar="N", help="the same seed gives the same plan (0)")
     add("--shots", type=int, metavar="N", help="pictures that each camera takes (1)")
     add(
@@ -367,6 +376,19 @@ def _add_plan(commands: Any) -> None:
         metavar="S",
         help="stop the solver after S seconds, ray casting included, with the best plan so far;"
         " ray casting itself is not interrupted (none)",
+    )
+    add(
+        "--fresh-samples",
+        type=int,
+        metavar="N",
+        help="how many to judge the plan on, which the solver does not see (4096)",
+    )
+    add(
+        "--standard-error",
+        type=float,
+        metavar="X",
+        help="with --samples 0 on a mesh, the standard error that the cost is to have; both"
+        " numbers of samples are then chosen for it (2)",
     )
     what = plan.add_argument_group("what to write")
     add = what.add_argument

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -177,18 +178,24 @@ def _title(method: str) -> str:
 
 def _compare(results: Mapping[str, _Result]) -> Table:
     """Return the table of all methods."""
-    autofocus = results["closest"].plan.cost
-    samples = results["closest"].plan.samples
-    table = Table(title=f"One body, 168 cameras, {samples} samples")
+    autofocus = results["closest"].plan
+    # Within 80 characters.
+    table = Table(
+        title=f"One body, 168 cameras, {autofocus.samples} samples",
+        box=box.SIMPLE_HEAD,
+        collapse_padding=True,
+        pad_edge=False,
+    )
     table.add_column("method")
-    for name in ("cost", "change", "in focus", "solver", "answer after"):
+    for name in ("cost", "fresh cost", "change", "in focus", "solver", "answer"):
         table.add_column(name, justify="right")
     for method, result in results.items():
         plan = result.plan
         table.add_row(
             _title(method),
             f"{plan.cost:.1f}",
-            f"{plan.cost / autofocus - 1:+.1%}" if method != "closest" else "",
+            f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f}",
+            f"{plan.fresh_cost / autofocus.fresh_cost - 1:+.1%}" if method != "closest" else "",
             f"{plan.in_focus_area:.2f} m² ({plan.in_focus_area / plan.surface_area:.0%})",
             f"{plan.solve_seconds * 1e3:.0f} ms",
             f"{result.waited * 1e3:.0f} ms",
@@ -233,7 +240,9 @@ def _show(console: Console, rig: Rig, results: Mapping[str, _Result]) -> None:
     console.print(_compare(results))
     console.print(
         "cost: 0 where all of the body is large, centred and sharp in some picture, 1000 where no"
-        " camera sees any. change: beside autofocus.\n"
+        " camera sees any. fresh cost: on samples that the solver did not see, which is what the"
+        " plan is worth, ± its standard error. change: of that, beside autofocus. answer: what the"
+        " caller waited for.\n"
     )
     cameras = results[_BEST].plan.cameras
     console.print(f"Focus distances of {_BEST} in cm: a line is a ring of cameras, at its height.")

@@ -160,11 +160,20 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("focus_planner.core.planning.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
-    options += " --shots 2 --depth-tolerance 0.01"
-    assert plan(*options.split(), "--time-budget", "1.5") == 130
+    options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
+    options += " --fresh-samples 9 --standard-error 0.5"
+    assert plan(*options.split()) == 130
     assert plan() == 130
-    everything = PlanRequest("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01)
-    assert seen == [everything, PlanRequest()]
+    expected = PlanRequest("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01, 9, 0.5)
+    assert seen == [expected, PlanRequest()]
+
+
+def test_samples_0_takes_as_many_of_a_mesh_as_are_asked_for(here: Path, capsys: Any) -> None:
+    assert plan("--samples", "0", "--standard-error", "1.5", "--method", "em") == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["samples"] == data["fresh_samples"] > 2048
+    assert data["fresh_standard_error"] == pytest.approx(1.5, rel=0.1)
+    fails_in_one_line(capsys, plan("--samples", "0", "--standard-error", "1e-9"), "at least")
 
 
 def test_samples_0_takes_the_clouds_points(here: Path, capsys: Any) -> None:
@@ -296,7 +305,7 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--scope some", "scope: expected one of all, assigned"),
         ("--tuples pairs", "tuples: expected one of overlap, grid"),
         ("--samples -1", "samples: expected a whole number of at least 0"),
-        ("--samples 0", "samples: expected at least 1 on a mesh"),
+        ("--fresh-samples 1", "fresh_samples: expected a whole number of at least 2"),
         ("--samples 1e3", "invalid int value: '1e3'"),
         ("--seed -1", "seed: expected a whole number"),
         ("--time-budget 0", "time_budget: expected a number above 0"),
@@ -364,6 +373,8 @@ def test_help_names_every_choice_and_default(capsys: Any) -> None:
     defaults = PlanRequest()
     for default in (defaults.method, defaults.samples, defaults.seed, defaults.k):
         assert f"({default})" in text
+    assert f"does not see ({defaults.fresh_samples})" in text
+    assert f"chosen for it ({defaults.standard_error:g})" in text
     assert f"({defaults.scope})" in text
     assert f"({defaults.tuples})" in text
 
@@ -472,7 +483,7 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     status, shown = on_a_terminal()
     assert status == 0
     assert "finding what 12 cameras see" in shown
-    for word in ("cost", "in focus", "m²", "% of the surface", "planned"):
+    for word in ("cost", "fresh cost", "in focus", " ± ", "m²", "% of the surface", "planned"):
         assert word in shown
     assert '"cameras"' not in shown
 

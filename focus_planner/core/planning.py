@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field, replace
 
@@ -17,6 +18,7 @@ from focus_planner.core.diagnosis import (
 )
 from focus_planner.core.optics import depth_of_field
 from focus_planner.core.problem import Problem, build_problem, mean_cost, settable
+from focus_planner.core.quality import judge
 from focus_planner.core.scene import Scene
 from focus_planner.core.shots import sort_shots, spread_start, with_shots
 from focus_planner.core.solvers import SOLVERS, Options, Progress, Watch, go_on
@@ -26,6 +28,7 @@ from focus_planner.core.types import (
     CameraStatus,
     CostModel,
     FloatArray,
+    Mesh,
     Rig,
 )
 from focus_planner.core.visibility import visible_pairs
@@ -36,6 +39,9 @@ TUPLES = ("overlap", "grid")
 #: More would need more memory than rigs' computers have, and change no plan.
 MAX_SAMPLES = 2_000_000
 MAX_SHOTS = 16
+# Enough to tell the costs' standard deviation to three percent; that it is EM's adds two, on the
+# safe side.
+_PILOT_SAMPLES = 2048
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,8 @@ class PlanRequest:
     ----------
     method : {"closest", "average", "em", "k_view"}
     samples : int
-        How many; 0 takes a cloud's points themselves.
+        How many to plan on. 0 takes a cloud's points themselves, and on a mesh as many as
+        ``standard_error`` asks for.
     seed : int
     k : {2, 3}
         How many cameras ``k_view`` moves together.
@@ -63,6 +70,11 @@ class PlanRequest:
     depth_tolerance : float
         How far, in metres, a sample's depth may be off either way: it counts as in focus only
         where all these depths are.
+    fresh_samples : int
+        How many to judge the plan on, which the solver does not see.
+    standard_error : float
+        Where ``samples`` is 0 on a mesh, the standard error that the cost is to have, in its
+        unit: both numbers of samples, to plan on and to judge on, are then chosen for it.
 
     Raises
     ------
@@ -79,11 +91,15 @@ class PlanRequest:
     time_budget: float = np.inf
     shots: int = 1
     depth_tolerance: float = 0.0
+    fresh_samples: int = 4096
+    standard_error: float = 2.0
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)
-        if check_whole("samples", self.samples, 0) > MAX_SAMPLES:
-            raise InputError("samples", f"at most {MAX_SAMPLES}", str(self.samples))
+        for name, at_least in (("samples", 0), ("fresh_samples", 2)):
+            number = getattr(self, name)
+            if check_whole(name, number, at_least) > MAX_SAMPLES:
+                raise InputError(name, f"at most {MAX_SAMPLES}", str(number))
         check_whole("seed", self.seed, 0)
         if isinstance(self.k, bool) or not isinstance(self.k, int) or self.k not in (2, 3):
             raise InputError("k", "2 or 3", repr(self.k))
@@ -93,6 +109,7 @@ class PlanRequest:
         if check_whole("shots", self.shots, 1) > MAX_SHOTS:
             raise InputError("shots", f"at most {MAX_SHOTS}", str(self.shots))
         check_number("depth_tolerance", self.depth_tolerance, at_least=0)
+        check_number("standard_error", self.standard_error, above=0)
 
 
 @dataclass(frozen=True)
@@ -149,20 +166,30 @@ class CameraFocus:
 class FocusPlan:
     """Focus distances for a rig, and how good they are.
 
+    On the samples that the solver was given a plan looks better than it is, and the fewer they
+    are the more so. Fresh samples, drawn independently of them, tell its cost and its areas
+    without that bias. They depend on the seed alone, so plans of one surface and seed are judged
+    on the same ones.
+
     Attributes
     ----------
     method : str
     cost : float
-        1000 × the mean over the surface, by importance, of the pointwise cost (Eq. 3).
+        1000 × the mean over the solver's samples, by weight, of the pointwise cost (Eq. 3).
     lower_bound : float or None
-        No plan for these samples costs less.
+        No plan for the solver's samples costs less on them.
     samples, seed : int
     depth_tolerance : float
         Metres; what it was planned with.
+    fresh_cost, fresh_standard_error : float
+        The same mean over the fresh samples, and its standard error.
+    fresh_samples : int
     surface_area, covered_area, in_focus_area : float
         Of the surface, of what some camera sees, and of what is in focus in the camera that
-        images it best; square metres. The latter two are estimates, and leave out what was not
-        sampled as it has no importance.
+        images it best; square metres. The last two are estimated on the fresh samples, and leave
+        out what has no importance.
+    in_focus_standard_error : float
+        Of ``in_focus_area``, square metres.
     solve_seconds, total_seconds : float
     cameras : tuple of CameraFocus
         In the rig's order.
@@ -174,9 +201,13 @@ class FocusPlan:
     samples: int
     seed: int
     depth_tolerance: float
+    fresh_cost: float
+    fresh_standard_error: float
+    fresh_samples: int
     surface_area: float
     covered_area: float
     in_focus_area: float
+    in_focus_standard_error: float
     solve_seconds: float
     total_seconds: float
     cameras: tuple[CameraFocus, ...]
@@ -215,7 +246,7 @@ def plan_focus(
     model: CostModel | None = None,
     watch: Watch = go_on,
 ) -> SolvedPlan:
-    """Sample the surface, find what each camera sees, and solve for the focus distances.
+    """Sample the surface, find what each camera sees, solve for the focus distances, judge them.
 
     The same arguments give the same plan, bit for bit, but for its seconds.
 
@@ -233,18 +264,21 @@ def plan_focus(
     Raises
     ------
     InputError
-        If the request does not fit the rig or the surface, or no camera sees the surface; the
-        message says what was suspected.
+        If the request does not fit the rig or the surface, no camera sees the surface, or the
+        standard error would take too many samples; the message says what was suspected.
     """
     started = time.perf_counter()
     request = request or PlanRequest()
     options = _options(rig, request)
-    problem = pose_problem(scene, rig, request, model)
-    options = replace(options, start=spread_start(problem))
+    time_budget = request.time_budget
 
     def within_budget(progress: Progress) -> bool:
-        return watch(progress) and time.perf_counter() - started < request.time_budget
+        return watch(progress) and time.perf_counter() - started < time_budget
 
+    request = choose_samples(scene, rig, request, model, within_budget)
+    problem = pose_problem(scene, rig, request, model)
+    options = replace(options, start=spread_start(problem))
+    fresh = pose_fresh_problem(scene, rig, request, model)
     solving = time.perf_counter()
     with kernels.threads_for(len(problem.depth)):
         solution = SOLVERS[request.method](problem, options, within_budget)
@@ -252,6 +286,7 @@ def plan_focus(
     return _plan(
         scene,
         problem,
+        fresh,
         request,
         solution.focus_distances,
         converged=solution.converged,
@@ -274,6 +309,7 @@ def pose_problem(
     InputError
         As :func:`plan_focus`.
     """
+    request = choose_samples(scene, rig, request, model)
     shots = len(rig) * request.shots
     if request.method == "k_view" and request.k > shots:
         raise InputError(
@@ -301,6 +337,65 @@ def pose_problem(
     return with_shots(problem, request.shots)
 
 
+def pose_fresh_problem(
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None = None,
+    by: Density = "importance",
+) -> Problem:
+    """Return the discrete problem that a request's plan is judged on.
+
+    Raises
+    ------
+    InputError
+        As :func:`choose_samples`.
+    """
+    request = choose_samples(scene, rig, request, model)
+    samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
+    visibility = visible_pairs(scene, rig, samples)
+    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
+    return with_shots(problem, request.shots)
+
+
+def choose_samples(
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None = None,
+    watch: Watch = go_on,
+) -> PlanRequest:
+    """Return the request with as many samples on a mesh as its standard error asks for.
+
+    The standard error falls with the square root of the number of samples; what it is for a few
+    of them, at the focus distances of EM on those, tells how many it takes. A request that says
+    how many, or takes a cloud's points, is returned as it is.
+
+    Raises
+    ------
+    InputError
+        If it takes too many, or as :func:`plan_focus`.
+    """
+    if request.samples or not isinstance(scene.surface, Mesh):
+        return request
+    pilot = pose_problem(scene, rig, replace(request, method="em", samples=_PILOT_SAMPLES), model)
+    with kernels.threads_for(len(pilot.depth)):
+        solution = SOLVERS["em"](pilot, Options(start=spread_start(pilot)), watch)
+    quality = judge(pilot, fill_in(pilot, solution.focus_distances))
+    ratio = quality.cost.standard_error / request.standard_error
+    enough = _PILOT_SAMPLES * ratio * ratio
+    if enough > MAX_SAMPLES:
+        least = quality.cost.standard_error * math.sqrt(_PILOT_SAMPLES / MAX_SAMPLES)
+        raise InputError(
+            "standard_error",
+            f"at least {1.005 * least:.3g} for this surface and rig",  # rounded, still enough
+            f"{request.standard_error:g}",
+            f"it would take {enough:.3g} samples, and {MAX_SAMPLES} is the most",
+        )
+    count = max(_PILOT_SAMPLES, math.ceil(enough))
+    return replace(request, samples=count, fresh_samples=count)
+
+
 def _options(rig: Rig, request: PlanRequest) -> Options:
     if request.method == "k_view" and request.tuples == "grid" and rig.grid is None:
         raise InputError(
@@ -316,6 +411,7 @@ def _options(rig: Rig, request: PlanRequest) -> Options:
 def _plan(
     scene: Scene,
     problem: Problem,
+    fresh: Problem,
     request: PlanRequest,
     solved: FloatArray,
     *,
@@ -325,13 +421,9 @@ def _plan(
 ) -> SolvedPlan:
     focus = sort_shots(problem, fill_in(problem, solved))
     costs, best = problem.evaluate(focus)
-    areas = problem.samples.areas
-    pairs = np.flatnonzero(problem.camera_index == best[problem.sample_index])
-    chosen = focus[problem.camera_index[pairs]]
-    sharp = pairs[(problem.focus_near[pairs] <= chosen) & (chosen <= problem.focus_far[pairs])]
     count = problem.camera_count
-    assigned = np.bincount(problem.camera_index[pairs], minlength=count)
-    in_focus = np.bincount(problem.camera_index[sharp], minlength=count)
+    assigned = np.bincount(best[best >= 0], minlength=count)
+    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
     shots = []
     for c, lens in enumerate(problem.lenses):
         near, far = depth_of_field(focus[c], lens)
@@ -342,6 +434,7 @@ def _plan(
         _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
         for c in range(0, count, problem.shots)
     ]
+    quality = judge(fresh, focus)
     return SolvedPlan(
         method=request.method,
         cost=mean_cost(problem.samples.weights, costs),
@@ -349,9 +442,13 @@ def _plan(
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
+        fresh_cost=quality.cost.value,
+        fresh_standard_error=quality.cost.standard_error,
+        fresh_samples=fresh.sample_count,
         surface_area=scene.area,
-        covered_area=float(areas[best >= 0].sum()),
-        in_focus_area=float(areas[problem.sample_index[sharp]].sum()),
+        covered_area=quality.covered_area.value,
+        in_focus_area=quality.in_focus_area.value,
+        in_focus_standard_error=quality.in_focus_area.standard_error,
         solve_seconds=solve_seconds,
         total_seconds=time.perf_counter() - started,
         cameras=tuple(cameras),

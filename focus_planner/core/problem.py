@@ -205,6 +205,23 @@ class Problem:
         )
         return costs, best
 
+    def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:
+        """Return (N,) whether each sample is in focus in its best camera.
+
+        Parameters
+        ----------
+        focus : (C,) array
+            Metres.
+        best : (N,) array of int32
+            As :meth:`evaluate` returns it.
+        """
+        pairs = np.flatnonzero(self.camera_index == best[self.sample_index])
+        chosen = focus[self.camera_index[pairs]]
+        sharp = (self.focus_near[pairs] <= chosen) & (chosen <= self.focus_far[pairs])
+        held = np.zeros(self.sample_count, dtype=np.bool_)
+        held[self.sample_index[pairs[sharp]]] = True
+        return held
+
     def cost(self, focus: FloatArray) -> float:
         """Return the total cost (Eq. 3): 1000 × the weighted mean of the samples' costs."""
         return mean_cost(self.samples.weights, self.evaluate(focus)[0])

@@ -17,6 +17,8 @@ from focus_planner.core.surface import (
     CloudShape,
     Density,
     cloud_shape,
+    fresh_stream,
+    sample_around_cloud,
     sample_cloud,
     sample_mesh,
     surfels,
@@ -113,6 +115,26 @@ class Scene:
                 "0 takes the points themselves, which only a cloud has",
             )
         return sample_mesh(self.surface, count, seed, by)
+
+    def fresh_samples(self, count: int, seed: int, by: Density = "importance") -> Samples:
+        """Return seeded samples to judge plans on, drawn as :meth:`sample` draws them.
+
+        They are independent of those that :meth:`sample` returns for any seed. A cloud's lie
+        around its points, as :func:`sample_around_cloud` says.
+
+        Raises
+        ------
+        InputError
+            If ``count`` is less than 2, of which there is no standard error, ``seed`` is
+            negative, or ``by`` is neither.
+        """
+        check_whole("fresh_samples", count, 2)
+        check_choice("by", by, get_args(Density))
+        stream = fresh_stream(check_whole("seed", seed, 0))
+        if isinstance(self.surface, PointCloud):
+            assert self._shape is not None
+            return sample_around_cloud(self.surface, self._shape, count, stream, by)
+        return sample_mesh(self.surface, count, stream, by)
 
     def occluded(self, origins: FloatArray, targets: FloatArray) -> NDArray[np.bool_]:
         """Return whether the surface stands between each origin and its target on the surface.

@@ -25,6 +25,9 @@ _NEIGHBOURS = 16
 _STRAY = 50.0
 
 #: What samples are drawn by; the same where a surface has no importance.
+#: For NumPy's PCG64.
+Seed = int | np.random.SeedSequence
+#: What samples are drawn by.
 Density = Literal["importance", "area"]
 
 
@@ -84,7 +87,12 @@ def cloud_shape(cloud: PointCloud) -> CloudShape:
     return CloudShape(np.asarray(shape.normals).copy(), False, areas, importance, spacing)
 
 
-def sample_mesh(mesh: Mesh, count: int, seed: int, by: Density = "importance") -> Samples:
+def fresh_stream(seed: int) -> np.random.SeedSequence:
+    """Return a seed of random numbers that are independent of those that any number seeds."""
+    return np.random.SeedSequence(seed, spawn_key=(0,))
+
+
+def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") -> Samples:
     """Return ``count`` samples of the surface.
 
     Normals are interpolated from the vertices where the mesh has vertex normals, else those of
@@ -94,7 +102,7 @@ def sample_mesh(mesh: Mesh, count: int, seed: int, by: Density = "importance") -
     ----------
     mesh : Mesh
     count : int
-    seed : int
+    seed : int or SeedSequence
         For NumPy's PCG64: the same seed gives the same samples.
     by : {"importance", "area"}
         The density of the samples. By importance, the less important the fewer, all weigh the
@@ -148,15 +156,57 @@ def sample_cloud(
         weights = shape.areas * importance
         return Samples(points.copy(), normals.copy(), shape.areas.copy(), weights)
     random = np.random.default_rng(seed)
+    chosen, areas, weights = _draw_points(cloud, shape, count, random, by)
+    return Samples(points[chosen], normals[chosen], areas, weights)
+
+
+def sample_around_cloud(
+    cloud: PointCloud, shape: CloudShape, count: int, seed: Seed, by: Density = "importance"
+) -> Samples:
+    """Return ``count`` samples of the surface around a cloud's points.
+
+    Points are drawn as :func:`sample_cloud` does, and each sample lies in the square on its point's
+    tangent plane that has the point's area, uniformly, and has the point's normal: surface that
+    the points stand for, but not the points, which a plan may have been made on.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    shape : CloudShape
+    count, seed, by
+        As for :func:`sample_mesh`.
+    """
+    random = np.random.default_rng(seed)
+    chosen, areas, weights = _draw_points(cloud, shape, count, random, by)
+    normals = shape.normals[chosen]
+    side = np.sqrt(shape.areas[chosen])
+    along = side[:, None] * (random.random((count, 2)) - 0.5)
+    first, second = _tangents(normals)
+    points = cloud.points[chosen] + along[:, :1] * first + along[:, 1:] * second
+    return Samples(points, normals, areas, weights)
+
+
+def _draw_points(
+    cloud: PointCloud, shape: CloudShape, count: int, random: np.random.Generator, by: Density
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Return (count,) indices of points drawn with replacement, their areas and weights."""
+    importance = shape.importance
     if cloud.importance is None or by == "area":
         chosen, area = _choose(shape.areas, count, random)
         areas = np.full(count, area / count)
-        weights = areas * importance[chosen]
-    else:
-        chosen, weight = _choose(shape.areas * importance, count, random)
-        areas = _areas_of_equal_weights(importance[chosen], shape.areas[importance > 0].sum())
-        weights = np.full(count, weight / count)
-    return Samples(points[chosen], normals[chosen], areas, weights)
+        return chosen, areas, areas * importance[chosen]
+    chosen, weight = _choose(shape.areas * importance, count, random)
+    areas = _areas_of_equal_weights(importance[chosen], shape.areas[importance > 0].sum())
+    return chosen, areas, np.full(count, weight / count)
+
+
+def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return two (n, 3) unit vectors at right angles to each normal and to each other."""
+    # Any direction that is not the normal's; the turn about it does not matter.
+    other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first = np.cross(normals, other)
+    first /= np.sqrt((first**2).sum(axis=1))[:, None]
+    return first, np.cross(normals, first)
 
 
 def surfels(
@@ -177,12 +227,7 @@ def surfels(
         Metres.
     triangles : (2M, 3) array of int32
     """
-    normals = shape.normals
-    # Any direction that is not the normal's; the square's turn about it does not matter.
-    other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(normals, other)
-    first /= np.sqrt((first**2).sum(axis=1))[:, None]
-    second = np.cross(normals, first)
+    first, second = _tangents(shape.normals)
     radius = (radius_in_spacings * np.sqrt(shape.areas))[:, None]
     corners = np.stack(
         [
@@ -193,7 +238,7 @@ def surfels(
         ],
         axis=1,
     )
-    base = 4 * np.arange(len(normals), dtype=np.int32)[:, None]
+    base = 4 * np.arange(len(first), dtype=np.int32)[:, None]
     corner = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
     return corners.reshape(-1, 3), np.concatenate([base + corner[0], base + corner[1]])
 

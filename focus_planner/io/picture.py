@@ -16,11 +16,12 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from focus_planner.core.geometry import camera_positions
-from focus_planner.core.planning import FocusPlan, PlanRequest, pose_problem
+from focus_planner.core.planning import FocusPlan, PlanRequest, pose_fresh_problem
 from focus_planner.core.problem import Problem
+from focus_planner.core.quality import judge
 from focus_planner.core.scene import Scene
 from focus_planner.core.shots import with_shots
-from focus_planner.core.types import FloatArray, IntArray, PointCloud, Rig, Samples
+from focus_planner.core.types import FloatArray, IntArray, Rig, Samples
 from focus_planner.io.files import whole_file
 
 _SAMPLES = 150_000
@@ -83,7 +84,9 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     InputError
         If the file cannot be written.
     """
-    fresh = _fresh_problem(scene, rig, plans)
+    tolerance = max(plan.depth_tolerance for plan in plans.values())
+    request = PlanRequest(fresh_samples=_SAMPLES, depth_tolerance=tolerance)
+    fresh = pose_fresh_problem(scene, rig, request, by="area")
     sheet = _Sheet(len(plans), _aspect(fresh.samples))
     metres = _focus_scale([plan.focus_distances for plan in plans.values()])
     for column, (title, plan) in enumerate(plans.items()):
@@ -99,22 +102,6 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     _write_headline(sheet.figure, rig, fresh, {plan.shots for plan in plans.values()})
     with whole_file(path) as file:
         sheet.figure.savefig(file, format="png")
-
-
-def _fresh_problem(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan]) -> Problem:
-    """Return a problem of many samples, drawn with no plan's seed; of a small cloud all points."""
-    few = isinstance(scene.surface, PointCloud) and len(scene.surface.points) < _SAMPLES
-    return pose_problem(
-        scene,
-        rig,
-        PlanRequest(
-            method="closest",
-            samples=0 if few else _SAMPLES,
-            seed=1 + max(plan.seed for plan in plans.values()),
-            depth_tolerance=max(plan.depth_tolerance for plan in plans.values()),
-        ),
-        by="area",
-    )
 
 
 class _Sheet:
@@ -223,20 +210,12 @@ def _shade(view: _View, normals: FloatArray, colours: FloatArray) -> FloatArray:
 
 def _write_title(axes: Axes, title: str, fresh: Problem, focus: FloatArray) -> None:
     axes.set_title(title, fontsize=18, weight="bold", color=_INK, pad=30)
-    text = f"cost {fresh.cost(focus):.0f}   ·   {_share_in_focus(fresh, focus):.0%} in focus"
+    quality = judge(fresh, focus)
+    share = quality.in_focus_area.value / fresh.samples.areas.sum()
+    text = f"cost {quality.cost.value:.0f}   ·   {share:.0%} in focus"
     axes.annotate(
         text, (0.5, 1.0), (0, 9), "axes fraction", "offset points", va="bottom", **_label(13, _INK)
     )
-
-
-def _share_in_focus(problem: Problem, focus: FloatArray) -> float:
-    """Return the share of the surface that is in focus in the camera that images it best."""
-    _, best = problem.evaluate(focus)
-    chosen = focus[problem.camera_index]
-    sharp = (problem.focus_near <= chosen) & (chosen <= problem.focus_far)
-    sharp &= problem.camera_index == best[problem.sample_index]
-    areas = problem.samples.areas
-    return float(areas[problem.sample_index[sharp]].sum() / areas.sum())
 
 
 def _draw_cameras(axes: Axes, rig: Rig, centre: FloatArray, colours: FloatArray) -> None:

@@ -276,11 +276,16 @@ def request_from_ros(message: PlanFocus.Request, defaults: PlanRequest) -> PlanR
         time_budget=message.time_budget or defaults.time_budget,
         shots=message.shots or defaults.shots,
         depth_tolerance=message.depth_tolerance or defaults.depth_tolerance,
+        fresh_samples=defaults.fresh_samples,
+        standard_error=defaults.standard_error,
     )
 
 
 def request_to_ros(request: PlanRequest) -> PlanFocus.Request:
-    """Return the request; an unlimited time is left out, and so are ``tuples``."""
+    """Return the request; an unlimited time is left out.
+
+    So are ``tuples``, ``fresh_samples`` and ``standard_error``, which only parameters set.
+    """
     budget = request.time_budget
     return PlanFocus.Request(
         method=request.method,
@@ -350,9 +355,13 @@ def plan_from_ros(message: FocusPlanMsg) -> FocusPlan:
         samples=message.samples,
         seed=message.seed,
         depth_tolerance=message.depth_tolerance,
+        fresh_cost=message.fresh_cost,
+        fresh_standard_error=message.fresh_standard_error,
+        fresh_samples=message.fresh_samples,
         surface_area=message.surface_area,
         covered_area=message.covered_area,
         in_focus_area=message.in_focus_area,
+        in_focus_standard_error=message.in_focus_standard_error,
         solve_seconds=message.solve_seconds,
         total_seconds=message.total_seconds,
         cameras=tuple(camera_focus_from_ros(focus) for focus in message.cameras),
@@ -372,9 +381,13 @@ def plan_to_ros(plan: FocusPlan, frame_id: str, stamp: Time, plan_id: str) -> Fo
         seed=plan.seed,
         shots=plan.shots,
         depth_tolerance=plan.depth_tolerance,
+        fresh_cost=plan.fresh_cost,
+        fresh_standard_error=plan.fresh_standard_error,
+        fresh_samples=plan.fresh_samples,
         surface_area=plan.surface_area,
         covered_area=plan.covered_area,
         in_focus_area=plan.in_focus_area,
+        in_focus_standard_error=plan.in_focus_standard_error,
         solve_seconds=plan.solve_seconds,
         total_seconds=plan.total_seconds,
         cameras=[camera_focus_to_ros(focus, header) for focus in plan.cameras],

@@ -388,8 +388,9 @@ def _plan_id() -> str:
 
 def _summary(plan: SolvedPlan) -> str:
     text = (
-        f"{plan.method}, cost {plan.cost:.1f} on {plan.samples} samples"
-        f" in {plan.total_seconds:.3f} s"
+        f"{plan.method}, cost {plan.cost:.1f} on {plan.samples} samples,"
+        f" {plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on {plan.fresh_samples} fresh"
+        f" ones, in {plan.total_seconds:.3f} s"
     )
     return text if plan.converged else f"{text}, stopped by the time budget before it converged"
 

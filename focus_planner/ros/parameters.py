@@ -105,8 +105,23 @@ DECLARATIONS = (
     Declaration(
         "samples",
         _REQUEST.samples,
-        "Number of surface samples to plan on; 0 takes a cloud's points themselves." + _NEXT_CALL,
+        "Number of surface samples to plan on; 0 takes a cloud's points themselves, and on a mesh"
+        " as many as standard_error asks for." + _NEXT_CALL,
         high=MAX_SAMPLES,
+    ),
+    Declaration(
+        "fresh_samples",
+        _REQUEST.fresh_samples,
+        "Number of samples that the solver does not see, to judge the plan on." + _NEXT_CALL,
+        low=2,
+        high=MAX_SAMPLES,
+    ),
+    Declaration(
+        "standard_error",
+        _REQUEST.standard_error,
+        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit. Read"
+        " only where samples is 0 on a mesh: both numbers of samples are then chosen for it."
+        + _NEXT_CALL,
     ),
     Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
     Declaration(
@@ -251,6 +266,8 @@ class Settings:
                 time_budget=values["time_budget"] or math.inf,
                 shots=values["shots"],
                 depth_tolerance=values["depth_tolerance"],
+                fresh_samples=values["fresh_samples"],
+                standard_error=values["standard_error"],
             ),
             optics=Optics(
                 image=Image(**_group(values, "image.")),

@@ -52,7 +52,8 @@ def distances(plan):
 @each_method
 def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
     model = CostModel(0.3, 0.3, 0.4)
-    plan = plan_focus(SCENE, RIG, PlanRequest(method, samples=150, seed=3), model)
+    request = PlanRequest(method, samples=150, seed=3, fresh_samples=120)
+    plan = plan_focus(SCENE, RIG, request, model)
     samples = SCENE.sample(150, 3)
     visible = pairs_of(visible_pairs(SCENE, RIG, samples))
     focus = distances(plan)
@@ -62,29 +63,24 @@ def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
     assert plan.cost == pytest.approx(expected, rel=1e-12)
     assert (plan.method, plan.samples, plan.seed, plan.converged) == (method, 150, 3, True)
     assert plan.lower_bound is None or plan.lower_bound <= plan.cost
-    # Who images what, and how well, from Eq. 1 alone.
-    assigned, sharp = np.zeros(6, dtype=int), np.zeros(6, dtype=int)
-    for p in range(150):
-        costs = {
-            c: reference.pointwise_cost(
-                samples.points[p], samples.normals[p], camera, focus[c], model
-            )
-            for c, camera in enumerate(RIG.cameras)
-            if (p, c) in visible
-        }
-        if costs:
-            best = min(costs, key=costs.get)
-            camera = RIG.cameras[best]
-            depth = (samples.points[p] - camera.position) @ reference.camera_axes(camera)[2]
-            assigned[best] += 1
-            sharp[best] += reference.in_focus(depth, focus[best], camera.lens)
-    assert [camera.assigned_samples for camera in plan.cameras] == assigned.tolist()
-    assert [camera.in_focus_samples for camera in plan.cameras] == sharp.tolist()
-    seen = len({p for p, _ in visible})
-    assert sum(assigned) == seen
+    assigned, sharp = assigned_and_sharp(samples, visible, focus, model)
+    assert [camera.assigned_samples for camera in plan.cameras] == assigned
+    assert [camera.in_focus_samples for camera in plan.cameras] == sharp
+    assert sum(assigned) == len({p for p, _ in visible})
+    fresh = SCENE.fresh_samples(120, 3)
+    visible = pairs_of(visible_pairs(SCENE, RIG, fresh))
+    expected = reference.total_cost(
+        fresh.points, fresh.normals, fresh.weights, RIG, visible, focus, model
+    )
+    assert plan.fresh_cost == pytest.approx(expected, rel=1e-12)
+    assert plan.fresh_samples == 120
+    assigned, sharp = assigned_and_sharp(fresh, visible, focus, model)
     assert plan.surface_area == pytest.approx(SCENE.area)
-    assert plan.covered_area == pytest.approx(SCENE.area * seen / 150)
-    assert plan.in_focus_area == pytest.approx(SCENE.area * sum(sharp) / 150)
+    assert plan.covered_area == pytest.approx(SCENE.area * sum(assigned) / 120)
+    share = sum(sharp) / 120
+    assert plan.in_focus_area == pytest.approx(SCENE.area * share)
+    error = SCENE.area * math.sqrt(share * (1 - share) / 119)
+    assert plan.in_focus_standard_error == pytest.approx(error)
     for camera, of_rig in zip(plan.cameras, RIG.cameras, strict=True):
         assert camera.name == of_rig.name
         limits = reference.depth_of_field(camera.focus_distance, of_rig.lens)
@@ -93,21 +89,38 @@ def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
     assert plan.total_seconds >= plan.solve_seconds > 0
 
 
-def test_the_default_is_2_view_on_4096_samples():
-    assert PlanRequest() == PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf, 1, 0.0)
+def assigned_and_sharp(samples, visible, focus, model):
+    """Per camera the samples that it images best, and those of them in focus, from Eq. 1 alone."""
+    assigned, sharp = [0] * len(RIG), [0] * len(RIG)
+    for p, (point, normal) in enumerate(zip(samples.points, samples.normals, strict=True)):
+        costs = {
+            c: reference.pointwise_cost(point, normal, camera, focus[c], model)
+            for c, camera in enumerate(RIG.cameras)
+            if (p, c) in visible
+        }
+        if costs:
+            best = min(costs, key=costs.get)
+            camera = RIG.cameras[best]
+            depth = (point - camera.position) @ reference.camera_axes(camera)[2]
+            assigned[best] += 1
+            sharp[best] += reference.in_focus(depth, focus[best], camera.lens)
+    return assigned, sharp
+
+
+def test_the_default_is_2_view_on_4096_samples_and_as_many_fresh_ones():
+    default = PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf, 1, 0.0, 4096, 2.0)
+    assert PlanRequest() == default
     plan = plan_focus(SCENE, RIG)
-    assert (plan.method, plan.samples) == ("k_view", 4096)
+    assert (plan.method, plan.samples, plan.fresh_samples) == ("k_view", 4096, 4096)
 
 
 def without_seconds(plan):
-    return (
-        plan.cost,
-        plan.cameras,
-        plan.surface_area,
-        plan.covered_area,
-        plan.in_focus_area,
-        plan.converged,
-    )
+    values = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan)}
+    return {
+        name: value
+        for name, value in values.items()
+        if name not in {"solve_seconds", "total_seconds", "problem"}
+    }
 
 
 @each_method
@@ -118,6 +131,7 @@ def test_a_plan_repeats_bit_for_bit(method):
     assert without_seconds(first) == without_seconds(second)
     other = plan_focus(SCENE, RIG, dataclasses.replace(request, seed=10))
     assert other.cost != first.cost
+    assert other.fresh_cost != first.fresh_cost
 
 
 def test_a_plan_does_not_depend_on_the_threads():
@@ -252,7 +266,8 @@ def test_a_planned_plane_is_centred_in_its_interval():
 def test_a_sphere_is_covered_as_far_as_it_is_seen():
     # From distance D a sphere of radius R shows the share (1 − R/D)/2.
     scene = Scene(sphere(0.25, subdivisions=4))
-    plan = plan_focus(scene, Rig(around(1, 1.0, height=0).cameras), PlanRequest("em", 20_000))
+    request = PlanRequest("em", 20_000, fresh_samples=20_000)
+    plan = plan_focus(scene, Rig(around(1, 1.0, height=0).cameras), request)
     assert plan.covered_area / plan.surface_area == pytest.approx(0.75 / 2, abs=0.01)
     assert plan.surface_area == pytest.approx(4 * np.pi / 16, rel=0.01)
     # What is in focus is a zone between two depths: 2πR·height.
@@ -447,6 +462,12 @@ def test_every_kind_of_k_view(k, scope, tuples):
             {"depth_tolerance": math.inf},
             "depth_tolerance: expected a number of at least 0, got inf",
         ),
+        ({"samples": 2_000_001}, "samples: expected at most 2000000, got 2000001"),
+        ({"fresh_samples": 1}, "fresh_samples: expected a whole number of at least 2, got 1"),
+        ({"fresh_samples": 2_000_001}, "fresh_samples: expected at most 2000000, got 2000001"),
+        ({"standard_error": 0}, "standard_error: expected a number above 0, got 0"),
+        ({"standard_error": math.inf}, "standard_error: expected a number above 0, got inf"),
+        ({"standard_error": math.nan}, "standard_error: expected a number above 0, got nan"),
     ],
 )
 def test_requests_that_cannot_be(values, message):
@@ -470,8 +491,13 @@ def test_requests_that_cannot_be(values, message):
         ),
         (
             RIG,
-            PlanRequest(samples=0),
-            "samples: expected at least 1 on a mesh, got 0; 0 takes the points themselves",
+            PlanRequest(samples=0, standard_error=1e-3),
+            r"standard_error: expected at least 0\.\d+ for .* got 0\.001; it would take [\d.e+]+ s",
+        ),
+        (
+            RIG,
+            PlanRequest(samples=0, standard_error=1e-300),
+            "standard_error: .* got 1e-300; it would take inf samples",
         ),
         (
             RIG,

@@ -40,7 +40,7 @@ def test_four_plans_make_a_wide_small_picture(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_cloud_is_drawn_from_its_own_points(tmp_path: Path) -> None:
+def test_a_cloud_is_drawn(tmp_path: Path) -> None:
     scene = Scene(PointCloud(MESH.vertices[::5]))
     draw(scene, cylinder_rig(3, 8), ("em",), tmp_path / "plan.png", samples=0)
     assert imread(tmp_path / "plan.png").shape[0] > 500

@@ -18,8 +18,10 @@ from focus_planner.io.plans import load_plan, plan_to_json, save_plan
 from focus_planner.io.surfaces import load_surface
 
 KEYS = [
-    *("method", "cost", "lower_bound", "samples", "seed", "depth_tolerance", "surface_area"),
-    *("covered_area", "in_focus_area", "solve_seconds", "total_seconds", "shots", "cameras"),
+    *("method", "cost", "lower_bound", "samples", "seed", "depth_tolerance"),
+    *("fresh_cost", "fresh_standard_error", "fresh_samples"),
+    *("surface_area", "covered_area", "in_focus_area", "in_focus_standard_error"),
+    *("solve_seconds", "total_seconds", "shots", "cameras"),
 ]
 CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
@@ -38,7 +40,8 @@ PLAN = FocusPlan(
     4096,
     2**40 + 1,
     0.001,
-    *(1.9, 1.8, 1.7 + 1e-16),
+    *(1001 / 3, 0.1 + 0.2, 8192),
+    *(1.9, 1.8, 1.7 + 1e-16, 1 / 7),
     *(0.1, 0.30000000000000004),
     (
         one_shot("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4),

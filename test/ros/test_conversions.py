@@ -158,7 +158,7 @@ def test_requests_survive_the_wire(request):
 
 
 def test_what_a_request_leaves_out_is_the_default():
-    defaults = PlanRequest("em", 7, 8, 3, "assigned", "grid", 9.0, 2, 0.01)
+    defaults = PlanRequest("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5)
     assert request_from_ros(PlanFocus.Request(), defaults) == defaults
 
 

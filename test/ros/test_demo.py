@@ -19,6 +19,7 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch):
     assert list(drawn.values())[-1].cameras == plan.cameras
     assert len(load_rig(tmp_path / "new" / "rig.yaml")) == len(plan.cameras) == 168
     assert plan.cost < drawn["closest (autofocus)"].cost
+    assert f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f}" in shown
     for camera in plan.cameras:
         assert f"{100 * camera.focus_distance:.0f}" in shown
 

@@ -89,6 +89,9 @@ def test_a_plan_tells_about_itself(ready, body):
     assert math.isnan(plan.lower_bound)
     assert plan.surface_area == pytest.approx(Scene(body).area)
     assert 0 < plan.in_focus_area <= plan.covered_area <= plan.surface_area
+    assert 0 < plan.in_focus_standard_error < plan.in_focus_area
+    assert plan.fresh_samples == 4096
+    assert plan.fresh_cost > plan.cost > plan.fresh_standard_error > 0
     assert 0 <= plan.solve_seconds <= plan.total_seconds
 
 
@@ -164,6 +167,18 @@ def test_a_clouds_importance_is_planned_for(ready, body, rig):
     assert weighted == of_the_core(cloud, rig)[0]
     ready.publish_cloud(PointCloud(random.points, random.normals))
     assert planned(ready).cost != weighted
+
+
+def test_samples_0_leaves_a_meshs_number_to_the_planner(ready, body, rig):
+    values = {"samples": 0, "standard_error": 3.0}
+    assert all(result.successful for result in ready.set_parameters(**values))
+    response = ready.plan(method="em")
+    assert all(r.successful for r in ready.set_parameters(samples=4096, standard_error=2.0))
+    plan = response.plan
+    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, rig, method="em", **values)
+    assert plan.samples == plan.fresh_samples
+    assert plan.fresh_standard_error == pytest.approx(3.0, rel=0.1)
+    assert f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on" in response.message
 
 
 def test_big_endian_meshes_are_read(ready, body, rig):

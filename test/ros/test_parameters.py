@@ -72,6 +72,8 @@ def test_bad_values_at_the_start_are_an_error(make_node, values, error, text):
         ({"time_budget": -1.0}, "out of range"),
         ({"time_budget": math.nan}, "out of range"),
         ({"samples": 1.5}, "Wrong parameter type"),
+        ({"fresh_samples": 1}, "out of range"),
+        ({"standard_error": 0.0}, "standard_error: expected a number above 0"),
         ({"frame_id": "base"}, "read-only"),
         ({"lens__focal_length": 0.0}, r"lens\.focal_length: expected a number above 0"),
         ({"lens__hyperfocal_distance": 0.0}, r"lens\.f_number: expected a number above 0"),
@@ -98,9 +100,10 @@ def test_a_bad_change_is_refused_with_the_reason(make_node, values, reason):
 def test_a_good_change_is_applied(make_node):
     node = make_node()
     parameters = Parameters(node)
-    assert change(node, lens__max_focus=3.0, seed=5).successful
+    wanted = {"seed": 5, "samples": 0, "fresh_samples": 99, "standard_error": 0.5}
+    assert change(node, lens__max_focus=3.0, **wanted).successful
     assert parameters.current.optics.lens == Lens(max_focus=3.0)
-    assert parameters.current.request == PlanRequest(seed=5)
+    assert parameters.current.request == PlanRequest(**wanted)
 
 
 def test_a_lens_by_f_number(make_node):

@@ -16,7 +16,14 @@ from focus_planner.core.kernels.k_view import (
     reassign,
 )
 from focus_planner.core.kernels.pairs import best_pair
-from focus_planner.core.kernels.prices import activate, cell_takings, count_gains, descend, list_gains, most_frequent, most_gains
+from focus_planner.core.kernels.prices import (
+    activate,
+    count_gains,
+    descend,
+    list_gains,
+    most_frequent,
+    most_gains,
+)
 from focus_planner.core.kernels.stabbing import assign, stab
 from focus_planner.core.kernels.tuples import colour, count_common, count_shared, list_shared
 from focus_planner.core.kernels.visibility import by_sample, count_in_view, list_in_view
@@ -25,6 +32,7 @@ __all__ = [
     "CAMERA_BITS",
     "NEVER",
     "UNSEEN",
+    "activate",
     "assign",
     "base_costs",
     "best_cameras",
@@ -32,14 +40,20 @@ __all__ = [
     "by_sample",
     "cell_ranges",
     "colour",
+    "confine",
     "count_common",
+    "count_gains",
     "count_in_view",
     "count_shared",
+    "descend",
     "focus_room",
     "improve_tuples",
+    "list_gains",
     "list_in_view",
     "list_shared",
     "maximal_cells",
+    "most_frequent",
+    "most_gains",
     "rank_cameras",
     "reassign",
     "stab",

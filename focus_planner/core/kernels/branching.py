@@ -14,9 +14,31 @@ _FALL = 0.5
 
 @kernel
 def _local_problem(
-    cameras, inside, offsets, sample, gain, first, last, by_sample_offsets, by_sample_camera,
-    by_sample_gain, low, high, price, reach, most, place, members, floor, pair_offsets,
-    pair_member, pair_first, pair_last, pair_gain, fixed, fixed_offsets
+    cameras,
+    inside,
+    offsets,
+    sample,
+    gain,
+    first,
+    last,
+    by_sample_offsets,
+    by_sample_camera,
+    by_sample_gain,
+    low,
+    high,
+    price,
+    reach,
+    most,
+    place,
+    members,
+    floor,
+    pair_offsets,
+    pair_member,
+    pair_first,
+    pair_last,
+    pair_gain,
+    fixed,
+    fixed_offsets,
 ):
     """Gather what the cameras' bound depends on; return how many samples' prices are free.
 
@@ -36,7 +58,7 @@ def _local_problem(
                 continue
             p = sample[j]
             if place[p] == -1:
-                least, free = np.int64(0), True
+                least = np.int64(0)
                 for q in range(by_sample_offsets[p], by_sample_offsets[p + 1]):
                     if not inside[by_sample_camera[q]] and by_sample_gain[q] > least:
                         least = by_sample_gain[q]
@@ -83,9 +105,26 @@ def _takings(k, pair_offsets, pair_member, pair_first, pair_last, pair_gain, fix
 
 @kernel
 def _tighten(
-    cameras, offsets, sample, gain, first, last, by_sample_offsets, by_sample_camera,
-    by_sample_gain, most, reach, base, low, high, price, score, split, cell, goal,
-    iterations
+    cameras,
+    offsets,
+    sample,
+    gain,
+    first,
+    last,
+    by_sample_offsets,
+    by_sample_camera,
+    by_sample_gain,
+    most,
+    reach,
+    base,
+    low,
+    high,
+    price,
+    score,
+    split,
+    cell,
+    goal,
+    iterations,
 ):
     """Lower a node's bound, ``base`` at its prices, by the prices around these cameras; return it.
 
@@ -94,7 +133,7 @@ def _tighten(
     """
     n, samples = len(cameras), len(price)
     inside = np.zeros(len(low), dtype=np.bool_)
-    pairs, cells = 0, 0
+    pairs = 0
     fixed_offsets = np.zeros(n + 1, dtype=np.int64)
     for k in range(n):
         c = cameras[k]
@@ -110,9 +149,31 @@ def _tighten(
     pair_gain = np.empty(pairs, dtype=np.int64)
     fixed = np.zeros(fixed_offsets[n], dtype=np.int64)
     count = _local_problem(
-        cameras, inside, offsets, sample, gain, first, last, by_sample_offsets, by_sample_camera,
-        by_sample_gain, low, high, price, reach, most, place, members, floor, pair_offsets,
-        pair_member, pair_first, pair_last, pair_gain, fixed, fixed_offsets
+        cameras,
+        inside,
+        offsets,
+        sample,
+        gain,
+        first,
+        last,
+        by_sample_offsets,
+        by_sample_camera,
+        by_sample_gain,
+        low,
+        high,
+        price,
+        reach,
+        most,
+        place,
+        members,
+        floor,
+        pair_offsets,
+        pair_member,
+        pair_first,
+        pair_last,
+        pair_gain,
+        fixed,
+        fixed_offsets,
     )
     now = np.empty(count, dtype=np.int64)
     for i in range(count):
@@ -133,8 +194,15 @@ def _tighten(
             if fixed_offsets[k + 1] == fixed_offsets[k]:
                 continue
             value, top = _takings(
-                k, pair_offsets, pair_member, pair_first, pair_last, pair_gain, fixed[part], now,
-                steps[part]
+                k,
+                pair_offsets,
+                pair_member,
+                pair_first,
+                pair_last,
+                pair_gain,
+                fixed[part],
+                now,
+                steps[part],
             )
             bound += value
             chosen[fixed_offsets[k] + top] += 1
@@ -184,8 +252,15 @@ def _tighten(
         if high[c] == low[c]:
             continue
         value, _ = _takings(
-            k, pair_offsets, pair_member, pair_first, pair_last, pair_gain, fixed[part],
-            best_price, steps[part]
+            k,
+            pair_offsets,
+            pair_member,
+            pair_first,
+            pair_last,
+            pair_gain,
+            fixed[part],
+            best_price,
+            steps[part],
         )
         a, b = 0, high[c] - low[c]
         takings, often = steps[part], chosen[part]
@@ -232,9 +307,31 @@ def _most_taken(c, offsets, sample, gain, first, last, low, high, price):
 
 @parallel_kernel
 def confine(
-    branched, branched_low, branched_high, wide, near_offsets, near, offsets, sample, gain, first,
-    last, by_sample_offsets, by_sample_camera, by_sample_gain, most, reach, bounds, low, high,
-    price, score, split, cell, goal, iterations
+    branched,
+    branched_low,
+    branched_high,
+    wide,
+    near_offsets,
+    near,
+    offsets,
+    sample,
+    gain,
+    first,
+    last,
+    by_sample_offsets,
+    by_sample_camera,
+    by_sample_gain,
+    most,
+    reach,
+    bounds,
+    low,
+    high,
+    price,
+    score,
+    split,
+    cell,
+    goal,
+    iterations,
 ):
     """Confine one camera of each node to a part of its cells, and bound what is left.
 
@@ -259,7 +356,24 @@ def confine(
             else:
                 cameras = near[near_offsets[c] : near_offsets[c + 1]].copy()
             bounds[b] = _tighten(
-                cameras, offsets, sample, gain, first, last, by_sample_offsets, by_sample_camera,
-                by_sample_gain, most, reach, bounds[b], low[b], high[b], price[b], score[b],
-                split[b], cell[b], goal, iterations
+                cameras,
+                offsets,
+                sample,
+                gain,
+                first,
+                last,
+                by_sample_offsets,
+                by_sample_camera,
+                by_sample_gain,
+                most,
+                reach,
+                bounds[b],
+                low[b],
+                high[b],
+                price[b],
+                score[b],
+                split[b],
+                cell[b],
+                goal,
+                iterations,
             )

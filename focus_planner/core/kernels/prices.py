@@ -23,7 +23,7 @@ _FALL = 0.7
 
 
 @parallel_kernel
-def most_gains(sample_offsets, camera_index, base, focus, first, last, unseen, out, most):
+def most_gains(sample_offsets, base, focus, first, last, unseen, out, most):
     """Fill each sample's cost with all cameras out of focus, and the most that focus gains."""
     for p in prange(len(out)):
         low, high = sample_offsets[p], sample_offsets[p + 1]
@@ -86,8 +86,19 @@ def _count_active(low, high, sample, gain, price, reach):
 
 @parallel_kernel
 def activate(
-    offsets, sample, gain, first, last, price, reach, active_offsets, active_sample, active_gain,
-    active_first, active_last, floor
+    offsets,
+    sample,
+    gain,
+    first,
+    last,
+    price,
+    reach,
+    active_offsets,
+    active_sample,
+    active_gain,
+    active_first,
+    active_last,
+    floor,
 ):
     """List the pairs that gain more than ``price - reach``; fill the most that the others gain.
 
@@ -132,8 +143,23 @@ def _best_cell(low, high, sample, gain, first, last, price, steps):
 
 @parallel_kernel
 def descend(
-    offsets, sample, gain, first, last, cell_offsets, price, floor, most, best_price, direction,
-    served, chosen, steps, state, goal, iterations
+    offsets,
+    sample,
+    gain,
+    first,
+    last,
+    cell_offsets,
+    price,
+    floor,
+    most,
+    best_price,
+    direction,
+    served,
+    chosen,
+    steps,
+    state,
+    goal,
+    iterations,
 ):
     """Lower the bound by subgradient steps; return how many were taken.
 
@@ -159,7 +185,13 @@ def descend(
                     continue
                 low, high = offsets[c], offsets[c + 1]
                 values[c], cell = _best_cell(
-                    low, high, sample, gain, first, last, price,
+                    low,
+                    high,
+                    sample,
+                    gain,
+                    first,
+                    last,
+                    price,
                     steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1],
                 )
                 chosen[cell_offsets[c] + cell] += 1
@@ -203,32 +235,9 @@ def descend(
     return iterations
 
 
-@parallel_kernel
-def cell_takings(offsets, sample, gain, first, last, cell_offsets, price, takings):
-    """Fill ``takings`` (M,): what each cell takes above the prices; return the bound."""
-    cameras = len(offsets) - 1
-    most = np.zeros(cameras, dtype=np.int64)
-    for c in prange(cameras):
-        low, high = cell_offsets[c], cell_offsets[c + 1]
-        if low < high:
-            steps = np.zeros(high - low + 1, dtype=np.int64)
-            for j in range(offsets[c], offsets[c + 1]):
-                above = gain[j] - price[sample[j]]
-                if above > 0:
-                    steps[first[j]] += above
-                    steps[last[j] + 1] -= above
-            total = np.int64(0)
-            for i in range(high - low):
-                total += steps[i]
-                takings[low + i] = total
-                most[c] = max(most[c], total)
-    return price.sum() + most.sum()
-
-
 @kernel
 def most_frequent(cell_offsets, chosen, cell):
     """Fill each camera's cell that was chosen most often; cameras without cells keep theirs."""
     for c in range(len(cell)):
         if cell_offsets[c] < cell_offsets[c + 1]:
             cell[c] = np.argmax(chosen[cell_offsets[c] : cell_offsets[c + 1]])
-

@@ -77,9 +77,7 @@ class Branching:
         self._near_offsets, self._near = _overlapping(gains, price)
         order = np.argsort(gains.sample, kind="stable")
         counts = np.bincount(gains.sample, minlength=len(gains.most))
-        cameras = np.repeat(
-            np.arange(gains.camera_count, dtype=np.int32), np.diff(gains.offsets)
-        )
+        cameras = np.repeat(np.arange(gains.camera_count, dtype=np.int32), np.diff(gains.offsets))
         self._by_sample = (
             np.concatenate([[0], np.cumsum(counts)]),
             cameras[order],
@@ -87,9 +85,7 @@ class Branching:
         )
         none = np.zeros(gains.camera_count, dtype=np.int32)
         high = (np.diff(gains.cell_offsets) - 1).astype(np.int32)
-        root = _Node(
-            -bound, 0, 0, none, high, price, none.astype(np.int64), none, none - 1
-        )
+        root = _Node(-bound, 0, 0, none, high, price, none.astype(np.int64), none, none - 1)
         self.leaf: IntArray | None = None
         self._open: list[_Node] = []
         self._adapt([(root, -1, 0, 0)], goal)
@@ -113,7 +109,8 @@ class Branching:
     def step(self, goal: int) -> None:
         """Branch on a batch of nodes, those with the highest bounds, that may exceed ``goal``."""
         children: list[tuple[_Node, int, int, int]] = []
-        batch = max(get_num_threads() // 2, min(8, _WORK // (_STEPS * max(len(self._gains.gain), 1))), 1)
+        work = _STEPS * max(len(self._gains.gain), 1)
+        batch = max(1, get_num_threads() // 2, min(8, _WORK // work))
         while self._open and len(children) < 2 * batch:
             node = heapq.heappop(self._open)
             if -node.negative_bound <= goal:
@@ -140,7 +137,8 @@ class Branching:
         low, high = (np.stack([getattr(n, a) for n in parents]) for a in ("low", "high"))
         price, score = (np.stack([getattr(n, a) for n in parents]) for a in ("price", "score"))
         split, cell = (np.stack([getattr(n, a) for n in parents]) for a in ("split", "cell"))
-        camera, first, last = (np.array([c[i] for c in children], dtype=np.int64) for i in (1, 2, 3))
+        _, *cuts = zip(*children, strict=True)
+        camera, first, last = (np.array(cut, dtype=np.int64) for cut in cuts)
         wide = np.array([node.depth % _WIDE_EVERY == 0 for node in parents])
         kernels.confine(
             camera,
@@ -167,8 +165,15 @@ class Branching:
             self.nodes += 1
             if bounds[b] > goal:
                 node = _Node(
-                    -int(bounds[b]), self.nodes, parent.depth + 1,
-                    low[b], high[b], price[b], score[b], split[b], cell[b],
+                    -int(bounds[b]),
+                    self.nodes,
+                    parent.depth + 1,
+                    low[b],
+                    high[b],
+                    price[b],
+                    score[b],
+                    split[b],
+                    cell[b],
                 )
                 heapq.heappush(self._open, node)
 

@@ -62,7 +62,6 @@ def gains_of(problem: Problem) -> Gains:
     out, most = np.empty((2, problem.sample_count), dtype=np.int64)
     kernels.most_gains(
         problem.sample_offsets,
-        problem.camera_index,
         cells.base,
         cells.focus,
         cells.first,
