@@ -3,7 +3,14 @@ import pytest
 from core.build import around, box, merged, plane, sphere, torus
 
 from focus_planner import InputError, Mesh, PlanRequest, PointCloud, Scene, plan_focus
-from focus_planner.core.surface import cloud_shape, sample_cloud, sample_mesh, surfels
+from focus_planner.core.surface import (
+    CloudShape,
+    cloud_shape,
+    sample_around_cloud,
+    sample_cloud,
+    sample_mesh,
+    surfels,
+)
 from focus_planner.core.visibility import visible_pairs
 
 
@@ -384,3 +391,24 @@ def test_stray_points_stand_for_no_surface_and_hide_none():
     rig = around(6, 1.5)
     seen = [plan_focus(Scene(c), rig, PlanRequest("em", 2000)).covered_area for c in (clean, dirty)]
     assert seen[1] == pytest.approx(seen[0], rel=0.1)
+
+
+def test_samples_around_points_fill_each_points_own_square():
+    # Sixteen points far apart, of areas 1 : 2 : ... : 16, with normals every way.
+    random = np.random.default_rng(0)
+    normals = random.standard_normal((16, 3))
+    cloud = PointCloud(100.0 * np.arange(48).reshape(16, 3), normals)
+    shape = CloudShape(cloud.normals, True, np.arange(1.0, 17.0), 3.0)
+    samples = sample_around_cloud(cloud, shape, 68_000, 4)
+    assert samples.weights == pytest.approx(136 / 68_000)
+    point = np.abs(samples.points[:, None] - cloud.points[None]).sum(axis=2).argmin(axis=1)
+    np.testing.assert_array_equal(samples.normals, cloud.normals[point])
+    assert chi_square(np.bincount(point), 500 * shape.areas) < 2
+    offset = samples.points - cloud.points[point]
+    assert (offset * samples.normals).sum(axis=1) == pytest.approx(0, abs=1e-9)
+    squared = (offset**2).sum(axis=1) / shape.areas[point]
+    assert squared.max() == pytest.approx(1 / 2, rel=0.02)
+    assert squared.max() <= 1 / 2 + 1e-9
+    assert squared.mean() == pytest.approx(1 / 6, rel=0.02)
+    # Half of a square lies within the circle of half its area.
+    assert np.median(squared) == pytest.approx(1 / 2 / np.pi, rel=0.03)
