@@ -21,7 +21,7 @@ from focus_planner.core.problem import Problem
 from focus_planner.core.quality import judge
 from focus_planner.core.scene import Scene
 from focus_planner.core.shots import with_shots
-from focus_planner.core.types import FloatArray, IntArray, Rig, Samples
+from focus_planner.core.types import FloatArray, IntArray, PointCloud, Rig, Samples
 from focus_planner.io.files import whole_file
 
 _SAMPLES = 150_000
@@ -85,8 +85,7 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
         If the file cannot be written.
     """
     tolerance = max(plan.depth_tolerance for plan in plans.values())
-    request = PlanRequest(fresh_samples=_SAMPLES, depth_tolerance=tolerance)
-    fresh = pose_fresh_problem(scene, rig, request, by="area")
+    fresh = _fresh_problem(scene, rig, tolerance)
     sheet = _Sheet(len(plans), _aspect(fresh.samples))
     metres = _focus_scale([plan.focus_distances for plan in plans.values()])
     for column, (title, plan) in enumerate(plans.items()):
@@ -102,6 +101,16 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     _write_headline(sheet.figure, rig, fresh, {plan.shots for plan in plans.values()})
     with whole_file(path) as file:
         sheet.figure.savefig(file, format="png")
+
+
+def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:
+    """Return a problem of many fresh samples; of a small cloud as many as it has points.
+
+    More would leave the gaps between its points bare: fewer are drawn larger.
+    """
+    points = len(scene.surface.points) if isinstance(scene.surface, PointCloud) else _SAMPLES
+    request = PlanRequest(fresh_samples=min(points, _SAMPLES), depth_tolerance=depth_tolerance)
+    return pose_fresh_problem(scene, rig, request, by="area")
 
 
 class _Sheet:
