@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from focus_planner import PlanRequest, Problem, Rig, Scene, cylinder_rig
+import numpy as np
+
+from focus_planner import Mesh, PlanRequest, Problem, Rig, Scene, cylinder_rig
 from focus_planner.core.planning import pose_problem
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
+
+_SITE_SPACING = 3.0  # two rigs' radii and an aisle
 
 
 @cache
@@ -23,6 +28,28 @@ def body_scenes() -> dict[str, Scene]:
     folder = os.environ.get("BODIES")
     paths = sorted(Path(folder).glob("*.ply")) if folder else bodies()
     return {path.stem: Scene(load_surface(path)) for path in paths}
+
+
+def hall(sites: int) -> tuple[Scene, Rig]:
+    """Return bodies in turn, side by side, with a rig around each: one scene and one rig."""
+    meshes = [scene.surface for scene in body_scenes().values()]
+    vertices, triangles, cameras, count = [], [], [], 0
+    for site in range(sites):
+        mesh = meshes[site % len(meshes)]
+        assert isinstance(mesh, Mesh)
+        place = np.array([_SITE_SPACING * site, 0.0, 0.0])
+        vertices.append(mesh.vertices + place)
+        triangles.append(mesh.triangles + count)
+        count += len(mesh.vertices)
+        cameras.extend(
+            replace(
+                camera,
+                name=f"site_{site:02d}_{camera.name}",
+                position=tuple((np.array(camera.position) + place).tolist()),
+            )
+            for camera in rig().cameras
+        )
+    return Scene(Mesh(np.concatenate(vertices), np.concatenate(triangles))), Rig(tuple(cameras))
 
 
 def problem(scene: Scene, samples: int, seed: int = 1) -> Problem:

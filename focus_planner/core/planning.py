@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.checks import InputError, check_choice, check_number, check_whole
@@ -30,6 +32,7 @@ from focus_planner.core.types import (
     FloatArray,
     Mesh,
     Rig,
+    Samples,
 )
 from focus_planner.core.visibility import visible_pairs
 
@@ -301,8 +304,17 @@ def pose_problem(
     request: PlanRequest,
     model: CostModel | None = None,
     by: Density = "importance",
+    go_on: Callable[[], bool] | None = None,
 ) -> Problem:
     """Return the discrete problem that a request poses, on samples by importance or by area.
+
+    Parameters
+    ----------
+    scene, rig, request, model
+        As for :func:`plan_focus`.
+    go_on : callable, optional
+        Asked every few hundredths of a second of ray casting whether to go on. If not, the
+        problem is that of the samples so far, which are fewer and as fairly drawn.
 
     Raises
     ------
@@ -326,11 +338,12 @@ def pose_problem(
     check_distance(scene, rig)
     check_cameras_outside(scene, rig)
     samples = scene.sample(request.samples, request.seed, by)
+    visibility = visible_pairs(scene, rig, samples, go_on, _fair_order(request, samples, go_on))
+    samples = _standing_for_all(samples, visibility.taken)
     if not samples.weights.any():
         raise InputError(
             "samples", "enough for one to have some importance", str(request.samples), "take more"
         )
-    visibility = visible_pairs(scene, rig, samples)
     explain_unseen(scene, rig, samples, visibility)
     problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
     check_depths(scene, problem, request.depth_tolerance)
@@ -394,6 +407,30 @@ def choose_samples(
         )
     count = max(_PILOT_SAMPLES, math.ceil(enough))
     return replace(request, samples=count, fresh_samples=count)
+
+
+def _fair_order(
+    request: PlanRequest, samples: Samples, go_on: Callable[[], bool] | None
+) -> NDArray[np.int64] | None:
+    """Return the order in which the first samples stand for all, if it is not their own.
+
+    A cloud's own points come as they were scanned, place by place.
+    """
+    if go_on is None or request.samples > 0:
+        return None
+    return np.random.default_rng(request.seed).permutation(len(samples))
+
+
+def _standing_for_all(samples: Samples, taken: NDArray[np.int64]) -> Samples:
+    """Return the samples taken; each stands for as much more of the surface as they are fewer."""
+    if len(taken) == len(samples):
+        return samples
+    part = samples.take(taken)
+    return replace(
+        part,
+        areas=part.areas * (samples.areas.sum() / part.areas.sum()),
+        weights=part.weights * (samples.weights.sum() / (part.weights.sum() or 1.0)),
+    )
 
 
 def _options(rig: Rig, request: PlanRequest) -> Options:

@@ -168,7 +168,8 @@ class Problem:
     @cached_property
     def camera_pairs(self) -> IntArray:
         """(P,) indices of pairs, camera by camera, samples ascending."""
-        return np.argsort(self.camera_index, kind="stable").astype(np.int32)
+        pairs: IntArray = kernels.by_camera(self.camera_index, self.camera_offsets)
+        return pairs
 
     @cached_property
     def cells(self) -> Cells:

@@ -53,6 +53,8 @@ class Scene:
     surface : Mesh or PointCloud
     area : float
         Square metres; estimated from the points' spacing for a cloud.
+    stop_short : float
+        How far before its target a ray must end not to be stopped by the target itself, metres.
     """
 
     def __init__(self, surface: Surface) -> None:
@@ -63,12 +65,12 @@ class Scene:
             vertices, triangles = surface.vertices, surface.triangles
             crosses = surface.cross_products
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
-            self._stop_short = _STOP_SHORT_OF_MESH * self.diagonal
+            self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
         else:
             self._shape = cloud_shape(surface)
             vertices, triangles = surfels(surface, self._shape, _SURFEL_RADIUS)
             self.area = float(self._shape.areas.sum())
-            self._stop_short = _STOP_SHORT_OF_CLOUD * self._shape.spacing
+            self.stop_short = _STOP_SHORT_OF_CLOUD * self._shape.spacing
         self._raycasting = o3d.t.geometry.RaycastingScene()
         self._raycasting.add_triangles(
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
@@ -136,26 +138,23 @@ class Scene:
             return sample_around_cloud(self.surface, self._shape, count, stream, by)
         return sample_mesh(self.surface, count, stream, by)
 
-    def occluded(self, origins: FloatArray, targets: FloatArray) -> NDArray[np.bool_]:
-        """Return whether the surface stands between each origin and its target on the surface.
+    def occluded(self, rays: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return whether the surface stands in each ray's way, between its origin and its end.
+
+        A ray to a point on the surface must end ``stop_short`` before it.
 
         Parameters
         ----------
-        origins, targets : (n, 3) arrays
-            Metres, in the surface's frame.
+        rays : (n, 6) array of float32
+            Origin relative to ``centre``, and from there to the end, metres.
 
         Returns
         -------
         (n,) array of bool
         """
-        rays = np.empty((len(targets), 6), dtype=np.float32)
-        origins = origins - self._centre
-        direction = targets - self._centre - origins
-        length = np.sqrt((direction**2).sum(axis=1))
-        shortened = np.maximum(length - self._stop_short, 0.0) / np.maximum(length, 1e-300)
-        rays[:, :3] = origins
-        rays[:, 3:] = direction * shortened[:, None]
-        hits: NDArray[np.bool_] = self._raycasting.test_occlusions(rays, 0.0, 1.0).numpy()
+        hits: NDArray[np.bool_] = self._raycasting.test_occlusions(
+            o3d.core.Tensor.from_numpy(rays), 0.0, 1.0
+        ).numpy()
         return hits
 
     def first_hits(

@@ -112,15 +112,18 @@ def _overlaps(problem: Problem) -> tuple[_Graph, Offsets]:
 
 def _strongest(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64]:
     """Return (E, 2) each camera of the rig, not shot, with those that it overlaps most with."""
+    cameras = (len(overlap.offsets) - 1) // shots
     a = np.repeat(np.arange(len(overlap.offsets) - 1), np.diff(overlap.offsets))
-    b = overlap.neighbours.astype(np.int64)
-    first = (a % shots == 0) & (b % shots == 0)
-    a, b, shared = a[first] // shots, b[first] // shots, shared[first]
-    order = np.lexsort((b, -shared, a))
-    a, b = a[order], b[order]
-    rank = np.arange(len(a)) - np.searchsorted(a, a)
-    strongest: NDArray[np.int64] = np.stack([a, b], axis=1)[rank < _STRONGEST]
-    return strongest
+    first = (a % shots == 0) & (overlap.neighbours % shots == 0)
+    counts = np.bincount(a[first] // shots, minlength=cameras)
+    found = kernels.strongest(
+        np.concatenate([[0], np.cumsum(counts)]),
+        overlap.neighbours[first] // np.int32(shots),
+        shared[first],
+        _STRONGEST,
+    )
+    camera, place = np.nonzero(found >= 0)
+    return np.stack([camera, found[camera, place]], axis=1)
 
 
 def _between_shots(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[np.int64]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from functools import cached_property
 
@@ -454,6 +454,10 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def take(self, which: slice | NDArray[np.int64]) -> Samples:
+        """Return some of the samples."""
+        return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
 def _check_reach(argument: str, points: FloatArray) -> None:

@@ -677,3 +677,34 @@ def test_a_wide_image_sees_more():
         for image in (narrow, WIDE)
     ]
     assert plans[0].covered_area < plans[1].covered_area <= plans[1].surface_area
+
+
+def test_posing_that_is_ended_poses_the_problem_of_fewer_samples():
+    request = PlanRequest(samples=3000, seed=3)
+    whole = pose_problem(SCENE, RIG, request)
+    ended = pose_problem(SCENE, RIG, request, go_on=lambda: False)
+    assert 0 < ended.sample_count < whole.sample_count
+    first = slice(0, ended.sample_count)
+    np.testing.assert_array_equal(ended.samples.points, whole.samples.points[first])
+    assert ended.samples.weights.sum() == pytest.approx(SCENE.area)
+    pairs = slice(0, len(ended.depth))
+    for name in ("sample_index", "camera_index", "depth", "base_cost", "focus_near"):
+        np.testing.assert_array_equal(getattr(ended, name), getattr(whole, name)[pairs])
+
+
+@pytest.mark.parametrize("normals", [True, False], ids=["normals given", "estimated"])
+def test_posing_that_is_ended_takes_a_clouds_points_from_everywhere(normals):
+    drawn = sample_mesh(sphere(0.4, subdivisions=4), 5000, 1)
+    order = np.argsort(drawn.points[:, 0])  # as a scanner might
+    cloud = PointCloud(drawn.points[order], drawn.normals[order] if normals else None)
+    scene, request = Scene(cloud), PlanRequest(samples=0)
+    whole = pose_problem(scene, RIG, request)
+    asked = pose_problem(scene, RIG, request, go_on=lambda: True)
+    np.testing.assert_array_equal(asked.samples.points, cloud.points)
+    np.testing.assert_array_equal(asked.samples.weights, whole.samples.weights)
+    np.testing.assert_array_equal(asked.base_cost, whole.base_cost)
+    ended = pose_problem(scene, RIG, request, go_on=lambda: False)
+    assert ended.sample_count == 512
+    assert (np.diff(ended.samples.points[:, 0]) >= 0).all()
+    assert abs(np.median(ended.samples.points[:, 0])) < 0.05
+    assert ended.samples.weights.sum() == pytest.approx(whole.samples.weights.sum())

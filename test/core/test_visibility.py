@@ -17,7 +17,8 @@ from core.build import (
 )
 from scipy.spatial import cKDTree
 
-from focus_planner import Image, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
+from focus_planner import Camera, Image, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
+from focus_planner.core.geometry import rotation_from_quaternion
 from focus_planner.core.surface import sample_mesh
 from focus_planner.core.types import Samples
 from focus_planner.core.visibility import visible_pairs
@@ -199,3 +200,107 @@ def test_a_flipped_mesh_is_seen_by_nobody():
     flipped = Mesh(mesh.vertices, mesh.triangles[:, ::-1])
     scene = Scene(flipped)
     assert len(visible_pairs(scene, around(4, 1.5), scene.sample(200, 0)).sample_index) == 0
+
+
+def in_view(camera, samples, facing):
+    """What is in the camera's image, and faces it, sample by sample, as the kernel rounds it."""
+    x_axis, y_axis, z_axis = rotation_from_quaternion(np.array([camera.orientation]))[0].T
+    dx, dy, dz = (samples.points - camera.position).T
+
+    def along(axis):
+        return axis[0] * dx + axis[1] * dy + axis[2] * dz
+
+    image, z = camera.image, along(z_axis)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v = image.fx * along(x_axis) / z + image.cx, image.fy * along(y_axis) / z + image.cy
+    inside = (u >= -0.5) & (u < image.width - 0.5) & (v >= -0.5) & (v < image.height - 0.5)
+    front = (samples.normals.T * [dx, dy, dz]).sum(axis=0) < 0
+    return np.flatnonzero(inside & (z > camera.lens.focal_length) & (front | (not facing)))
+
+
+@pytest.mark.parametrize("facing", [True, False])
+@pytest.mark.parametrize("offset", [0.0, 5e3], ids=["here", "far from the origin"])
+@pytest.mark.parametrize("size", [0.0, 0.05, 2.0], ids=["a point", "a hand", "a hall"])
+def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing):
+    random = np.random.default_rng(0)
+    normals = random.standard_normal((3000, 3)) * 0.4 + [1.0, 0.5, 0.0]
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    samples = Samples(offset + size * random.standard_normal((3000, 3)), normals, np.ones(3000))
+    images = (Image(), WIDE, Image(50, 40, 80.0, 30.0, 90.0, -7.0))
+    cameras = []
+    for i in range(60):
+        q = random.standard_normal(4)
+        position = tuple(offset + random.standard_normal(3))
+        cameras.append(Camera(f"c{i}", position, tuple(q / np.linalg.norm(q)), images[i % 3]))
+    # What hides nothing and is oriented, or not.
+    away = plane(1.0, 1.0, 1e5)
+    points = sample_mesh(away, 50, 0).points
+    scene = Scene(away if facing else PointCloud(points))
+    found = visible_pairs(scene, Rig(tuple(cameras)), samples)
+    some = 0
+    for c, camera in enumerate(cameras):
+        expected = in_view(camera, samples, facing)
+        if not facing:  # turned to where most cameras are, which not all of them are
+            turned = Samples(samples.points, found.normals, samples.weights)
+            expected = np.intersect1d(expected, in_view(camera, turned, True))
+        part = slice(found.camera_offsets[c], found.camera_offsets[c + 1])
+        np.testing.assert_array_equal(found.sample_index[part], expected)
+        some += len(expected)
+    assert size == 0.0 or some > 1000
+
+
+def assert_same(a, b):
+    np.testing.assert_array_equal(a.camera_offsets, b.camera_offsets)
+    np.testing.assert_array_equal(a.sample_index, b.sample_index)
+    np.testing.assert_array_equal(a.normals, b.normals)
+
+
+def posed(kind, count=4000):
+    drawn = sample_mesh(torus(0.4, 0.15), 3000, 1)
+    surface = {
+        "mesh": torus(0.4, 0.15),
+        "cloud": PointCloud(drawn.points, drawn.normals),
+        "cloud without normals": PointCloud(drawn.points),
+    }[kind]
+    scene = Scene(surface)
+    return scene, around(7, 1.5), scene.sample(count, 2)
+
+
+KINDS = ("mesh", "cloud", "cloud without normals")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_being_asked_changes_nothing(kind, shuffled):
+    scene, rig, samples = posed(kind)
+    order = np.random.default_rng(1).permutation(len(samples)) if shuffled else None
+    asked = []
+    found = visible_pairs(scene, rig, samples, lambda: asked.append(1) or True, order)
+    assert len(asked) > 2
+    assert_same(found, visible_pairs(scene, rig, samples))
+    np.testing.assert_array_equal(found.taken, np.arange(len(samples)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("shuffled", [False, True])
+@pytest.mark.parametrize("questions", [1, 3])
+def test_an_ended_search_is_that_of_the_samples_taken(kind, shuffled, questions):
+    scene, rig, samples = posed(kind)
+    order = np.random.default_rng(1).permutation(len(samples)) if shuffled else None
+    answers = iter([True] * (questions - 1) + [False])
+    found = visible_pairs(scene, rig, samples, lambda: next(answers), order)
+    count = len(found.taken)
+    assert 0 < count < len(samples)
+    first = np.arange(count) if order is None else np.sort(order[:count])
+    np.testing.assert_array_equal(found.taken, first)
+    assert_same(found, visible_pairs(scene, rig, samples.take(first)))
+
+
+def test_questions_come_at_once_and_then_steadily(monkeypatch):
+    scene, rig, samples = posed("mesh", 20_000)
+    cast = []
+    occluded = scene.occluded
+    monkeypatch.setattr(scene, "occluded", lambda rays: (cast.append(len(rays)), occluded(rays))[1])
+    visible_pairs(scene, rig, samples, lambda: True)
+    assert cast[0] < 512 * len(rig)
+    assert max(cast) < 100_000

@@ -25,29 +25,53 @@ from focus_planner.core.kernels.prices import (
     most_gains,
 )
 from focus_planner.core.kernels.stabbing import assign, stab
-from focus_planner.core.kernels.tuples import colour, count_common, count_shared, list_shared
-from focus_planner.core.kernels.visibility import by_sample, count_in_view, list_in_view
+from focus_planner.core.kernels.tuples import (
+    colour,
+    count_common,
+    count_shared,
+    list_shared,
+    strongest,
+)
+from focus_planner.core.kernels.visibility import (
+    PLACES,
+    block_keys,
+    bound_blocks,
+    by_camera,
+    by_sample,
+    count_near_view,
+    fill_rays,
+    gather,
+    keep_seen,
+    list_in_view,
+)
 
 __all__ = [
     "CAMERA_BITS",
     "NEVER",
+    "PLACES",
     "UNSEEN",
     "activate",
     "assign",
     "base_costs",
     "best_cameras",
     "best_pair",
+    "block_keys",
+    "bound_blocks",
+    "by_camera",
     "by_sample",
     "cell_ranges",
     "colour",
     "confine",
     "count_common",
     "count_gains",
-    "count_in_view",
+    "count_near_view",
     "count_shared",
     "descend",
+    "fill_rays",
     "focus_room",
+    "gather",
     "improve_tuples",
+    "keep_seen",
     "list_gains",
     "list_in_view",
     "list_shared",
@@ -57,5 +81,6 @@ __all__ = [
     "rank_cameras",
     "reassign",
     "stab",
+    "strongest",
     "threads_for",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,10 @@ from numba import config, get_num_threads, njit, set_num_threads
 
 # Numba's own default layer aborts the process when two threads enter parallel kernels at once.
 config.THREADING_LAYER = "omp"
+# For GNU's OpenMP, which reads it when the first parallel kernel runs. Threads that wait for the
+# others sleep after some 50 µs. Longer waits hold the cores that the others need wherever there
+# is other work on the machine; shorter ones would have them sleep between a plan's batches.
+os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 _PARALLEL_PAIRS = 200_000
 

@@ -21,6 +21,27 @@ def count_common(camera_offsets, seen, sample_offsets, camera_index, low, counts
         counts[row, c] = 0
 
 
+@parallel_kernel
+def strongest(offsets, neighbours, shared, most):
+    """Return (C, most) each camera's neighbours that share most with it, -1 where it has fewer.
+
+    Of equal ones the first.
+    """
+    cameras = len(offsets) - 1
+    found = np.full((cameras, most), -1, dtype=np.int32)
+    for c in prange(cameras):
+        weights = np.zeros(most, dtype=np.int64)
+        for j in range(offsets[c], offsets[c + 1]):
+            at = most
+            while at > 0 and shared[j] > weights[at - 1]:
+                at -= 1
+                if at + 1 < most:
+                    weights[at + 1], found[c, at + 1] = weights[at], found[c, at]
+            if at < most:
+                weights[at], found[c, at] = shared[j], neighbours[j]
+    return found
+
+
 @kernel
 def colour(tuples, reach_offsets, reach):
     """Return a colour per tuple such that tuples of one colour do not reach each other.

@@ -7,6 +7,21 @@ from numba import prange
 
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
+#: Samples a block: fewer are tested in vain, more blocks are.
+BLOCK = 64
+#: The last of the places that an axis is divided into for sorting.
+PLACES = 2**20 - 1
+# Beyond what rounding may do to a test, of the distances in it, and to a root of its difference.
+_SLACK = 1e-9
+_SLACK_OF_ROOT = 1e-6
+_SPREADING = (
+    (np.uint64(32), np.uint64(0x001F00000000FFFF)),
+    (np.uint64(16), np.uint64(0x001F0000FF0000FF)),
+    (np.uint64(8), np.uint64(0x100F00F00F00F00F)),
+    (np.uint64(4), np.uint64(0x10C30C30C30C30C3)),
+    (np.uint64(2), np.uint64(0x1249249249249249)),
+)
+
 
 @kernel
 def _sees(point, normal, position, rotation, frustum, facing):
@@ -26,27 +41,181 @@ def _sees(point, normal, position, rotation, frustum, facing):
     return -0.5 <= v < frustum[5] - 0.5
 
 
+@kernel
+def _spread(value):
+    """Return the lower 20 bits of a number with two zeros between each two of them."""
+    spread = np.uint64(value)
+    for shift, mask in _SPREADING:
+        spread = (spread | (spread << shift)) & mask
+    return spread
+
+
 @parallel_kernel
-def count_in_view(points, normals, positions, rotations, frustums, facing):
-    """Return (C,) numbers of samples in each camera's image, and facing it if ``facing``."""
+def block_keys(points, normals, low, scale, facing):
+    """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by place.
+
+    The normal's octant stands above the place's Morton code, 20 bits an axis from ``low`` on.
+    """
+    keys = np.empty(len(points), dtype=np.uint64)
+    for p in prange(len(points)):
+        key = np.uint64(0)
+        for axis in range(3):
+            if facing and normals[p, axis] < 0:
+                key |= np.uint64(1) << np.uint64(60 + axis)
+            key |= _spread(np.int64((points[p, axis] - low[axis]) * scale)) << np.uint64(axis)
+        keys[p] = key
+    return keys
+
+
+@parallel_kernel
+def bound_blocks(points, normals):
+    """Return a sphere (B, 4) around each ``BLOCK`` points in turn, and a cone (B, 5) of normals.
+
+    Spheres are centre and radius; cones axis, cosine and sine of the half-angle. A half-angle of
+    a right angle or more has the cosine -1.
+    """
+    blocks = (len(points) + BLOCK - 1) // BLOCK
+    spheres, cones = np.empty((blocks, 4)), np.empty((blocks, 5))
+    for b in prange(blocks):
+        low, high = b * BLOCK, min((b + 1) * BLOCK, len(points))
+        for axis in range(3):
+            part = points[low:high, axis]
+            spheres[b, axis] = (part.min() + part.max()) / 2
+            cones[b, axis] = normals[low:high, axis].sum()
+        length = np.sqrt(cones[b, 0] ** 2 + cones[b, 1] ** 2 + cones[b, 2] ** 2)
+        radius, cosine = 0.0, 1.0
+        for p in range(low, high):
+            away, along, norm = 0.0, 0.0, 0.0
+            for axis in range(3):
+                away += (points[p, axis] - spheres[b, axis]) ** 2
+                along += normals[p, axis] * cones[b, axis]
+                norm += normals[p, axis] ** 2
+            radius = max(radius, np.sqrt(away))
+            if norm > 0 and length > 0:
+                cosine = min(cosine, along / (np.sqrt(norm) * length))
+            else:
+                cosine = -1.0
+        spheres[b, 3] = radius
+        for axis in range(3):
+            cones[b, axis] /= max(length, 1e-300)
+        cones[b, 3] = cosine - _SLACK if cosine > _SLACK else -1.0
+        cones[b, 4] = np.sqrt(max(0.0, 1.0 - cones[b, 3] ** 2))
+    return spheres, cones
+
+
+@kernel
+def _may_see(sphere, cone, position, rotation, frustum, facing):
+    """Return False only if :func:`_sees` is False for every point of the block, rounding included.
+
+    That is where the whole sphere lies beyond one side of the frustum, or the block's normals
+    all point away from the camera, whichever way they lean and wherever in the sphere they stand.
+    """
+    dx, dy, dz = sphere[0] - position[0], sphere[1] - position[1], sphere[2] - position[2]
+    away = np.sqrt(dx * dx + dy * dy + dz * dz)
+    reach = abs(position[0]) + abs(position[1]) + abs(position[2])
+    room = sphere[3] + _SLACK * (away + sphere[3] + reach)
+    if facing and cone[3] > 0:
+        along = cone[0] * dx + cone[1] * dy + cone[2] * dz
+        across = np.sqrt(max(0.0, away * away - along * along))
+        if along * cone[3] - across * cone[4] > room + _SLACK_OF_ROOT * away:
+            return False
+    z = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
+    if z + room <= frustum[6]:
+        return False
+    x = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
+    y = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
+    for axis in range(2):
+        side, f = (x if axis == 0 else y), frustum[axis]
+        first, end = frustum[2 + axis] + 0.5, frustum[2 + axis] + 0.5 - frustum[4 + axis]
+        if f * side + first * z < -room * np.sqrt(f * f + first * first):
+            return False
+        if f * side + end * z > room * np.sqrt(f * f + end * end):
+            return False
+    return True
+
+
+@parallel_kernel
+def count_near_view(spheres, cones, count, positions, rotations, frustums, facing):
+    """Return (C,) how many of the ``count`` samples lie in blocks that each camera may see."""
     counts = np.zeros(len(positions), dtype=np.int64)
     for c in prange(len(positions)):
-        count = 0
-        for p in range(len(points)):
-            if _sees(points[p], normals[p], positions[c], rotations[c], frustums[c], facing):
-                count += 1
-        counts[c] = count
+        for b in range(len(spheres)):
+            if _may_see(spheres[b], cones[b], positions[c], rotations[c], frustums[c], facing):
+                counts[c] += min(BLOCK, count - b * BLOCK)
     return counts
 
 
 @parallel_kernel
-def list_in_view(points, normals, positions, rotations, frustums, facing, offsets, sample_index):
-    """Fill ``sample_index`` with what :func:`count_in_view` counted, samples ascending."""
+def list_in_view(
+    points, normals, spheres, cones, positions, rotations, frustums, facing, room, listed
+):
+    """List the samples in each camera's image, and facing it if ``facing``; return (C,) numbers.
+
+    Camera c's stand in ``listed`` from ``room[c]`` on, where :func:`count_near_view` says how
+    many may come.
+    """
+    counts = np.zeros(len(positions), dtype=np.int64)
     for c in prange(len(positions)):
+        at = room[c]
+        for b in range(len(spheres)):
+            if _may_see(spheres[b], cones[b], positions[c], rotations[c], frustums[c], facing):
+                for p in range(b * BLOCK, min((b + 1) * BLOCK, len(points))):
+                    if _sees(
+                        points[p], normals[p], positions[c], rotations[c], frustums[c], facing
+                    ):
+                        listed[at] = p
+                        at += 1
+        counts[c] = at - room[c]
+    return counts
+
+
+@parallel_kernel
+def fill_rays(points, positions, room, listed, offsets, centre, stop_short, rays):
+    """Fill (n, 6) rays from each camera to what it lists, from ``offsets[c]`` on.
+
+    They are relative to ``centre`` and end ``stop_short`` before the sample.
+    """
+    for c in prange(len(positions)):
+        ox = positions[c, 0] - centre[0]
+        oy = positions[c, 1] - centre[1]
+        oz = positions[c, 2] - centre[2]
+        for i in range(offsets[c + 1] - offsets[c]):
+            p, ray = listed[room[c] + i], rays[offsets[c] + i]
+            dx = points[p, 0] - centre[0] - ox
+            dy = points[p, 1] - centre[1] - oy
+            dz = points[p, 2] - centre[2] - oz
+            length = np.sqrt(dx * dx + dy * dy + dz * dz)
+            share = max(length - stop_short, 0.0) / max(length, 1e-300)
+            ray[0], ray[1], ray[2] = ox, oy, oz
+            ray[3], ray[4], ray[5] = dx * share, dy * share, dz * share
+
+
+@parallel_kernel
+def keep_seen(room, listed, offsets, hidden, order):
+    """Keep what is not hidden, in place, as ``order[p]`` for p, ascending; return (C,) numbers."""
+    counts = np.zeros(len(offsets) - 1, dtype=np.int64)
+    for c in prange(len(counts)):
+        kept = room[c]
+        for i in range(offsets[c + 1] - offsets[c]):
+            if not hidden[offsets[c] + i]:
+                listed[kept] = order[listed[room[c] + i]]
+                kept += 1
+        listed[room[c] : kept].sort()
+        counts[c] = kept - room[c]
+    return counts
+
+
+@parallel_kernel
+def gather(starts, counts, shifts, offsets, source, gathered):
+    """Fill camera c's part of ``gathered``, from ``offsets[c]`` on, from its parts of ``source``.
+
+    Part k of them, ``counts[k, c]`` from ``starts[k, c]`` on, comes ``shifts[k]`` higher.
+    """
+    for c in prange(len(offsets) - 1):
         at = offsets[c]
-        for p in range(len(points)):
-            if _sees(points[p], normals[p], positions[c], rotations[c], frustums[c], facing):
-                sample_index[at] = p
+        for k in range(len(counts)):
+            for i in range(starts[k, c], starts[k, c] + counts[k, c]):
+                gathered[at] = source[i] + shifts[k]
                 at += 1
 
 
@@ -70,3 +239,15 @@ def by_sample(camera_offsets, sample_index, sample_offsets):
             camera[at[p]] = c
             at[p] += 1
     return sample, camera
+
+
+@kernel
+def by_camera(camera_index, camera_offsets):
+    """Return the indices of the pairs camera by camera, each camera's ascending."""
+    at = camera_offsets[:-1].copy()
+    pairs = np.empty(len(camera_index), dtype=np.int32)
+    for q in range(len(camera_index)):
+        c = camera_index[q]
+        pairs[at[c]] = q
+        at[c] += 1
+    return pairs

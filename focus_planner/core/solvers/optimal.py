@@ -67,12 +67,13 @@ class _Search:
             self._price()
         if self._unproven():
             self._branch()
+        prices = self._prices
         solution = finish_cells(problem, self._cell, self._iterations, not self._unproven())
         return replace(
             solution,
             converged=self._bound <= self._goal,
             lower_bound=min(cost_below(self._gains, self._bound), solution.cost),
-            prices=self._prices and pointwise_prices(problem, self._prices.price),
+            prices=None if prices is None else pointwise_prices(problem, prices.price),
         )
 
     @property

@@ -18,18 +18,29 @@ def test_pairs_are_resorted_by_sample_cameras_ascending():
     np.testing.assert_array_equal(sample_offsets, np.cumsum([0, *seen.sum(axis=0)]))
 
 
-def test_what_is_counted_is_listed():
+def test_pairs_are_found_by_camera_in_their_own_order():
+    camera = np.random.default_rng(0).integers(0, 5, 200).astype(np.int32)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(camera, minlength=7))])
+    expected = np.argsort(camera, kind="stable")
+    np.testing.assert_array_equal(kernels.by_camera(camera, offsets), expected)
+
+
+def test_what_is_in_view_is_listed_and_no_more_than_there_is_room_for():
     random = np.random.default_rng(1)
     points = random.uniform(-2, 2, (300, 3))
+    points = points[np.argsort(points[:, 2])] * [1, 1, 5]  # some blocks lie behind
     normals = random.normal(size=(300, 3))
+    spheres, cones = kernels.bound_blocks(points, normals)
     positions, rotations = random.uniform(-1, 1, (5, 3)), np.tile(np.eye(3), (5, 1, 1))
     frustums = np.tile([100.0, 100, 50, 40, 100, 80, 0.05], (5, 1))
     for facing in (False, True):
-        arguments = points, normals, positions, rotations, frustums, facing
-        counts = kernels.count_in_view(*arguments)
-        offsets = np.concatenate([[0], np.cumsum(counts)])
-        index = np.full(offsets[-1], -1, dtype=np.int32)
-        kernels.list_in_view(*arguments, offsets, index)
+        cameras = positions, rotations, frustums, facing
+        most = kernels.count_near_view(spheres, cones, len(points), *cameras)
+        assert 0 < most.sum() < 5 * 300
+        room = np.concatenate([[0], np.cumsum(most)])
+        listed = np.full(room[-1], -1, dtype=np.int32)
+        counts = kernels.list_in_view(points, normals, spheres, cones, *cameras, room, listed)
+        assert (counts <= most).all()
         for c in range(5):
             offset = points - positions[c]
             u, v = (100 * offset[:, :2] / offset[:, 2:]).T + [[50], [40]]
@@ -37,6 +48,6 @@ def test_what_is_counted_is_listed():
             if facing:
                 expected &= (offset * normals).sum(axis=1) < 0
             np.testing.assert_array_equal(
-                index[offsets[c] : offsets[c + 1]], np.flatnonzero(expected)
+                listed[room[c] : room[c] + counts[c]], np.flatnonzero(expected)
             )
         assert counts.sum() > 20

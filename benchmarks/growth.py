@@ -1,0 +1,89 @@
+"""How the times of planning grow with the number of samples, beside the paper's Table 2."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.scenes import body_scenes, problem, rig
+from benchmarks.speed import from_em_to_convergence
+from benchmarks.timing import seconds
+from focus_planner import Scene
+from focus_planner.core import kernels
+from focus_planner.core.solvers import Options, em
+
+_EXPONENTS = range(7, 21)
+_PICTURE = Path(__file__).parents[1] / "docs" / "growth.png"
+# Seconds of one iteration of the paper's 2-view optimisation, by the number of samples.
+_PAPER = {128: 3.7, 256: 3.8, 512: 4.2, 1024: 6.6, 2048: 17.9, 4096: 66.3, 8192: 259.2}
+# Every stage that is drawn; :func:`_measure` tells the seconds of each.
+_COLOURS = {"posing": "#3b75af", "EM": "#519e3e", "2-view all, from EM": "#c4432b"}
+
+
+def run(console: Console) -> None:
+    """Print the table and draw ``docs/growth.png``."""
+    name, scene = next(iter(body_scenes().items()))
+    _measure(scene, 1000)
+    measured = {2**exponent: _measure(scene, 2**exponent) for exponent in _EXPONENTS}
+    title = f"Seconds on {name} before {len(rig())} cameras"
+    table = Table("samples", *_COLOURS, "paper, one 2-view iteration", title=title)
+    for samples, times in measured.items():
+        paper = f"{_PAPER[samples]:.1f}" if samples in _PAPER else "–"
+        table.add_row(f"{samples:,}", *(f"{times[stage]:.4f}" for stage in _COLOURS), paper)
+    console.print(table)
+    _draw(measured)
+    console.print(f"drawn: {_PICTURE.name}\n")
+
+
+def _measure(scene: Scene, samples: int) -> dict[str, float]:
+    """Return the seconds of every stage: medians, of one run each where that takes long."""
+    repeats = 5 if samples <= 2**13 else 3 if samples <= 2**16 else 1
+    posing = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        posed = problem(scene, samples)
+        posing.append(time.perf_counter() - start)
+    with kernels.threads_for(len(posed.depth)):
+        return {
+            "posing": float(np.median(posing)),
+            "EM": seconds(lambda: em.solve(posed), repeats),
+            "2-view all, from EM": float(
+                np.median([from_em_to_convergence(posed, Options()) for _ in range(repeats)])
+            ),
+        }
+
+
+def _draw(measured: dict[int, dict[str, float]]) -> None:
+    with mpl.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
+        figure = Figure(figsize=(7.2, 4.6), layout="constrained")
+        axes = figure.subplots()
+        axes.loglog(list(_PAPER), list(_PAPER.values()), "o--", color="0.45", markersize=4)
+        most = max(_PAPER)
+        label = "paper, Table 2 (their machine): one 2-view iteration"
+        axes.text(most * 1.25, _PAPER[most], label, color="0.35", va="center")
+        samples = list(measured)
+        for stage, colour in _COLOURS.items():
+            times = [measured[n][stage] for n in samples]
+            axes.loglog(samples, times, "o-", color=colour, markersize=4)
+            axes.text(samples[-1] * 1.25, times[-1], stage, color=colour, va="center")
+        # A line to see the slopes by.
+        guide = np.array([2**15, 2**20])
+        low = measured[2**15]["EM"] / 4
+        axes.loglog(guide, low * guide / guide[0], ":", color="0.6")
+        axes.text(guide[1] * 1.25, low * guide[1] / guide[0], "linear", color="0.5", va="center")
+        axes.set_xscale("log", base=2)
+        axes.set_xticks([2**e for e in _EXPONENTS])
+        axes.set_xlim(2**6.7, 2**23)
+        axes.minorticks_off()
+        axes.grid(True, color="0.92")
+        axes.set_axisbelow(True)
+        axes.set_xlabel("samples")
+        axes.set_ylabel("seconds")
+        axes.set_title("A body before 168 cameras, on two shared cores", loc="left", fontsize=10)
+        figure.savefig(_PICTURE, dpi=150)
