@@ -129,10 +129,10 @@ def _best_cell(low, high, sample, gain, first, last, price, steps):
     """Return the most that one cell of a camera takes above the prices, and that cell."""
     steps[:] = 0
     for j in range(low, high):
-        above = gain[j] - price[sample[j]]
-        if above > 0:
-            steps[first[j]] += above
-            steps[last[j] + 1] -= above
+        # What is not above the price adds nothing, without a branch that no processor foresees.
+        above = max(gain[j] - price[sample[j]], 0)
+        steps[first[j]] += above
+        steps[last[j] + 1] -= above
     best, where, total = np.int64(-1), 0, np.int64(0)
     for i in range(len(steps) - 1):
         total += steps[i]
@@ -196,8 +196,9 @@ def descend(
                 )
                 chosen[cell_offsets[c] + cell] += 1
                 for j in range(low, high):
-                    if first[j] <= cell <= last[j] and gain[j] > price[sample[j]]:
-                        served[part, sample[j]] += 1
+                    p = sample[j]
+                    held = (first[j] <= cell) & (cell <= last[j]) & (gain[j] > price[p])
+                    served[part, p] += held
         for part in prange(_PARTS):
             total, square = np.int64(0), 0.0
             for p in range(part * size, min((part + 1) * size, samples)):
