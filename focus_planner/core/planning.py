@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.checks import InputError, check_choice, check_number, check_whole
+from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.diagnosis import (
     check_cameras_outside,
     check_depths,
@@ -20,10 +21,11 @@ from focus_planner.core.diagnosis import (
 )
 from focus_planner.core.optics import depth_of_field
 from focus_planner.core.problem import Problem, build_problem, mean_cost, settable
+from focus_planner.core.proof.bound import lower_bound
 from focus_planner.core.quality import judge
 from focus_planner.core.scene import Scene
 from focus_planner.core.shots import sort_shots, spread_start, with_shots
-from focus_planner.core.solvers import SOLVERS, Options, Progress, Watch, go_on
+from focus_planner.core.solvers import SOLVERS, Options, Solution, Watch, go_on
 from focus_planner.core.surface import Density
 from focus_planner.core.types import (
     MAX_CAMERAS,
@@ -35,13 +37,18 @@ from focus_planner.core.types import (
     Samples,
 )
 from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.warm_start import Warmth, warm_options
 
 METHODS = tuple(SOLVERS)
 SCOPES = ("all", "assigned")
 TUPLES = ("overlap", "grid")
+BOUNDS = ("none", "quick", "tight")
 #: More would need more memory than rigs' computers have, and change no plan.
 MAX_SAMPLES = 2_000_000
 MAX_SHOTS = 16
+# A quick bound's price steps: on bodies it is then within a quarter of a percent, in about the time
+# that a 2-view plan takes.
+_QUICK_STEPS = 60
 # Enough to tell the costs' standard deviation to three percent; that it is EM's adds two, on the
 # safe side.
 _PILOT_SAMPLES = 2048
@@ -53,7 +60,7 @@ class PlanRequest:
 
     Parameters
     ----------
-    method : {"closest", "average", "em", "k_view"}
+    method : {"closest", "average", "em", "k_view", "optimal"}
     samples : int
         How many to plan on. 0 takes a cloud's points themselves, and on a mesh as many as
         ``standard_error`` asks for.
@@ -65,8 +72,8 @@ class PlanRequest:
     tuples : {"overlap", "grid"}
         Whether ``k_view`` takes its tuples from what the cameras see or from the rig's grid.
     time_budget : float
-        Seconds after which the solver stops at its next step with the best plan so far; inf for
-        no limit. Ray casting comes before and is not interrupted.
+        Seconds after which to return the best plan so far, with its bound; inf for no limit. What
+        rays cannot be cast for in half of it is left out of the samples.
     shots : int
         How many pictures each camera takes, each with a focus distance of its own, planned
         together; 1 to 16.
@@ -78,6 +85,12 @@ class PlanRequest:
     standard_error : float
         Where ``samples`` is 0 on a mesh, the standard error that the cost is to have, in its
         unit: both numbers of samples, to plan on and to judge on, are then chosen for it.
+    bound : {"none", "quick", "tight"}
+        What to spend on a lower bound of a plan that comes without one: nothing, about as much
+        as on a 2-view plan, or until it hardly rises any more. ``optimal`` always has its own.
+    gap : float
+        ``optimal`` stops when its plan is proven to cost at most this part of its cost too much,
+        and so does a tight bound.
 
     Raises
     ------
@@ -96,6 +109,8 @@ class PlanRequest:
     depth_tolerance: float = 0.0
     fresh_samples: int = 4096
     standard_error: float = 2.0
+    bound: str = "quick"
+    gap: float = 1e-6
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)
@@ -113,6 +128,8 @@ class PlanRequest:
             raise InputError("shots", f"at most {MAX_SHOTS}", str(self.shots))
         check_number("depth_tolerance", self.depth_tolerance, at_least=0)
         check_number("standard_error", self.standard_error, above=0)
+        check_choice("bound", self.bound, BOUNDS)
+        check_number("gap", self.gap, at_least=0)
 
 
 @dataclass(frozen=True)
@@ -216,6 +233,13 @@ class FocusPlan:
     cameras: tuple[CameraFocus, ...]
 
     @property
+    def gap(self) -> float | None:
+        """By what part of its cost at most another plan could be cheaper on these samples."""
+        if self.lower_bound is None:
+            return None
+        return (self.cost - self.lower_bound) / self.cost if self.cost else 0.0
+
+    @property
     def shots(self) -> int:
         """How many shots each camera takes."""
         return len(self.cameras[0].shots) if self.cameras else 1
@@ -233,13 +257,17 @@ class SolvedPlan(FocusPlan):
     Attributes
     ----------
     converged : bool
-        False if the time budget, or the watch, ended the solver.
+        False if the time budget, or the watch, ended the solver or left samples out, or if
+        ``optimal`` could not prove its gap.
     problem : Problem
         What was solved; with several shots each camera stands in it as often.
+    prices : (N,) array or None
+        Of its samples, 0 to 1, that prove the lower bound.
     """
 
     converged: bool
     problem: Problem = field(repr=False, compare=False)
+    prices: FloatArray | None = field(repr=False, compare=False)
 
 
 def plan_focus(
@@ -248,10 +276,12 @@ def plan_focus(
     request: PlanRequest | None = None,
     model: CostModel | None = None,
     watch: Watch = go_on,
+    before: SolvedPlan | None = None,
 ) -> SolvedPlan:
-    """Sample the surface, find what each camera sees, solve for the focus distances, judge them.
+    """Sample the surface, find what each camera sees, and solve for the focus distances.
 
-    The same arguments give the same plan, bit for bit, but for its seconds.
+    The same arguments give the same plan, bit for bit, but for its seconds, unless a time budget
+    or the watch ends it.
 
     Parameters
     ----------
@@ -262,7 +292,11 @@ def plan_focus(
     model : CostModel, optional
         The paper's constants by default.
     watch : callable, optional
-        Told of every step of the solver; answers whether to go on.
+        Told of every step: of ray casting (stages "fresh" and "visibility", of no cost yet), of
+        the solver, of the bound ("prices"); answers whether to go on. If not, the plan is the
+        best so far.
+    before : SolvedPlan, optional
+        Of a similar surface, rig and request, to start from; the plan depends on it then.
 
     Raises
     ------
@@ -270,32 +304,54 @@ def plan_focus(
         If the request does not fit the rig or the surface, no camera sees the surface, or the
         standard error would take too many samples; the message says what was suspected.
     """
-    started = time.perf_counter()
     request = request or PlanRequest()
     options = _options(rig, request)
-    time_budget = request.time_budget
-
-    def within_budget(progress: Progress) -> bool:
-        return watch(progress) and time.perf_counter() - started < time_budget
-
-    request = choose_samples(scene, rig, request, model, within_budget)
-    problem = pose_problem(scene, rig, request, model)
+    deadline = Deadline(request.time_budget, watch)
+    request = choose_samples(scene, rig, request, model, deadline)
+    asked = watch is not go_on or request.time_budget < np.inf
+    fresh_part, part = (
+        deadline.within(stage, share) if asked else None
+        for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
+    )
+    fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part)
+    problem = pose_problem(scene, rig, request, model, go_on=part)
     options = replace(options, start=spread_start(problem))
-    fresh = pose_fresh_problem(scene, rig, request, model)
-    solving = time.perf_counter()
+    if before is not None:
+        warmth = Warmth(before.problem, before.focus_distances, before.prices)
+        options = warm_options(options, warmth, problem)
+    posed = time.perf_counter()
     with kernels.threads_for(len(problem.depth)):
-        solution = SOLVERS[request.method](problem, options, within_budget)
-    solved = time.perf_counter()
+        _ = problem.cells
+    bounded = request.bound != "none" and request.method != "optimal"
+    deadline.allow_for(time.perf_counter() - posed, bounded)
+    with kernels.threads_for(len(problem.depth)):
+        solution = SOLVERS[request.method](problem, options, deadline)
+        solved = time.perf_counter()
+        if bounded:
+            deadline.bound_now()
+            solution = _bounded(problem, solution, request, options, deadline)
     return _plan(
         scene,
         problem,
         fresh,
         request,
-        solution.focus_distances,
-        converged=solution.converged,
-        solve_seconds=solved - solving,
-        started=started,
+        solution,
+        shortened=deadline.shortened,
+        solve_seconds=solved - posed,
+        started=deadline.started,
     )
+
+
+def _bounded(
+    problem: Problem, solution: Solution, request: PlanRequest, options: Options, watch: Watch
+) -> Solution:
+    """Return a solution that comes without a lower bound, with one."""
+    near = solution.cost
+    if request.method in {"closest", "average"}:
+        near = SOLVERS["em"](problem, options).cost
+    steps = _QUICK_STEPS if request.bound == "quick" else None
+    bound = lower_bound(problem, solution.cost, near, options, watch, steps)
+    return replace(solution, lower_bound=bound.lower_bound, prices=bound.prices)
 
 
 def pose_problem(
@@ -356,8 +412,14 @@ def pose_fresh_problem(
     request: PlanRequest,
     model: CostModel | None = None,
     by: Density = "importance",
+    go_on: Callable[[], bool] | None = None,
 ) -> Problem:
     """Return the discrete problem that a request's plan is judged on.
+
+    Parameters
+    ----------
+    scene, rig, request, model, by, go_on
+        As for :func:`pose_problem`.
 
     Raises
     ------
@@ -366,7 +428,8 @@ def pose_fresh_problem(
     """
     request = choose_samples(scene, rig, request, model)
     samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
-    visibility = visible_pairs(scene, rig, samples)
+    visibility = visible_pairs(scene, rig, samples, go_on)
+    samples = _standing_for_all(samples, visibility.taken)
     problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
     return with_shots(problem, request.shots)
 
@@ -442,6 +505,7 @@ def _options(rig: Rig, request: PlanRequest) -> Options:
         k=request.k,
         scope=request.scope,
         grid=rig.grid if request.tuples == "grid" else None,
+        gap=request.gap,
     )
 
 
@@ -450,13 +514,13 @@ def _plan(
     problem: Problem,
     fresh: Problem,
     request: PlanRequest,
-    solved: FloatArray,
+    solution: Solution,
     *,
-    converged: bool,
+    shortened: bool,
     solve_seconds: float,
     started: float,
 ) -> SolvedPlan:
-    focus = sort_shots(problem, fill_in(problem, solved))
+    focus = sort_shots(problem, fill_in(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
     count = problem.camera_count
     assigned = np.bincount(best[best >= 0], minlength=count)
@@ -472,10 +536,12 @@ def _plan(
         for c in range(0, count, problem.shots)
     ]
     quality = judge(fresh, focus)
+    cost = mean_cost(problem.samples.weights, costs)
+    bound = solution.lower_bound
     return SolvedPlan(
         method=request.method,
-        cost=mean_cost(problem.samples.weights, costs),
-        lower_bound=None,
+        cost=cost,
+        lower_bound=None if bound is None else min(bound, cost),
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
@@ -489,8 +555,9 @@ def _plan(
         solve_seconds=solve_seconds,
         total_seconds=time.perf_counter() - started,
         cameras=tuple(cameras),
-        converged=converged,
+        converged=solution.converged and not shortened,
         problem=problem,
+        prices=solution.prices,
     )
 
 

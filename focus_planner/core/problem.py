@@ -5,6 +5,7 @@ Every solver works on this and on nothing else.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -325,6 +326,11 @@ def _cells(problem: Problem) -> Cells:
 def cost_of_units(units: int) -> float:
     """Return 1000 × the weighted mean that a total in units stands for."""
     return 1000.0 * units / UNITS
+
+
+def units_of_cost(cost: float) -> int:
+    """Return the total in units, rounded down, that 1000 × the weighted mean stands for."""
+    return math.floor(cost / 1000.0 * UNITS)
 
 
 def _units(values: FloatArray) -> Offsets:

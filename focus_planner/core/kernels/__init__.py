@@ -18,8 +18,10 @@ from focus_planner.core.kernels.k_view import (
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.prices import (
     activate,
+    cell_takings,
     count_gains,
     descend,
+    gains_by_sample,
     list_gains,
     most_frequent,
     most_gains,
@@ -60,6 +62,7 @@ __all__ = [
     "by_camera",
     "by_sample",
     "cell_ranges",
+    "cell_takings",
     "colour",
     "confine",
     "count_common",
@@ -69,6 +72,7 @@ __all__ = [
     "descend",
     "fill_rays",
     "focus_room",
+    "gains_by_sample",
     "gather",
     "improve_tuples",
     "keep_seen",

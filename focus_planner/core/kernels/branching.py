@@ -9,7 +9,11 @@ from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 _MOMENTUM = 0.7
 _PATIENCE = 12
+_PROGRESS = 0.25
 _FALL = 0.5
+# Of a node's work no more than some 20 ms between two looks at the clock, but some steps at least.
+_WORK = 5_000_000
+_FEWEST_STEPS = 10
 
 
 @kernel
@@ -90,10 +94,9 @@ def _takings(k, pair_offsets, pair_member, pair_first, pair_last, pair_gain, fix
     """Fill what each cell of the k-th camera takes; return the most and its cell."""
     steps[:] = fixed
     for j in range(pair_offsets[k], pair_offsets[k + 1]):
-        above = pair_gain[j] - price[pair_member[j]]
-        if above > 0:
-            steps[pair_first[j]] += above
-            steps[pair_last[j] + 1] -= above
+        above = max(pair_gain[j] - price[pair_member[j]], 0)
+        steps[pair_first[j]] += above
+        steps[pair_last[j] + 1] -= above
     best, where, total = np.int64(-1), 0, np.int64(0)
     for i in range(len(steps) - 1):
         total += steps[i]
@@ -184,7 +187,8 @@ def _tighten(
     chosen = np.zeros(fixed_offsets[n], dtype=np.int64)
     best, hope, reference, since = np.int64(2**62), 0.0, np.int64(2**62), 0
     start = np.int64(0)
-    for iteration in range(iterations):
+    work = pair_offsets[n] + fixed_offsets[n] + count + 1
+    for iteration in range(min(iterations, max(_FEWEST_STEPS, _WORK // work))):
         bound = np.int64(0)
         for i in range(count):
             bound += now[i]
@@ -207,8 +211,9 @@ def _tighten(
             bound += value
             chosen[fixed_offsets[k] + top] += 1
             for j in range(pair_offsets[k], pair_offsets[k + 1]):
-                if pair_first[j] <= top <= pair_last[j] and pair_gain[j] > now[pair_member[j]]:
-                    slope[pair_member[j]] -= 1.0
+                i = pair_member[j]
+                held = (pair_first[j] <= top) & (top <= pair_last[j]) & (pair_gain[j] > now[i])
+                slope[i] -= held
         if iteration == 0:
             start = bound
             hope = max(0.3 * (base - goal), 1.0)
@@ -218,7 +223,7 @@ def _tighten(
             best_price[:] = now
         if base + best - start <= goal:
             break
-        if best <= reference - 0.25 * hope:
+        if best <= reference - _PROGRESS * hope:
             reference, since = best, 0
         else:
             since += 1

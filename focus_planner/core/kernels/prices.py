@@ -76,6 +76,22 @@ def list_gains(
 
 
 @kernel
+def gains_by_sample(offsets, sample, gain, sample_offsets, camera, by_sample_gain):
+    """Fill the same pairs sample by sample, cameras ascending; the sort counts."""
+    sample_offsets[:] = 0
+    for p in sample:
+        sample_offsets[p + 1] += 1
+    for p in range(len(sample_offsets) - 1):
+        sample_offsets[p + 1] += sample_offsets[p]
+    at = sample_offsets[:-1].copy()
+    for c in range(len(offsets) - 1):
+        for j in range(offsets[c], offsets[c + 1]):
+            p = sample[j]
+            camera[at[p]], by_sample_gain[at[p]] = c, gain[j]
+            at[p] += 1
+
+
+@kernel
 def _count_active(low, high, sample, gain, price, reach):
     count = 0
     for j in range(low, high):
@@ -242,3 +258,16 @@ def most_frequent(cell_offsets, chosen, cell):
     for c in range(len(cell)):
         if cell_offsets[c] < cell_offsets[c + 1]:
             cell[c] = np.argmax(chosen[cell_offsets[c] : cell_offsets[c + 1]])
+
+
+@parallel_kernel
+def cell_takings(offsets, sample, gain, first, last, cell_offsets, price, takings):
+    """Fill ``takings`` (M,): what each cell takes above the prices."""
+    for c in prange(len(offsets) - 1):
+        low, high = cell_offsets[c], cell_offsets[c + 1]
+        steps = np.zeros(high - low + 1, dtype=np.int64)
+        for j in range(offsets[c], offsets[c + 1]):
+            above = max(gain[j] - price[sample[j]], 0)
+            steps[first[j]] += above
+            steps[last[j] + 1] -= above
+        takings[low:high] = np.cumsum(steps[:-1])

@@ -31,7 +31,7 @@ _NEAR = 20
 _WIDE_EVERY = 4
 _REACH = 3  # as in prices.py, 2^-3 of the sample's most
 _STEPS = 60
-# Work of one batch of nodes, in pairs times steps: some 20 ms. Deadlines are kept in between.
+# Work of one batch of nodes, in pairs times steps: some 20 ms.
 _WORK = 20_000_000
 _OPEN_BYTES = 1_000_000_000
 
@@ -75,14 +75,12 @@ class Branching:
         self.nodes = 0
         self._gains = gains
         self._near_offsets, self._near = _overlapping(gains, price)
-        order = np.argsort(gains.sample, kind="stable")
-        counts = np.bincount(gains.sample, minlength=len(gains.most))
-        cameras = np.repeat(np.arange(gains.camera_count, dtype=np.int32), np.diff(gains.offsets))
         self._by_sample = (
-            np.concatenate([[0], np.cumsum(counts)]),
-            cameras[order],
-            gains.gain[order],
+            np.empty(len(gains.most) + 1, dtype=np.int64),
+            np.empty_like(gains.sample),
+            np.empty_like(gains.gain),
         )
+        kernels.gains_by_sample(gains.offsets, gains.sample, gains.gain, *self._by_sample)
         none = np.zeros(gains.camera_count, dtype=np.int32)
         high = (np.diff(gains.cell_offsets) - 1).astype(np.int32)
         root = _Node(-bound, 0, 0, none, high, price, none.astype(np.int64), none, none - 1)

@@ -33,7 +33,7 @@ _STEPS_FIRST = 100
 _STEPS_LEFT_OUT = 50
 # Threads meet four times a step: only large problems are worth it.
 _THREADED = 10
-_WORK = 10_000_000  # pairs, samples and cells looked at
+_WORK = 8_000_000  # pairs, samples and cells looked at
 _NONE = 2.0**62  # more than any bound
 # Hope that is so small a part of the gap changes nothing any more.
 _HOPELESS = 0.005

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from focus_planner.core import kernels
 from focus_planner.core.problem import Problem, cost_of_units
 from focus_planner.core.solvers import closest
@@ -26,7 +28,9 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     """
     options = options or Options()
     cells = problem.cells
-    start = options.start if options.start is not None else closest.closest_depths(problem)
+    start = closest.closest_depths(problem)
+    if options.start is not None:
+        start = np.where(np.isnan(options.start), start, options.start)
     cell = start_cells(problem, start)
     best, units = assign_samples(problem, cell)
     iteration = 0

@@ -8,6 +8,7 @@ from focus_planner.core.problem import Problem, cost_of_units
 from focus_planner.core.proof.branching import Branching
 from focus_planner.core.proof.gains import gains_of
 from focus_planner.core.proof.prices import Prices, cost_below, pointwise_prices, prices_in_units
+from focus_planner.core.proof.program import Program
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.k_view import Descent
 from focus_planner.core.solvers.solution import (
@@ -26,6 +27,9 @@ from focus_planner.core.types import IntArray
 # time they are twice, or four times, as many.
 _FIRST_RECOVERY = 100
 _FIRST_RECOVERY_NODES = 16
+# What as many nodes do not close, and is as small, HiGHS may.
+_PATIENT_NODES = 300
+_PROGRAM_SIZE = 20_000
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
@@ -60,12 +64,12 @@ class _Search:
         first = em.solve(problem, self._options, self._tell)
         self._cell = start_cells(problem, first.focus_distances)
         self._units = assign_samples(problem, self._cell)[1]
-        if self._going_on and problem.camera_count > 1:
+        if self._going_on and problem.camera_count > 1 and self._tell_stage("k_view"):
             self._descent = Descent(problem, self._options)
             self._polish(self._cell)
         if self._unproven():
             self._price()
-        if self._unproven():
+        if self._unproven() and self._tell_stage("branching"):
             self._branch()
         prices = self._prices
         solution = finish_cells(problem, self._cell, self._iterations, not self._unproven())
@@ -78,8 +82,10 @@ class _Search:
 
     @property
     def _goal(self) -> int:
-        """What the bound has to come down to."""
-        return self._gains.out - self._units + int(self._options.gap * self._units)
+        """What the bound has to come down to; what is allowed for rounding is part of the gap."""
+        rounding = len(self._gains.most)
+        gap = max(int(self._options.gap * self._units) - rounding, 0)
+        return self._gains.out - self._units + gap
 
     def _unproven(self) -> bool:
         return self._going_on and self._bound > self._goal
@@ -93,13 +99,19 @@ class _Search:
         )
         return self._going_on
 
-    def _tell_stage(self, stage: str) -> None:
-        self._tell(Progress(stage, self._iterations, cost_of_units(self._units)))
+    def _tell_stage(self, stage: str) -> bool:
+        return self._tell(Progress(stage, 0, cost_of_units(self._units)))
 
     def _polish(self, cell: IntArray) -> None:
         """Descend from these cells; keep the plan if it is the best."""
         if self._problem.camera_count > 1:
-            self._descent.run(cell, self._tell)
+
+            def tell(progress: Progress) -> bool:
+                """Tell the cost of the best plan, which is not always the one that descends."""
+                best = cost_of_units(self._units)
+                return self._tell(replace(progress, cost=min(progress.cost, best)))
+
+            self._descent.run(cell, tell)
             cell = self._descent.cell
         units = assign_samples(self._problem, cell)[1]
         if units < self._units:
@@ -125,7 +137,7 @@ class _Search:
         """Close the gap by branching, and make plans from open nodes."""
         assert self._prices is not None
         branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
-        recovery = _FIRST_RECOVERY_NODES
+        recovery, tried = _FIRST_RECOVERY_NODES, False
         while True:
             # No node open means that none is better than the goal.
             self._bound = max(min(self._bound, branching.bound), self._goal)
@@ -135,7 +147,24 @@ class _Search:
             if branching.nodes >= recovery:
                 self._polish(branching.cells)
                 recovery = 4 * branching.nodes
+            if branching.nodes >= _PATIENT_NODES and not tried:
+                tried = True
+                if self._solve_program():
+                    return
             branching.step(self._goal)
             if branching.leaf is not None:
                 self._polish(branching.leaf)
                 branching.leaf = None
+
+    def _solve_program(self) -> bool:
+        """Leave it to HiGHS if what is left is small; return whether that settled it."""
+        assert self._prices is not None
+        goal = self._goal
+        program = Program(self._gains, self._prices.price, self._prices.bound, goal)
+        if program.size > _PROGRAM_SIZE:
+            return False
+        bound, cell = program.solve(lambda: self._tell_stage("program"))
+        self._bound = max(min(self._bound, bound), goal)
+        if cell is not None:
+            self._polish(cell)
+        return self._bound <= self._goal

@@ -57,7 +57,7 @@ class Options:
     grid : Grid, optional
         Take the tuples from the cameras' neighbourhood on this grid; from overlap when absent.
     start : (C,) array, optional
-        Focus distances to start from, metres; the closest depths when absent.
+        Focus distances to start from, metres; the closest depths when absent, or NaN.
     gap : float
         ``optimal`` is content with a plan proven to cost at most this part of its cost too much.
     prices : (N,) array, optional

@@ -1,0 +1,99 @@
+"""Keeping a deadline: when to stop each stage so that a plan is there in time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from focus_planner.core.solvers.solution import Progress, Watch
+
+# Shares of the time, from the start, after which fresh samples, and samples to plan on, are no
+# longer added: as much as casting their rays takes is still to come for cells and solving.
+FRESH_SHARE = 0.15
+SAMPLES_SHARE = 0.45
+# What a stage sets up before its first step (tuples, most of all), what follows the last one, and
+# what a bound takes that is worth having, beside the time that the problem's cells took.
+_SET_UP = 0.8
+_WIND_UP = 0.25
+_BOUND = 1.0
+# The next step may take longer than the last.
+_CAUTION = 1.5
+_NOT_YET = float("nan")
+
+
+class Deadline:
+    """Asks a watch, and a clock, whether to go on.
+
+    Steps are told to it when they end: it says no when the next one, if it takes as long as the
+    last, would end too late.
+
+    Parameters
+    ----------
+    seconds : float
+        From now; inf for no deadline.
+    watch : callable
+        The user's.
+
+    Attributes
+    ----------
+    started : float
+        By :func:`time.perf_counter`.
+    stopped : bool
+        Whether it has told a solver, or the watch has told it, not to go on.
+    shortened : bool
+        Whether samples were left out.
+    """
+
+    def __init__(self, seconds: float, watch: Watch) -> None:
+        self.started = self._last = time.perf_counter()
+        self._seconds = seconds
+        self._watch = watch
+        self._cells = 0.0
+        self._reserve = 0.0
+        self._stage = ""
+        self._told_no = False
+        self._asked = 0
+        self.stopped = False
+        self.shortened = False
+
+    def allow_for(self, cells: float, bound: bool = False) -> None:
+        """Leave time to set up stages and to wind up, known how long the cells took.
+
+        With ``bound``, also to make one after the solver, out of no more than a third of the time.
+        """
+        self._last = time.perf_counter()
+        self._cells = cells
+        self._reserve = _WIND_UP * cells
+        if bound:
+            left = self.started + self._seconds - self._last - self._reserve
+            self._reserve += max(min(_BOUND * cells, left / 3), 0.0)
+
+    def bound_now(self) -> None:
+        """Spend on the bound what was left for it."""
+        self._last = time.perf_counter()
+        self._reserve = _WIND_UP * self._cells
+        self.stopped = self._told_no
+
+    def within(self, stage: str, share: float) -> Callable[[], bool]:
+        """Return a question to ask between parts of a stage that may take a share of the time."""
+        until = self.started + share * self._seconds
+
+        def go_on() -> bool:
+            self._asked += 1
+            self._told_no |= not self._watch(Progress(stage, self._asked, _NOT_YET))
+            self.shortened = self._told_no or time.perf_counter() >= until
+            return not self.shortened
+
+        return go_on
+
+    def __call__(self, progress: Progress) -> bool:
+        """Return whether a solver is to go on: the watch it is given."""
+        now = time.perf_counter()
+        needed, self._last = _CAUTION * (now - self._last), now
+        if progress.stage != self._stage:
+            self._stage = progress.stage
+            needed = max(needed, _SET_UP * self._cells)
+        self._told_no |= not self._watch(progress)
+        late = self.started + self._seconds - now - self._reserve < needed
+        self.stopped = self.stopped or self._told_no or late
+        return not self.stopped
