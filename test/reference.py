@@ -451,6 +451,97 @@ def _largest_sets(table, c):
     ]
 
 
+# --- Bounds --------------------------------------------------------------------------------------
+
+
+def focus_gains(table):
+    """Return the cost with every camera out of focus, and sample by sample camera → gain of focus.
+
+    Weighted; cameras that gain nothing, or that focus on the sample nowhere, are left out.
+    """
+    total, gains = 0.0, []
+    for p, cameras in enumerate(table.seen):
+        least = min((seen.base for seen in cameras.values()), default=1.0 - table.focus_weight)
+        out = least + table.focus_weight
+        total += table.share(p) * out
+        gains.append(
+            {
+                c: table.share(p) * (out - seen.base)
+                for c, seen in cameras.items()
+                if seen.near <= seen.far and seen.base < out
+            }
+        )
+    return total, gains
+
+
+def price_bound(table, prices):
+    """Return D(v) = Σ v_p + Σ_c max_s Σ_{p held by c at s} (g_pc − v_p)⁺ by trying every s."""
+    _, gains = focus_gains(table)
+    total = sum(prices)
+    for c in range(table.cameras):
+        seen = table.of_camera(c)
+        takings = [
+            sum(
+                max(gains[p].get(c, 0.0) - prices[p], 0.0)
+                for p in seen
+                if seen[p].near <= s <= seen[p].far
+            )
+            for s in camera_candidates(table, c)
+        ]
+        total += max(takings, default=0.0)
+    return total
+
+
+def cells_gain(gains, cell):
+    """Return what a choice of cells gains: per sample the largest gain that is held in focus."""
+    largest = [0] * len(gains.most)
+    for c in range(len(cell)):
+        for j in range(gains.offsets[c], gains.offsets[c + 1]):
+            if gains.first[j] <= cell[c] <= gains.last[j]:
+                largest[gains.sample[j]] = max(largest[gains.sample[j]], int(gains.gain[j]))
+    return sum(largest)
+
+
+def cells_between(low, high):
+    """Yield every choice of cells from low to high; -1 for a camera without cells."""
+    return itertools.product(
+        *(range(a, b + 1) if a <= b else [-1] for a, b in zip(low, high, strict=True))
+    )
+
+
+def all_cells(gains):
+    """Return the least and the last cell of each camera, 0 and -1 for one without."""
+    counts = np.diff(gains.cell_offsets)
+    return np.zeros(len(counts), dtype=np.int32), (counts - 1).astype(np.int32)
+
+
+def largest_gain(gains, low=None, high=None):
+    """Return the most that any choice of cells gains, by trying them all."""
+    if low is None:
+        low, high = all_cells(gains)
+    return max(cells_gain(gains, cell) for cell in cells_between(low, high))
+
+
+def takings(gains, c, cell, price):
+    """Return what a cell of camera c takes above the prices."""
+    return sum(
+        max(int(gains.gain[j]) - int(price[gains.sample[j]]), 0)
+        for j in range(gains.offsets[c], gains.offsets[c + 1])
+        if gains.first[j] <= cell <= gains.last[j]
+    )
+
+
+def confined_bound(gains, price, low=None, high=None):
+    """Return D(v) in units where camera c is confined to its cells low[c] to high[c]."""
+    if low is None:
+        low, high = all_cells(gains)
+    total = sum(int(v) for v in price)
+    for c in range(len(low)):
+        cells = range(low[c], high[c] + 1)
+        total += max((takings(gains, c, i, price) for i in cells), default=0)
+    return total
+
+
 # --- Kernels -------------------------------------------------------------------------------------
 
 

@@ -15,6 +15,7 @@ from focus_planner import Camera, Image, Lens, Mesh, Rig
 from focus_planner.core.optics import focus_interval
 from focus_planner.core.problem import Problem, build_problem
 from focus_planner.core.scene import Scene
+from focus_planner.core.shots import with_shots
 from focus_planner.core.types import Samples
 from focus_planner.core.visibility import visible_pairs
 
@@ -176,6 +177,48 @@ def random_problem(
         focus_far=far,
         focus_weight=weight,
     )
+
+
+TINY_LENSES = (
+    Lens(),
+    Lens(min_focus=0.58, max_focus=0.7),
+    Lens(focus_distances=(0.52, 0.58, 0.6, 0.63, 0.67, 0.72, 0.78)),
+    Lens(min_focus=0.5, max_focus=3.0, focus_steps=30),
+    Lens(0.05, 40.0),  # so shallow that there is much to choose
+)
+
+
+def tiny_problem(seed, most_choices=600):
+    """A problem that can be tried out, of whatever kind: see the draws.
+
+    Its choices of cells number at most so many; its first sample has a weight.
+    """
+    random = np.random.default_rng([seed, 77])
+    while True:
+        problem = random_problem(
+            int(random.integers(2**32)),
+            int(random.integers(1, 16)),
+            int(random.integers(1, 6)),
+            share=random.choice([0.0, 0.3, 0.6, 1.0], p=[0.02, 0.18, 0.3, 0.5]),
+            ties=random.random() < 0.3,
+            equal=random.random() < 0.4,
+            lens=TINY_LENSES[random.choice(5, p=[0.2, 0.1, 0.1, 0.1, 0.5])],
+            weight=random.choice([1 / 3, 0.1, 0.9, 0.0], p=[0.6, 0.2, 0.15, 0.05]),
+            tolerance=random.choice([0.0, 0.012], p=[0.8, 0.2]),
+        )
+        if random.random() < 0.1:  # equal depths
+            problem.focus_near[:], problem.focus_far[:], problem.depth[:] = 0.62, 0.65, 0.635
+        if random.random() < 0.1:  # equal cameras
+            problem.base_cost[:] = 0.2
+        if random.random() < 0.1:  # one that reaches nothing
+            blind = problem.camera_index == random.integers(problem.camera_count)
+            problem.focus_near[blind], problem.focus_far[blind] = np.inf, -np.inf
+        if random.random() < 0.2:
+            problem.samples.weights[1:] *= random.random(problem.sample_count - 1) < 0.6
+        if random.random() < 0.15:
+            problem = with_shots(problem, int(random.integers(2, 4)))
+        if np.prod(np.maximum(np.diff(problem.cells.offsets), 1.0)) <= most_choices:
+            return problem
 
 
 def ring_mask(samples, cameras, reach=2):

@@ -240,7 +240,8 @@ def descend(
             return iteration + 1
         if state[3] >= _PATIENCE:
             state[1], state[2], state[3] = hope * _FALL, state[0], 0
-            price[:] = best_price
+            # The best prices may be from before the pairs below the floor were left out.
+            price[:] = np.maximum(best_price, floor)
             direction[:] = 0
             continue
         total_square = squares.sum()

@@ -17,7 +17,6 @@ import heapq
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import get_num_threads
 from scipy.sparse import csr_array
 
 from focus_planner.core import kernels
@@ -108,7 +107,7 @@ class Branching:
         """Branch on a batch of nodes, those with the highest bounds, that may exceed ``goal``."""
         children: list[tuple[_Node, int, int, int]] = []
         work = _STEPS * max(len(self._gains.gain), 1)
-        batch = max(1, get_num_threads() // 2, min(8, _WORK // work))
+        batch = max(1, min(8, _WORK // work))
         while self._open and len(children) < 2 * batch:
             node = heapq.heappop(self._open)
             if -node.negative_bound <= goal:
@@ -120,7 +119,7 @@ class Branching:
                 camera = int(np.argmax(node.high - node.low))
                 split = int(node.low[camera] + node.high[camera]) // 2
                 if node.high[camera] <= node.low[camera]:
-                    self.leaf = node.low
+                    self.leaf = np.minimum(node.low, node.high)
                     break
             children.append((node, camera, int(node.low[camera]), split))
             children.append((node, camera, split + 1, int(node.high[camera])))
@@ -168,7 +167,7 @@ class Branching:
                     parent.depth + 1,
                     low[b],
                     high[b],
-                    price[b],
+                    price[b].copy(),
                     score[b],
                     split[b],
                     cell[b],

@@ -38,16 +38,16 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     after each pass every sample goes to its cheapest camera. The cost never rises.
     """
     options = options or Options()
-    going_on = True
+    going_on, cost = True, 0.0
 
     def remember(progress: Progress) -> bool:
-        nonlocal going_on
-        going_on = watch(progress)
+        nonlocal going_on, cost
+        going_on, cost = watch(progress), progress.cost
         return going_on
 
     before = em.solve(problem, options, remember)
     # Setting up the tuples takes longer than a step: ask before, and even where EM had converged.
-    if not (going_on and watch(Progress("k_view", 0, before.cost))):
+    if not (going_on and watch(Progress("k_view", 0, cost))):
         return replace(before, converged=False)
     descent = Descent(problem, options)
     cell = start_cells(problem, before.focus_distances)

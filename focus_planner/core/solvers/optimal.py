@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from focus_planner.core.problem import Problem, cost_of_units
 from focus_planner.core.proof.branching import Branching
 from focus_planner.core.proof.gains import gains_of
@@ -58,6 +60,7 @@ class _Search:
         self._prices: Prices | None = None
         self._going_on = True
         self._iterations = 0
+        self._told = np.inf
 
     def run(self) -> Solution:
         problem = self._problem
@@ -72,10 +75,10 @@ class _Search:
         if self._unproven() and self._tell_stage("branching"):
             self._branch()
         prices = self._prices
-        solution = finish_cells(problem, self._cell, self._iterations, not self._unproven())
+        proven = self._bound <= self._goal
+        solution = finish_cells(problem, self._cell, self._iterations, proven)
         return replace(
             solution,
-            converged=self._bound <= self._goal,
             lower_bound=min(cost_below(self._gains, self._bound), solution.cost),
             prices=None if prices is None else pointwise_prices(problem, prices.price),
         )
@@ -91,11 +94,12 @@ class _Search:
         return self._going_on and self._bound > self._goal
 
     def _tell(self, progress: Progress) -> bool:
-        """Tell the watch of a step, with the bound; remember what it answers."""
+        """Tell the watch of a step: the best plan so far and the bound; remember its answer."""
         self._iterations += 1
+        self._told = min(self._told, progress.cost)
         bound = cost_below(self._gains, self._bound)
         self._going_on = self._watch(
-            replace(progress, iteration=self._iterations, lower_bound=bound)
+            replace(progress, iteration=self._iterations, cost=self._told, lower_bound=bound)
         )
         return self._going_on
 
@@ -105,13 +109,7 @@ class _Search:
     def _polish(self, cell: IntArray) -> None:
         """Descend from these cells; keep the plan if it is the best."""
         if self._problem.camera_count > 1:
-
-            def tell(progress: Progress) -> bool:
-                """Tell the cost of the best plan, which is not always the one that descends."""
-                best = cost_of_units(self._units)
-                return self._tell(replace(progress, cost=min(progress.cost, best)))
-
-            self._descent.run(cell, tell)
+            self._descent.run(cell, self._tell)
             cell = self._descent.cell
         units = assign_samples(self._problem, cell)[1]
         if units < self._units:
@@ -138,33 +136,32 @@ class _Search:
         assert self._prices is not None
         branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
         recovery, tried = _FIRST_RECOVERY_NODES, False
-        while True:
+        while self._unproven():
             # No node open means that none is better than the goal.
-            self._bound = max(min(self._bound, branching.bound), self._goal)
+            self._bound = min(self._bound, max(branching.bound, self._goal))
             self._tell_stage("branching")
-            if not self._unproven() or branching.exhausted:
+            if branching.exhausted:
                 return
-            if branching.nodes >= recovery:
+            if self._unproven() and branching.nodes >= recovery:
                 self._polish(branching.cells)
                 recovery = 4 * branching.nodes
-            if branching.nodes >= _PATIENT_NODES and not tried:
+            if self._unproven() and branching.nodes >= _PATIENT_NODES and not tried:
                 tried = True
-                if self._solve_program():
-                    return
-            branching.step(self._goal)
+                self._solve_program()
+            if self._unproven():
+                branching.step(self._goal)
             if branching.leaf is not None:
                 self._polish(branching.leaf)
                 branching.leaf = None
 
-    def _solve_program(self) -> bool:
-        """Leave it to HiGHS if what is left is small; return whether that settled it."""
+    def _solve_program(self) -> None:
+        """Leave it to HiGHS if what is left is small."""
         assert self._prices is not None
         goal = self._goal
         program = Program(self._gains, self._prices.price, self._prices.bound, goal)
         if program.size > _PROGRAM_SIZE:
-            return False
+            return
         bound, cell = program.solve(lambda: self._tell_stage("program"))
-        self._bound = max(min(self._bound, bound), goal)
+        self._bound = min(self._bound, max(bound, goal))
         if cell is not None:
             self._polish(cell)
-        return self._bound <= self._goal

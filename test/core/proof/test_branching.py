@@ -1,0 +1,177 @@
+import numpy as np
+import pytest
+import reference
+from core.build import random_problem, ring_mask, tiny_problem, with_threads
+
+from focus_planner import Lens
+from focus_planner.core.proof import branching
+from focus_planner.core.proof.branching import Branching
+from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.proof.prices import Prices
+
+SHALLOW = Lens(0.05, 40.0)
+
+
+def search(gains, goal, steps=60):
+    """Branching from prices that a few steps were spent on."""
+    prices = Prices(gains)
+    while prices.steps < steps:
+        prices.descend(goal)
+        if prices.bound <= goal:
+            break
+    return Branching(gains, prices.price, prices.bound, goal)
+
+
+def test_the_bound_is_never_below_what_can_be_gained_and_closes_on_it():
+    branched = 0
+    for seed in range(500):
+        gains = gains_of(tiny_problem(seed))
+        most = reference.largest_gain(gains)
+        open_nodes = search(gains, most)
+        for _ in range(200):
+            if open_nodes.exhausted:
+                break
+            branched += 1
+            assert open_nodes.bound > most
+            open_nodes.step(most)
+        assert open_nodes.exhausted
+        assert open_nodes.bound == 0
+        assert open_nodes.leaf is None or reference.cells_gain(gains, open_nodes.leaf) <= most
+    assert branched > 100
+
+
+@pytest.mark.parametrize("part", [0.999999, 0.99, 0.9])
+def test_with_a_goal_below_the_optimum_the_bound_stays_above_it(part):
+    leaves = branched = 0
+    for seed in range(250):
+        gains = gains_of(tiny_problem(seed))
+        most = reference.largest_gain(gains)
+        goal = int(part * most) - 1
+        open_nodes, found = search(gains, goal), 0
+        for _ in range(3000):
+            if open_nodes.exhausted:
+                break
+            branched += 1
+            before = open_nodes.bound
+            open_nodes.step(goal)
+            if open_nodes.leaf is not None:
+                leaves += 1
+                found = max(found, reference.cells_gain(gains, open_nodes.leaf))
+                open_nodes.leaf = None
+            # The best plan is in an open node, or was come down to.
+            assert max(open_nodes.bound, found) >= most
+            assert open_nodes.bound <= before
+        assert open_nodes.exhausted
+        assert found == most
+    assert leaves >= 250
+    assert branched > leaves
+
+
+def test_a_goal_that_rises_drops_nodes():
+    gains = gains_of(random_problem(0, 60, 8, lens=SHALLOW))
+    prices = Prices(gains)
+    prices.descend(0)
+    low = Branching(gains, prices.price, prices.bound, 0)
+    for _ in range(5):
+        low.step(0)
+    assert not low.exhausted
+    goal = low.bound
+    low.step(goal)
+    assert low.exhausted
+    assert low.bound == 0
+
+
+def test_nothing_is_open_where_the_bound_is_at_the_goal():
+    gains = gains_of(random_problem(1, 60, 8))
+    prices = Prices(gains)
+    prices.descend(0)
+    at_once = Branching(gains, prices.price, prices.bound, prices.bound)
+    assert at_once.exhausted
+    assert at_once.bound == 0
+    assert at_once.nodes == 1
+
+
+def test_leaves_and_cells_know_the_cameras_without_cells():
+    seen = 0
+    for seed in range(40):
+        problem = random_problem(seed, 14, 4, share=0.9, lens=SHALLOW)
+        blind = problem.camera_index == seed % 4
+        problem.focus_near[blind], problem.focus_far[blind] = np.inf, -np.inf
+        gains = gains_of(problem)
+        counts = np.diff(gains.cell_offsets)
+        open_nodes = search(gains, 0, 5)
+        for _ in range(100):
+            if open_nodes.exhausted:
+                break
+            chosen = [open_nodes.cells]
+            open_nodes.step(0)
+            if open_nodes.leaf is not None:
+                chosen.append(open_nodes.leaf)
+                open_nodes.leaf = None
+                seen += 1
+            for cell in chosen:
+                assert cell[seed % 4] == -1
+                assert (np.where(counts > 0, cell, 0) >= 0).all()
+                assert (cell < counts).all()
+    assert seen > 20
+
+
+def test_where_prices_tell_no_camera_ranges_are_halved():
+    # All in one cell at any price: nothing alternates, but the goal is out of reach.
+    problem = random_problem(2, 12, 2, share=1.0, lens=SHALLOW)
+    gains = gains_of(problem)
+    most = reference.largest_gain(gains)
+    open_nodes = Branching(gains, gains.most.copy(), int(gains.most.sum()), most - 1)
+    for _ in range(200):
+        if open_nodes.exhausted or open_nodes.leaf is not None:
+            break
+        open_nodes.step(most - 1)
+    assert open_nodes.leaf is not None
+    assert reference.cells_gain(gains, open_nodes.leaf) == most
+
+
+def test_no_more_nodes_than_there_is_room_for(monkeypatch):
+    gains = gains_of(random_problem(3, 300, 20, visible=ring_mask(300, 20), lens=SHALLOW))
+    open_nodes = search(gains, 0)
+    open_nodes.step(0)
+    assert not open_nodes.exhausted
+    monkeypatch.setattr(branching, "_OPEN_BYTES", 10 * (8 * 300 + 24 * 20))
+    for _ in range(100):
+        if open_nodes.exhausted:
+            break
+        open_nodes.step(0)
+    assert open_nodes.exhausted
+    assert 10 < len(open_nodes._open) <= 10 + 16
+    assert open_nodes.bound > 0
+    # A node keeps no array but its own.
+    for node in open_nodes._open:
+        assert node.price.base is None
+
+
+def test_the_search_repeats_bit_for_bit_with_any_number_of_threads():
+    gains = gains_of(random_problem(4, 400, 20, visible=ring_mask(400, 20), lens=SHALLOW))
+
+    def run():
+        open_nodes, bounds = search(gains, 0), []
+        for _ in range(6):
+            open_nodes.step(0)
+            bounds.append((open_nodes.bound, open_nodes.nodes, open_nodes.cells.tobytes()))
+        return bounds
+
+    once = run()
+    assert once == run()
+    assert once == with_threads(2, run)
+
+
+def test_batches_do_not_depend_on_threads(monkeypatch):
+    gains = gains_of(random_problem(5, 400, 20, visible=ring_mask(400, 20), lens=SHALLOW))
+    nodes = []
+    for work in (1, 20_000_000):
+        monkeypatch.setattr(branching, "_WORK", work)
+        open_nodes = search(gains, 0)
+        for _ in range(4):
+            open_nodes.step(0)
+        nodes.append(open_nodes.nodes)
+    # The root and two children a step; of small problems, up to eight nodes go at once.
+    assert nodes[0] == 9
+    assert nodes[1] == 1 + 2 * (1 + 2 + 4 + 8)
