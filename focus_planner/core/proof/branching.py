@@ -95,7 +95,7 @@ class Branching:
     @property
     def cells(self) -> IntArray:
         """(C,) the best cells of the node that goes next."""
-        return self._open[0].cell
+        return self._open[0].cell.copy()
 
     @property
     def exhausted(self) -> bool:
@@ -161,17 +161,8 @@ class Branching:
         for b, parent in enumerate(parents):
             self.nodes += 1
             if bounds[b] > goal:
-                node = _Node(
-                    -int(bounds[b]),
-                    self.nodes,
-                    parent.depth + 1,
-                    low[b],
-                    high[b],
-                    price[b].copy(),
-                    score[b],
-                    split[b],
-                    cell[b],
-                )
+                own = (array[b].copy() for array in (low, high, price, score, split, cell))
+                node = _Node(-int(bounds[b]), self.nodes, parent.depth + 1, *own)
                 heapq.heappush(self._open, node)
 
 

@@ -55,9 +55,7 @@ def random_nodes(gains, random, count):
             camera[b] = c = random.choice(np.flatnonzero(high[b] >= low[b]))
             first[b], last[b] = np.sort(random.integers(low[b, c], high[b, c] + 1, 2))
     score, split, cell = np.zeros_like(low, dtype=np.int64), 0 * low, 0 * low - 1
-    bounds = [
-        reference.confined_bound(gains, *node) for node in zip(price, low, high, strict=True)
-    ]
+    bounds = [reference.confined_bound(gains, *node) for node in zip(price, low, high, strict=True)]
     return Nodes(np.array(bounds), low, high, price, score, split, cell), camera, first, last
 
 
@@ -82,7 +80,9 @@ def confine(gains, nodes, camera, first, last, wide, near, goal, steps=STEPS):
 def random_near(gains, random):
     """Per camera itself and some of the others."""
     return [
-        np.concatenate([[c], [d for d in range(gains.camera_count) if d != c and random.random() < 0.5]])
+        np.concatenate(
+            [[c], [d for d in range(gains.camera_count) if d != c and random.random() < 0.5]]
+        )
         for c in range(gains.camera_count)
     ]
 
@@ -183,9 +183,7 @@ def test_each_node_for_itself(threads):
         node = Nodes(*(array[b : b + 1].copy() for array in nodes.arrays))
         confine(gains, node, *(a[b : b + 1] for a in (camera, first, last, wide)), near, 0)
         alone.append(node)
-    with_threads(
-        threads, lambda: confine(gains, nodes, camera, first, last, wide, near, 0)
-    )
+    with_threads(threads, lambda: confine(gains, nodes, camera, first, last, wide, near, 0))
     for name in Nodes.__dataclass_fields__:
         np.testing.assert_array_equal(
             getattr(nodes, name), np.concatenate([getattr(node, name) for node in alone])

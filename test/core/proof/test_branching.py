@@ -146,6 +146,9 @@ def test_no_more_nodes_than_there_is_room_for(monkeypatch):
     # A node keeps no array but its own.
     for node in open_nodes._open:
         assert node.price.base is None
+    before = open_nodes.cells
+    open_nodes.cells[:] = -5
+    np.testing.assert_array_equal(open_nodes.cells, before)
 
 
 def test_the_search_repeats_bit_for_bit_with_any_number_of_threads():
