@@ -26,8 +26,8 @@ from focus_planner.core.solvers.solution import (
 from focus_planner.core.types import IntArray
 
 # Plans are made from the prices after so many steps, and from open nodes after so many; each
-# time they are twice, or four times, as many.
-_FIRST_RECOVERY = 100
+# time they are twice as many.
+_FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 # What as many nodes do not close, and is as small, HiGHS may.
 _PATIENT_NODES = 300
@@ -37,9 +37,11 @@ _PROGRAM_SIZE = 20_000
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
     """Find the best plan of all, and prove it.
 
-    2-view descent gives a first plan, prices a first bound (core/proof/prices.py). The cells that
-    the price steps choose most often, polished by 2-view descent, are better plans, mostly the
-    best. Branching (core/proof/branching.py) closes what is left between plan and bound.
+    Prices prove a first bound within a fraction of a percent (core/proof/prices.py). The cells
+    that their steps choose most often, polished by 2-view descent, are the best plan or nearly.
+    Branching (core/proof/branching.py) closes what is left of the gap; where it is slow and little
+    is left, HiGHS does (core/proof/program.py). On bodies with a thousand samples HiGHS alone
+    takes tens of times as long, see ``make bench ARGS=optimum``.
 
     Ends when the plan is proven to cost at most ``options.gap`` of its cost too much, when the
     watch says so, or when there is no room for more open nodes. Plan and bound are valid in any
@@ -58,6 +60,7 @@ class _Search:
         self._gains = gains_of(problem)
         self._bound = int(self._gains.most.sum())  # all in focus in their best cameras
         self._prices: Prices | None = None
+        self._descent: Descent | None = None
         self._going_on = True
         self._iterations = 0
         self._told = np.inf
@@ -67,9 +70,6 @@ class _Search:
         first = em.solve(problem, self._options, self._tell)
         self._cell = start_cells(problem, first.focus_distances)
         self._units = assign_samples(problem, self._cell)[1]
-        if self._going_on and problem.camera_count > 1 and self._tell_stage("k_view"):
-            self._descent = Descent(problem, self._options)
-            self._polish(self._cell)
         if self._unproven():
             self._price()
         if self._unproven() and self._tell_stage("branching"):
@@ -109,6 +109,10 @@ class _Search:
     def _polish(self, cell: IntArray) -> None:
         """Descend from these cells; keep the plan if it is the best."""
         if self._problem.camera_count > 1:
+            if self._descent is None:
+                if not self._tell_stage("k_view"):
+                    return
+                self._descent = Descent(self._problem, self._options)
             self._descent.run(cell, self._tell)
             cell = self._descent.cell
         units = assign_samples(self._problem, cell)[1]
@@ -144,7 +148,7 @@ class _Search:
                 return
             if self._unproven() and branching.nodes >= recovery:
                 self._polish(branching.cells)
-                recovery = 4 * branching.nodes
+                recovery = 2 * branching.nodes
             if self._unproven() and branching.nodes >= _PATIENT_NODES and not tried:
                 tried = True
                 self._solve_program()
