@@ -36,7 +36,8 @@ from focus_planner import (
     plan_focus,
 )
 from focus_planner.core import kernels
-from focus_planner.core.planning import METHODS, pose_problem
+from focus_planner.core.planning import METHODS, pose_fresh_problem, pose_problem
+from focus_planner.core.quality import judge
 from focus_planner.core.surface import sample_mesh
 from focus_planner.core.visibility import visible_pairs
 
@@ -89,18 +90,18 @@ def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
     assert plan.total_seconds >= plan.solve_seconds > 0
 
 
-def assigned_and_sharp(samples, visible, focus, model):
+def assigned_and_sharp(samples, visible, focus, model, rig=RIG):
     """Per camera the samples that it images best, and those of them in focus, from Eq. 1 alone."""
-    assigned, sharp = [0] * len(RIG), [0] * len(RIG)
+    assigned, sharp = [0] * len(rig), [0] * len(rig)
     for p, (point, normal) in enumerate(zip(samples.points, samples.normals, strict=True)):
         costs = {
             c: reference.pointwise_cost(point, normal, camera, focus[c], model)
-            for c, camera in enumerate(RIG.cameras)
+            for c, camera in enumerate(rig.cameras)
             if (p, c) in visible
         }
         if costs:
             best = min(costs, key=costs.get)
-            camera = RIG.cameras[best]
+            camera = rig.cameras[best]
             depth = (point - camera.position) @ reference.camera_axes(camera)[2]
             assigned[best] += 1
             sharp[best] += reference.in_focus(depth, focus[best], camera.lens)
@@ -307,7 +308,7 @@ def test_a_weighted_plan_agrees_with_the_paper_from_end_to_end(method):
     importance = np.random.default_rng(1).integers(0, 4, 300)
     cloud = PointCloud(dense.points, dense.normals, importance)
     scene, model = Scene(cloud), CostModel(0.3, 0.3, 0.4)
-    plan = plan_focus(scene, RIG, PlanRequest(method, samples=0), model)
+    plan = plan_focus(scene, RIG, PlanRequest(method, samples=0, fresh_samples=200), model)
     samples = Scene(PointCloud(dense.points, dense.normals)).sample(0, 0)
     visible = pairs_of(visible_pairs(scene, RIG, samples))
     weights = samples.weights * importance
@@ -315,8 +316,17 @@ def test_a_weighted_plan_agrees_with_the_paper_from_end_to_end(method):
         samples.points, samples.normals, weights, RIG, visible, distances(plan), model
     )
     assert plan.cost == pytest.approx(expected, rel=1e-12)
+    fresh = scene.fresh_samples(200, 0)
+    visible = pairs_of(visible_pairs(scene, RIG, fresh))
+    # Drawn by importance, all weigh the same.
+    expected = reference.total_cost(
+        fresh.points, fresh.normals, np.ones(200), RIG, visible, distances(plan), model
+    )
+    assert plan.fresh_cost == pytest.approx(expected, rel=1e-12)
     seen = np.array(sorted({p for p, _ in visible}))
-    assert plan.covered_area == pytest.approx(samples.areas[seen].sum())
+    assert fresh.areas.std() > 0.1 * fresh.areas.mean()
+    assert fresh.areas.sum() == pytest.approx(samples.areas[importance > 0].sum())
+    assert plan.covered_area == pytest.approx(fresh.areas[seen].sum())
     assert (np.isfinite(distances(plan)) & (distances(plan) > 0)).all()
 
 
@@ -350,7 +360,7 @@ def test_areas_are_areas_whatever_the_importance():
     mesh, rig = sphere(0.25, subdivisions=4), Rig(around(1, 1.0, height=0).cameras)
     towards = mesh.vertices @ np.array(rig.cameras[0].position)
     scene = Scene(dataclasses.replace(mesh, vertex_importance=1 + 8 * (towards > 0)))
-    plan = plan_focus(scene, rig, PlanRequest("em", 20_000))
+    plan = plan_focus(scene, rig, PlanRequest("em", 20_000, fresh_samples=20_000))
     assert plan.surface_area == Scene(mesh).area
     assert plan.covered_area / plan.surface_area == pytest.approx(0.75 / 2, abs=0.01)
     camera = plan.cameras[0]
@@ -394,12 +404,12 @@ def test_samples_of_which_none_counts_are_an_error():
 @each_method
 def test_a_time_budget_ends_the_solver_with_a_valid_plan(method):
     scene, rig = Scene(body()), cylinder_rig(3, 8, bottom=0.3, top=1.5)
-    whole = plan_focus(scene, rig, PlanRequest(method, samples=1000))
-    hasty = plan_focus(scene, rig, PlanRequest(method, samples=1000, time_budget=1e-9))
+    whole = plan_focus(scene, rig, PlanRequest(method, samples=500))
+    hasty = plan_focus(scene, rig, PlanRequest(method, samples=500, time_budget=1e-9))
     assert whole.converged
     assert hasty.converged == (method in {"closest", "average"})
     assert np.isfinite(distances(hasty)).all()
-    closest = plan_focus(scene, rig, PlanRequest("closest", samples=1000))
+    closest = plan_focus(scene, rig, PlanRequest("closest", samples=500))
     if method != "average":
         assert whole.cost <= hasty.cost <= closest.cost
 
@@ -523,9 +533,8 @@ def test_a_posed_problem_is_the_plans(shots):
 @pytest.mark.parametrize("shots", [2, 3])
 def test_a_plan_of_several_shots_adds_up(method, shots):
     rig = Rig((*RIG.cameras, TestStatuses.away()))
-    plan = plan_focus(SCENE, rig, PlanRequest(method, samples=200, seed=3, shots=shots))
-    samples = SCENE.sample(200, 3)
-    visible = pairs_of(visible_pairs(SCENE, rig, samples))
+    request = PlanRequest(method, samples=200, seed=3, shots=shots, fresh_samples=150)
+    plan = plan_focus(SCENE, rig, request)
     # As many rigs as there are ways to choose a shot per camera would cost the least of them; so
     # does a rig in which every shot is a camera.
     every_shot = Rig(
@@ -535,17 +544,23 @@ def test_a_plan_of_several_shots_adds_up(method, shots):
             for i in range(shots)
         )
     )
-    repeated = {(p, c * shots + i) for p, c in visible for i in range(shots)}
-    expected = reference.total_cost(
-        samples.points,
-        samples.normals,
-        samples.weights,
-        every_shot,
-        repeated,
-        plan.focus_distances,
-        CostModel(),
-    )
-    assert plan.cost == pytest.approx(expected, rel=1e-12)
+    focus, model = plan.focus_distances, CostModel()
+    fresh = SCENE.fresh_samples(150, 3)
+    for samples, cost in ((SCENE.sample(200, 3), plan.cost), (fresh, plan.fresh_cost)):
+        visible = pairs_of(visible_pairs(SCENE, rig, samples))
+        repeated = {(p, c * shots + i) for p, c in visible for i in range(shots)}
+        expected = reference.total_cost(
+            samples.points, samples.normals, samples.weights, every_shot, repeated, focus, model
+        )
+        assert cost == pytest.approx(expected, rel=1e-12)
+        assigned, sharp = assigned_and_sharp(samples, repeated, focus, model, every_shot)
+        if samples is fresh:
+            assert plan.covered_area == pytest.approx(SCENE.area * sum(assigned) / 150)
+            assert plan.in_focus_area == pytest.approx(SCENE.area * sum(sharp) / 150)
+        else:
+            each = [shot for camera in plan.cameras for shot in camera.shots]
+            assert sum(shot.assigned_samples for shot in each) == sum(assigned)
+            assert sum(shot.in_focus_samples for shot in each) == sum(sharp)
     assert plan.shots == shots
     for camera, of_rig in zip(plan.cameras, rig.cameras, strict=True):
         assert camera.name == of_rig.name
@@ -563,10 +578,6 @@ def test_a_plan_of_several_shots_adds_up(method, shots):
         for shot in camera.shots:
             limits = reference.depth_of_field(shot.focus_distance, of_rig.lens)
             assert (shot.near_limit, shot.far_limit) == pytest.approx(limits)
-    assert sum(camera.assigned_samples for camera in plan.cameras) == len({p for p, _ in visible})
-    assert plan.in_focus_area == pytest.approx(
-        SCENE.area * sum(camera.in_focus_samples for camera in plan.cameras) / 200
-    )
     idle = plan.cameras[-1]
     assert idle.status is CameraStatus.SEES_NOTHING
     assert len({shot.focus_distance for shot in idle.shots}) == 1
@@ -634,7 +645,17 @@ def test_a_tolerance_shrinks_what_is_in_focus():
     ]
     assert [plan.depth_tolerance for plan in plans] == [0.0, 0.005, 0.01, 0.02]
     assert np.diff([plan.cost for plan in plans]).min() > 0
-    assert np.diff([plan.in_focus_area for plan in plans]).max() < 0
+    in_focus = [sum(camera.in_focus_samples for camera in plan.cameras) for plan in plans]
+    assert np.diff(in_focus).max() < 0
+    # And of what one plan has in focus on fresh samples less counts.
+    focus = plans[0].focus_distances
+    fresh = [
+        judge(pose_fresh_problem(SCENE, RIG, PlanRequest(depth_tolerance=t)), focus)
+        for t in (0.0, 0.005, 0.01, 0.02)
+    ]
+    assert fresh[0].in_focus_area.value == plans[0].in_focus_area
+    assert np.diff([quality.in_focus_area.value for quality in fresh]).max() < 0
+    assert len({quality.covered_area for quality in fresh}) == 1
     # A plan made with it is in focus wherever the surface is within it: every sample's depth may
     # move as far.
     sure = plans[2]

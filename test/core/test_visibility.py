@@ -225,7 +225,8 @@ def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing):
     random = np.random.default_rng(0)
     normals = random.standard_normal((3000, 3)) * 0.4 + [1.0, 0.5, 0.0]
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    samples = Samples(offset + size * random.standard_normal((3000, 3)), normals, np.ones(3000))
+    points, ones = offset + size * random.standard_normal((3000, 3)), np.ones(3000)
+    samples = Samples(points, normals, ones, ones)
     images = (Image(), WIDE, Image(50, 40, 80.0, 30.0, 90.0, -7.0))
     cameras = []
     for i in range(60):
@@ -241,7 +242,7 @@ def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing):
     for c, camera in enumerate(cameras):
         expected = in_view(camera, samples, facing)
         if not facing:  # turned to where most cameras are, which not all of them are
-            turned = Samples(samples.points, found.normals, samples.weights)
+            turned = replace(samples, normals=found.normals)
             expected = np.intersect1d(expected, in_view(camera, turned, True))
         part = slice(found.camera_offsets[c], found.camera_offsets[c + 1])
         np.testing.assert_array_equal(found.sample_index[part], expected)
