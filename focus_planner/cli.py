@@ -341,7 +341,7 @@ def _add_plan(commands: Any) -> None:
     add("--quiet", action="store_true", help="no progress, no summary")
     how = plan.add_argument_group("how to plan")
     add = how.add_argument
-    add("--method", metavar="NAME", help="closest, average, em or k_view (k_view)")
+    add("--method", metavar="NAME", help="closest, average, em, k_view or optimal (k_view)")
     add("--k", type=int, metavar="N", help="cameras that k_view moves together, 2 or 3 (2)")
     add(
         "--scope",

@@ -24,10 +24,9 @@ from focus_planner.core.types import (
 _NEIGHBOURS = 16
 _STRAY = 50.0
 
-#: What samples are drawn by; the same where a surface has no importance.
 #: For NumPy's PCG64.
 Seed = int | np.random.SeedSequence
-#: What samples are drawn by.
+#: What samples are drawn by; the same where a surface has no importance.
 Density = Literal["importance", "area"]
 
 

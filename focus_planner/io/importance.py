@@ -12,12 +12,13 @@ from focus_planner.core.checks import InputError, check_array
 from focus_planner.core.types import FloatArray, Mesh, Surface
 from focus_planner.io.files import check_ended, read_array, read_text
 
-_NAMES = ("importance", "weight")
+#: What the importance is called in files and messages; the first that is there counts.
+IMPORTANCE_NAMES = ("importance", "weight")
 
 
 def importance_column(names: Collection[str]) -> str | None:
-    """Return which of a file's columns is the importance, if any is."""
-    return next((name for name in _NAMES if name in names), None)
+    """Return which column of a file, or field of a message, is the importance, if any is."""
+    return next((name for name in IMPORTANCE_NAMES if name in names), None)
 
 
 def load_importance(path: Path, surface: Surface) -> FloatArray:

@@ -38,6 +38,7 @@ from focus_planner.core.types import (
     PointCloud,
     Rig,
 )
+from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
 from focus_planner.ros.cdr import read_mesh, write_mesh
 from focus_planner.ros.inputs import Optics
 
@@ -52,7 +53,6 @@ _NUMBERS = _FLOATS | {
 }
 _POINT = ("x", "y", "z")
 _NORMAL = ("normal_x", "normal_y", "normal_z")
-_IMPORTANCE = ("importance", "weight")
 
 Message = TypeVar("Message")
 Position = tuple[float, float, float]
@@ -116,8 +116,8 @@ def cloud_from_ros(message: PointCloud2, frame_id: str) -> PointCloud:
     check_frame(message.header, frame_id)
     names = {field.name for field in message.fields}
     geometry = _POINT + _NORMAL if names.issuperset(_NORMAL) else _POINT
-    importance = tuple(name for name in _IMPORTANCE if name in names)[:1]
-    values = _read_fields(message, geometry + importance)
+    importance = importance_column(names)
+    values = _read_fields(message, geometry + ((importance,) if importance else ()))
     if not message.is_dense:
         values = values[np.isfinite(values[:, : len(geometry)]).all(axis=1)]
     return PointCloud(
@@ -134,7 +134,7 @@ def cloud_to_ros(cloud: PointCloud, frame_id: str) -> PointCloud2:
         names += _NORMAL
         parts.append(cloud.normals)
     if cloud.importance is not None:
-        names.append(_IMPORTANCE[0])
+        names.append(IMPORTANCE_NAMES[0])
         parts.append(cloud.importance[:, None])
     columns = np.hstack(parts)
     step = 8 * len(names)
@@ -441,7 +441,7 @@ def _point_dtype(message: PointCloud2, names: tuple[str, ...]) -> np.dtype[np.vo
                 "cloud fields", "x, y and z", ", ".join(fields) or "none", "they are the points"
             )
         field = fields[name]
-        kinds = _NUMBERS if name in _IMPORTANCE else _FLOATS
+        kinds = _NUMBERS if name in IMPORTANCE_NAMES else _FLOATS
         if field.datatype not in kinds or field.count > 1:
             raise InputError(
                 f"cloud field {name}",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from focus_planner.core.optics import depth_of_field
-from focus_planner.core.planning import FocusPlan, PlanRequest, plan_focus
+from focus_planner.core.planning import METHODS, FocusPlan, PlanRequest, plan_focus
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Lens, PointCloud, Rig
@@ -62,7 +62,7 @@ def save(plan: FocusPlan, folder: Path) -> tuple[Path, Path]:
     return files
 
 
-@pytest.mark.parametrize("method", ["closest", "average", "em", "k_view"])
+@pytest.mark.parametrize("method", METHODS)
 def test_the_cost_follows_from_the_files(tmp_path: Path, scene: Scene, method: str) -> None:
     plan = plan_focus(scene, mixed_rig(), PlanRequest(method, samples=500))
     assert recomputed_cost(*save(plan, tmp_path)) == pytest.approx(plan.cost, rel=1e-13)

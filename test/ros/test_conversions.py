@@ -22,6 +22,7 @@ from focus_planner.core.checks import InputError
 from focus_planner.core.planning import (
     MAX_SAMPLES,
     MAX_SHOTS,
+    METHODS,
     CameraFocus,
     FocusPlan,
     PlanRequest,
@@ -143,7 +144,7 @@ def test_a_lens_by_f_number_and_circle_of_confusion():
 @given(
     st.builds(
         PlanRequest,
-        method=st.sampled_from(["closest", "average", "em", "k_view"]),
+        method=st.sampled_from(METHODS),
         samples=st.integers(1, MAX_SAMPLES),
         seed=st.integers(1, 2**64 - 1),
         k=st.sampled_from([2, 3]),

@@ -14,7 +14,8 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch):
     assert demo.run(tmp_path / "new") == 0
     shown = capsys.readouterr().out
     assert "closest (autofocus)" in shown
-    assert "k_view" in shown
+    assert "optimal (proven)" in shown
+    assert max(map(len, shown[: shown.index("cost: 0")].splitlines())) <= 80
     plan = load_plan(tmp_path / "new" / "plan.json")
     assert list(drawn.values())[-1].cameras == plan.cameras
     assert len(load_rig(tmp_path / "new" / "rig.yaml")) == len(plan.cameras) == 168
