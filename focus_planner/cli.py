@@ -44,6 +44,7 @@ _REQUEST_OPTIONS = (
     *("method", "samples", "seed", "k", "scope", "tuples", "time_budget"),
     *("shots", "depth_tolerance"),
     *("fresh_samples", "standard_error"),
+    *("bound", "gap"),
 )
 
 
@@ -227,8 +228,9 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
         return f"{part / plan.surface_area:.1%} of the surface"
 
     yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples of seed {plan.seed}"
-    if plan.lower_bound is not None:
-        yield "lower bound", f"{plan.lower_bound:.2f}", "no plan costs less on those"
+    if plan.lower_bound is not None and plan.gap is not None:
+        note = f"no plan costs less on those: within {100 * plan.gap:.2g} % of the best"
+        yield "lower bound", f"{plan.lower_bound:.2f}", note
     fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
     yield "fresh cost", fresh, f"on {plan.fresh_samples} samples that the solver did not see"
     yield "surface", area(plan.surface_area), ""
@@ -374,8 +376,8 @@ def _add_plan(commands: Any) -> None:
         "--time-budget",
         type=float,
         metavar="S",
-        help="stop the solver after S seconds, ray casting included, with the best plan so far;"
-        " ray casting itself is not interrupted (none)",
+        help="end after S seconds with the best plan so far and its bound; samples that half of"
+        " them do not suffice for are left out (none)",
     )
     add(
         "--fresh-samples",
@@ -389,6 +391,19 @@ def _add_plan(commands: Any) -> None:
         metavar="X",
         help="with --samples 0 on a mesh, the standard error that the cost is to have; both"
         " numbers of samples are then chosen for it (2)",
+    )
+    add(
+        "--bound",
+        metavar="NAME",
+        help="what to spend on proving how near the plan is to the best: none, quick or tight;"
+        " optimal always proves it (quick)",
+    )
+    add(
+        "--gap",
+        type=float,
+        metavar="X",
+        help="how near the best is near enough for optimal, and for a tight bound, as a part of"
+        " the cost (1e-6)",
     )
     what = plan.add_argument_group("what to write")
     add = what.add_argument

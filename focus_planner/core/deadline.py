@@ -80,7 +80,7 @@ class Deadline:
 
         def go_on() -> bool:
             self._asked += 1
-            self._told_no |= not self._watch(Progress(stage, self._asked, _NOT_YET))
+            self._ask(Progress(stage, self._asked, _NOT_YET))
             self.shortened = self._told_no or time.perf_counter() >= until
             return not self.shortened
 
@@ -93,7 +93,11 @@ class Deadline:
         if progress.stage != self._stage:
             self._stage = progress.stage
             needed = max(needed, _SET_UP * self._cells)
-        self._told_no |= not self._watch(progress)
+        self._ask(progress)
         late = self.started + self._seconds - now - self._reserve < needed
         self.stopped = self.stopped or self._told_no or late
         return not self.stopped
+
+    def _ask(self, progress: Progress) -> None:
+        """Ask the user's watch, until it says no."""
+        self._told_no = self._told_no or not self._watch(progress)

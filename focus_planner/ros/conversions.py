@@ -278,6 +278,8 @@ def request_from_ros(message: PlanFocus.Request, defaults: PlanRequest) -> PlanR
         depth_tolerance=message.depth_tolerance or defaults.depth_tolerance,
         fresh_samples=defaults.fresh_samples,
         standard_error=defaults.standard_error,
+        bound=message.bound or defaults.bound,
+        gap=message.gap or defaults.gap,
     )
 
 
@@ -296,6 +298,8 @@ def request_to_ros(request: PlanRequest) -> PlanFocus.Request:
         time_budget=0.0 if math.isinf(budget) else budget,
         shots=request.shots,
         depth_tolerance=request.depth_tolerance,
+        bound=request.bound,
+        gap=request.gap,
     )
 
 

@@ -302,7 +302,11 @@ class PlannerNode(Node):
         request = request_from_ros(call.request, settings.request)
         self.get_logger().debug(f"planning: {request}")
         plan, rig, reminder = self._planner.plan(
-            request, settings.optics, settings.model, self._go_on
+            request,
+            settings.optics,
+            settings.model,
+            self._go_on,
+            warm_start=settings.warm_start,
         )
         if self._stopping.is_set():
             return False, _SHUTTING_DOWN, None
@@ -392,6 +396,8 @@ def _summary(plan: SolvedPlan) -> str:
         f" {plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on {plan.fresh_samples} fresh"
         f" ones, in {plan.total_seconds:.3f} s"
     )
+    if plan.gap is not None:
+        text += f", within {100 * plan.gap:.2g} % of the best"
     return text if plan.converged else f"{text}, stopped by the time budget before it converged"
 
 

@@ -19,6 +19,7 @@ from rclpy.parameter import Parameter
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import (
+    BOUNDS,
     MAX_SAMPLES,
     MAX_SHOTS,
     METHODS,
@@ -127,8 +128,27 @@ DECLARATIONS = (
     Declaration(
         "time_budget",
         0.0,
-        "Seconds after which the solver stops with its best plan so far; 0 for no limit. Ray"
-        " casting comes before and is not interrupted." + _NEXT_CALL,
+        "Seconds after which the planner stops with its best plan so far, and its bound; 0 for no"
+        " limit. Samples that half of them do not suffice for are left out." + _NEXT_CALL,
+    ),
+    Declaration(
+        "bound",
+        _REQUEST.bound,
+        "What to spend on proving how near a plan is to the best; optimal always proves it. "
+        + _one_of(BOUNDS)
+        + _NEXT_CALL,
+    ),
+    Declaration(
+        "gap",
+        _REQUEST.gap,
+        "How near the best is near enough for optimal, and for a tight bound, as a part of the"
+        " cost." + _NEXT_CALL,
+    ),
+    Declaration(
+        "warm_start",
+        False,
+        "Start from the last plan and its prices: sooner done after small changes of the surface"
+        " or the poses, but the same request need not give the same plan." + _NEXT_CALL,
     ),
     Declaration(
         "shots",
@@ -230,6 +250,8 @@ class Settings:
     frame_id : str
     request : PlanRequest
         What a request takes that leaves something out.
+    warm_start : bool
+        Whether plans start from the last one.
     optics : Optics
         What a camera takes that brings no image or lens.
     model : CostModel
@@ -237,6 +259,7 @@ class Settings:
 
     frame_id: str
     request: PlanRequest
+    warm_start: bool
     optics: Optics
     model: CostModel
 
@@ -268,7 +291,10 @@ class Settings:
                 depth_tolerance=values["depth_tolerance"],
                 fresh_samples=values["fresh_samples"],
                 standard_error=values["standard_error"],
+                bound=values["bound"],
+                gap=values["gap"],
             ),
+            warm_start=values["warm_start"],
             optics=Optics(
                 image=Image(**_group(values, "image.")),
                 lens=lens_from_ros(LensMsg(**lens)),

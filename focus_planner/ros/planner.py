@@ -56,6 +56,7 @@ class Planner:
         self._on_rig = on_rig
         self._optics = Optics()
         self._fits = False
+        self._last: SolvedPlan | None = None
 
     def digest(self, optics: Optics) -> None:
         """Take in what was received: read it, build the scene, see whether it fits."""
@@ -75,8 +76,12 @@ class Planner:
         optics: Optics,
         model: CostModel | None = None,
         watch: Watch = go_on,
+        *,
+        warm_start: bool = False,
     ) -> tuple[SolvedPlan, Rig, str]:
         """Return a plan for the newest surface and rig, that rig, and what is not the newest.
+
+        With ``warm_start`` it starts from the last one, if there was one.
 
         Raises
         ------
@@ -92,7 +97,9 @@ class Planner:
         assert self.surface.in_force is not None
         assert self.rig.in_force is not None
         rig = self.rig.in_force.value
-        plan = plan_focus(self.surface.in_force.value, rig, request, model, watch)
+        before = self._last if warm_start else None
+        plan = plan_focus(self.surface.in_force.value, rig, request, model, watch, before)
+        self._last = plan if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]
         return plan, rig, "; ".join(text for text in reminders if text)
 

@@ -331,5 +331,5 @@ class TestChoosingSamples:
             return False
 
         plan = plan_focus(SCENE, RIG, PlanRequest(samples=0, standard_error=4.0), watch=watch)
-        assert heard[0] == heard[1] == ("em", 1)
+        assert heard == [("em", 1)]
         assert not plan.converged

@@ -22,7 +22,8 @@ class Progress:
     stage : str
         The solver's name.
     iteration : int
-        Steps done in this stage, from 1; of ``optimal``, which returns to its stages, in all.
+        Steps done in this stage, from 1; 0 before one that takes some setting up. Of ``optimal``,
+        which returns to its stages, steps in all.
     cost : float
         1000 × the weighted mean; the cells chosen so far cost no more.
     lower_bound : float, optional
