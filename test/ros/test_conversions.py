@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -461,7 +461,9 @@ def test_a_plan_survives_the_wire(body, rig, shots):
     received = plan_from_ros(message)
     for field in fields(FocusPlan):
         assert getattr(received, field.name) == getattr(plan, field.name)
-    assert math.isnan(message.lower_bound)
+    unbounded = plan_to_ros(replace(plan, lower_bound=None), "world", Time(), "a name")
+    assert math.isnan(unbounded.lower_bound)
+    assert plan_from_ros(through_bytes(unbounded)).lower_bound is None
     assert message.shots == shots
     assert (message.plan_id, message.header) == ("a name", message.cameras[0].header)
 
