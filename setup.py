@@ -19,6 +19,7 @@ setup(
     ],
     # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
     install_requires=[
+        "highspy",
         "matplotlib",
         "numba",
         "numpy",

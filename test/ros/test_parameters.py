@@ -26,7 +26,7 @@ def change(node, **values):
 
 def test_the_defaults_are_the_cores(make_node):
     assert Parameters(make_node()).current == Settings(
-        "world", PlanRequest(), Optics(), CostModel()
+        "world", PlanRequest(), False, Optics(), CostModel()
     )
 
 
