@@ -47,7 +47,8 @@ def _local_problem(
     """Gather what the cameras' bound depends on; return how many samples' prices are free.
 
     A sample is free if no other camera takes anything above its price; then its price may fall to
-    what the best of the others gains. What held samples add stands in ``fixed``, per cell.
+    what the best of the others gains, and does where no range holds it any more. What held
+    samples add stands in ``fixed``, per cell.
     """
     count = 0
     at = 0
@@ -58,8 +59,6 @@ def _local_problem(
         part = fixed[fixed_offsets[k] : fixed_offsets[k + 1]]
         part[:] = 0
         for j in range(offsets[c], offsets[c + 1]):
-            if first[j] > b or last[j] < a:
-                continue
             p = sample[j]
             if place[p] == -1:
                 least = np.int64(0)
@@ -73,6 +72,8 @@ def _local_problem(
                     members[count] = p
                     floor[count] = least
                     count += 1
+            if first[j] > b or last[j] < a:
+                continue
             if place[p] == -2:
                 above = gain[j] - price[p]
                 if above > 0:

@@ -109,7 +109,9 @@ def test_the_optimum_is_that_of_highs(options):
     assert branched > 3 or options
 
 
-@pytest.mark.parametrize(("name", "samples"), [("arms_out", 1000), ("arms_raised", 500)])
+@pytest.mark.parametrize(
+    ("name", "samples"), [("arms_down", 1000), ("arms_out", 1000), ("arms_raised", 500)]
+)
 def test_on_bodies_the_optimum_is_that_of_highs(name, samples):
     problem = problem_of(body(name), cylinder_rig(), samples)
     solution = optimal.solve(problem)
