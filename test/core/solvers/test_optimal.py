@@ -183,7 +183,7 @@ def test_progress_tells_the_best_plan_and_the_best_bound_so_far():
 def test_the_gap_tells_when_to_end():
     problem = random_problem(2, 80, 8, share=0.6, lens=SHALLOW)
     best, steps = optimal.solve(problem, replace(EXACT, gap=1e-5)), []
-    for gap in (1e-5, 0.002, 0.01, 0.05, 0.5):
+    for gap in (1e-5, 0.01, 0.05, 0.5):
         solution = optimal.solve(problem, Options(gap=gap))
         assert solution.converged
         assert solution.cost - solution.lower_bound <= gap * solution.cost + 1e-8
@@ -191,7 +191,7 @@ def test_the_gap_tells_when_to_end():
         assert solution.lower_bound <= best.cost
         steps.append(solution.iterations)
     assert steps == sorted(steps, reverse=True)
-    assert len(set(steps)) >= 4
+    assert len(set(steps)) == 4
 
 
 def test_prices_of_a_solution_give_the_same_optimum_sooner():
