@@ -4,7 +4,7 @@ No plan above the goal uses a cell, or a gain, that costs more at the prices of 
 between bound and goal. What is left is facility location with one variable z per cell, "the camera
 stands at this cell or an earlier one", so that "it stands between the cells that hold the sample"
 is a difference of two: rows of three entries, however many cells hold the sample. HiGHS's cuts
-close in tenths of a second some gaps of a thousand samples that branching on prices
+close in tenths of a second the odd gap of a thousand samples that branching on prices
 (core/proof/branching.py) only nibbles at; with tens of thousands of rows they do not.
 """
 

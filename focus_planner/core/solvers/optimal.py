@@ -25,10 +25,11 @@ from focus_planner.core.solvers.solution import (
 )
 from focus_planner.core.types import IntArray
 
-# Plans are made from the prices after so many steps, and from open nodes after so many; each
-# time they are twice as many.
+# Plans are made from the prices after so many steps, and each time they are twice as many; from
+# the cheapest few of so many open nodes after so many nodes, and each time they are a quarter more.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
+_PLANS, _POLISHED = 32, 3
 # What as many nodes do not close, and is as small, HiGHS may.
 _PATIENT_NODES = 300
 _PROGRAM_SIZE = 20_000
@@ -147,8 +148,9 @@ class _Search:
             if branching.exhausted:
                 return
             if self._unproven() and branching.nodes >= recovery:
-                self._polish(branching.cells)
-                recovery = 2 * branching.nodes
+                for cell in self._cheapest(branching.plans(_PLANS))[:_POLISHED]:
+                    self._polish(cell)
+                recovery = branching.nodes + max(branching.nodes // 4, _FIRST_RECOVERY_NODES)
             if self._unproven() and branching.nodes >= _PATIENT_NODES and not tried:
                 tried = True
                 self._solve_program()
@@ -157,6 +159,11 @@ class _Search:
             if branching.leaf is not None:
                 self._polish(branching.leaf)
                 branching.leaf = None
+
+    def _cheapest(self, plans: list[IntArray]) -> list[IntArray]:
+        """Return the plans, those that cost least first."""
+        costs = [assign_samples(self._problem, cell)[1] for cell in plans]
+        return [plans[i] for i in np.argsort(costs, kind="stable")]
 
     def _solve_program(self) -> None:
         """Leave it to HiGHS if what is left is small."""

@@ -103,7 +103,7 @@ def test_leaves_and_cells_know_the_cameras_without_cells():
         for _ in range(100):
             if open_nodes.exhausted:
                 break
-            chosen = [open_nodes.cells]
+            chosen = open_nodes.plans(1)
             open_nodes.step(0)
             if open_nodes.leaf is not None:
                 chosen.append(open_nodes.leaf)
@@ -146,9 +146,9 @@ def test_no_more_nodes_than_there_is_room_for(monkeypatch):
     # A node keeps no array but its own.
     for node in open_nodes._open:
         assert node.price.base is None
-    before = open_nodes.cells
-    open_nodes.cells[:] = -5
-    np.testing.assert_array_equal(open_nodes.cells, before)
+    before = open_nodes.plans(1)[0]
+    open_nodes.plans(1)[0][:] = -5
+    np.testing.assert_array_equal(open_nodes.plans(1)[0], before)
 
 
 def test_the_search_repeats_bit_for_bit_with_any_number_of_threads():
