@@ -149,7 +149,8 @@ class _Search:
                 return
             if self._unproven() and branching.nodes >= recovery:
                 for cell in self._cheapest(branching.plans(_PLANS))[:_POLISHED]:
-                    self._polish(cell)
+                    if self._unproven():
+                        self._polish(cell)
                 recovery = branching.nodes + max(branching.nodes // 4, _FIRST_RECOVERY_NODES)
             if self._unproven() and branching.nodes >= _PATIENT_NODES and not tried:
                 tried = True

@@ -158,7 +158,8 @@ def test_the_search_repeats_bit_for_bit_with_any_number_of_threads():
         open_nodes, bounds = search(gains, 0), []
         for _ in range(6):
             open_nodes.step(0)
-            bounds.append((open_nodes.bound, open_nodes.nodes, open_nodes.cells.tobytes()))
+            plans = [cell.tobytes() for cell in open_nodes.plans(3)]
+            bounds.append((open_nodes.bound, open_nodes.nodes, plans))
         return bounds
 
     once = run()
