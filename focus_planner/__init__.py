@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from focus_planner.core.checks import InputError
     from focus_planner.core.optics import depth_of_field, focus_interval, hyperfocal_distance
-    from focus_planner.core.planning import (
-        CameraFocus,
-        FocusPlan,
-        PlanRequest,
-        Shot,
-        SolvedPlan,
-        plan_focus,
-    )
+    from focus_planner.core.planning import plan_focus
+    from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot, SolvedPlan
     from focus_planner.core.problem import Problem
     from focus_planner.core.rig import cylinder_rig
     from focus_planner.core.scene import Scene
@@ -59,7 +53,8 @@ __all__ = [
 _HOMES = {
     "checks": ("InputError",),
     "optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "planning": ("CameraFocus", "FocusPlan", "PlanRequest", "Shot", "SolvedPlan", "plan_focus"),
+    "planning": ("plan_focus",),
+    "plans": ("CameraFocus", "FocusPlan", "PlanRequest", "Shot", "SolvedPlan"),
     "problem": ("Problem",),
     "rig": ("cylinder_rig",),
     "scene": ("Scene",),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 from focus_planner.core.checks import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning import PlanRequest, SolvedPlan
+    from focus_planner.core.plans import PlanRequest, SolvedPlan
     from focus_planner.core.scene import Scene
     from focus_planner.core.solvers import Progress
     from focus_planner.core.types import Rig
@@ -151,7 +151,7 @@ def _demo(options: argparse.Namespace) -> int:
 
 def _read(options: argparse.Namespace, tell: Tell) -> tuple[Scene, Rig, PlanRequest]:
     tell("loading the planner")
-    from focus_planner.core.planning import PlanRequest
+    from focus_planner.core.plans import PlanRequest
     from focus_planner.core.scene import Scene
     from focus_planner.io.rigs import load_rig
     from focus_planner.io.surfaces import load_surface

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from focus_planner.core.planning import METHODS, CameraFocus, FocusPlan
+from focus_planner.core.plans import METHODS, CameraFocus, FocusPlan
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import CameraStatus, Mesh, Rig

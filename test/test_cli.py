@@ -17,7 +17,7 @@ import trimesh
 import yaml
 
 from focus_planner import cli
-from focus_planner.core.planning import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Lens, Rig
 from focus_planner.io.bodies import body

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from focus_planner.core.planning import METHODS, SCOPES, TUPLES, PlanRequest, plan_focus
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import FloatArray, Mesh, PointCloud

@@ -16,7 +16,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from focus_planner.core.geometry import camera_positions
-from focus_planner.core.planning import FocusPlan, PlanRequest, pose_fresh_problem
+from focus_planner.core.plans import FocusPlan, PlanRequest
+from focus_planner.core.posing import pose_fresh_problem
 from focus_planner.core.problem import Problem
 from focus_planner.core.quality import judge
 from focus_planner.core.scene import Scene

@@ -26,7 +26,7 @@ from std_msgs.msg import Header
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
-from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, Shot
+from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
 from focus_planner.core.types import (
     Camera,
     CameraStatus,

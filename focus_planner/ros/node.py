@@ -36,7 +36,7 @@ from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import SolvedPlan
+from focus_planner.core.plans import SolvedPlan
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Rig, Surface
 from focus_planner.core.warm_up import warm_up

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import (
+from focus_planner.core.plans import (
     BOUNDS,
     MAX_SAMPLES,
     MAX_SHOTS,

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import PlanRequest, SolvedPlan, plan_focus, pose_problem
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import PlanRequest, SolvedPlan
+from focus_planner.core.posing import pose_problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface

@@ -36,7 +36,8 @@ from focus_planner import (
     plan_focus,
 )
 from focus_planner.core import kernels
-from focus_planner.core.planning import METHODS, pose_fresh_problem, pose_problem
+from focus_planner.core.plans import METHODS
+from focus_planner.core.posing import pose_fresh_problem, pose_problem
 from focus_planner.core.quality import judge
 from focus_planner.core.surface import sample_mesh
 from focus_planner.core.visibility import visible_pairs

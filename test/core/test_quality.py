@@ -15,8 +15,8 @@ from core.build import (
 )
 
 from focus_planner import InputError, PlanRequest, PointCloud, Rig, Scene, plan_focus
-from focus_planner.core import planning
-from focus_planner.core.planning import choose_samples, pose_fresh_problem
+from focus_planner.core import posing
+from focus_planner.core.posing import choose_samples, pose_fresh_problem
 from focus_planner.core.quality import judge, weighted_mean
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.surface import sample_mesh
@@ -301,19 +301,19 @@ class TestChoosingSamples:
 
     def test_the_pilots_number_is_the_least(self):
         request = PlanRequest(samples=0, standard_error=1e6)
-        assert choose_samples(SCENE, RIG, request).samples == planning._PILOT_SAMPLES
+        assert choose_samples(SCENE, RIG, request).samples == posing._PILOT_SAMPLES
 
     def test_where_all_costs_the_same_the_pilot_is_enough(self):
-        model = planning.CostModel(0, 0, 0)
+        model = posing.CostModel(0, 0, 0)
         chosen = choose_samples(WALL, EYE, PlanRequest("em", samples=0), model)
-        assert chosen.samples == planning._PILOT_SAMPLES
+        assert chosen.samples == posing._PILOT_SAMPLES
 
     def test_the_error_that_a_refusal_names_is_accepted(self):
         with pytest.raises(InputError, match=r"at least \d") as refusal:
             choose_samples(SCENE, RIG, PlanRequest(samples=0, standard_error=1e-3))
         named = float(refusal.value.expected.split()[2])
         count = choose_samples(SCENE, RIG, PlanRequest(samples=0, standard_error=named)).samples
-        assert 0.98 * planning.MAX_SAMPLES < count <= planning.MAX_SAMPLES
+        assert 0.98 * posing.MAX_SAMPLES < count <= posing.MAX_SAMPLES
 
     def test_other_requests_are_left_alone(self):
         request = PlanRequest(samples=77, standard_error=1e-9)

@@ -8,7 +8,8 @@ import pytest
 from matplotlib.image import imread
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import PlanRequest
 from focus_planner.core.problem import Problem
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import CameraFocus, FocusPlan, PlanRequest, Shot, plan_focus
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import CameraStatus, Lens

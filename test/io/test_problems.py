@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from focus_planner.core.optics import depth_of_field
-from focus_planner.core.planning import METHODS, FocusPlan, PlanRequest, plan_focus
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import METHODS, FocusPlan, PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Lens, PointCloud, Rig

@@ -19,7 +19,8 @@ from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import (
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import (
     MAX_SAMPLES,
     MAX_SHOTS,
     METHODS,
@@ -27,7 +28,6 @@ from focus_planner.core.planning import (
     FocusPlan,
     PlanRequest,
     Shot,
-    plan_focus,
 )
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, CameraStatus, Grid, Image, Lens, PointCloud, Rig

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2
 
-from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, Image, Lens, PointCloud, Rig

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.planning import PlanRequest, plan_focus
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Image, Lens, Mesh

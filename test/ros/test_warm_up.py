@@ -9,14 +9,9 @@ from itertools import product
 import pytest
 
 from focus_planner.core import kernels
-from focus_planner.core.planning import (
-    METHODS,
-    SCOPES,
-    TUPLES,
-    PlanRequest,
-    plan_focus,
-    pose_problem,
-)
+from focus_planner.core.planning import plan_focus
+from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.posing import pose_problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Lens, Mesh, PointCloud, Rig
 from focus_planner.core.warm_up import warm_up

@@ -182,3 +182,17 @@ def start_cells(problem: Problem, start: FloatArray) -> IntArray:
 def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
     """Return the focus distances, moved to the nearest that each lens can be set to."""
     return settable(problem.lenses, np.arange(problem.camera_count), focus)
+
+
+def fill_in(problem: Problem, focus: FloatArray) -> FloatArray:
+    """Give cameras without a distance of their own the others' median, as far as their lens goes.
+
+    They see nothing, or nothing they can focus: any distance does, but a lens will be set to it.
+    """
+    missing = ~np.isfinite(focus)
+    wanted = np.array([lens.hyperfocal_distance for lens in problem.lenses])
+    if not missing.all():
+        wanted[:] = np.nanmedian(focus)
+    wanted = np.maximum(wanted, [2 * lens.focal_length for lens in problem.lenses])
+    settled = settable(problem.lenses, np.arange(problem.camera_count), wanted)
+    return np.where(missing, settled, focus)

@@ -1,0 +1,236 @@
+"""What a plan is asked for with, and what it says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from focus_planner.core.checks import InputError, check_choice, check_number, check_whole
+from focus_planner.core.problem import Problem
+from focus_planner.core.solvers import SOLVERS
+from focus_planner.core.types import CameraStatus, FloatArray
+
+METHODS = tuple(SOLVERS)
+SCOPES = ("all", "assigned")
+TUPLES = ("overlap", "grid")
+BOUNDS = ("none", "quick", "tight")
+#: More would need more memory than rigs' computers have, and change no plan.
+MAX_SAMPLES = 2_000_000
+MAX_SHOTS = 16
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What to plan with.
+
+    Parameters
+    ----------
+    method : {"closest", "average", "em", "k_view", "optimal"}
+    samples : int
+        How many to plan on. 0 takes a cloud's points themselves, and on a mesh as many as
+        ``standard_error`` asks for.
+    seed : int
+    k : {2, 3}
+        How many cameras ``k_view`` moves together.
+    scope : {"all", "assigned"}
+        Which samples a ``k_view`` step may re-assign.
+    tuples : {"overlap", "grid"}
+        Whether ``k_view`` takes its tuples from what the cameras see or from the rig's grid.
+    time_budget : float
+        Seconds after which to return the best plan so far, with its bound; inf for no limit. What
+        rays cannot be cast for in half of it is left out of the samples.
+    shots : int
+        How many pictures each camera takes, each with a focus distance of its own, planned
+        together; 1 to 16.
+    depth_tolerance : float
+        How far, in metres, a sample's depth may be off either way: it counts as in focus only
+        where all these depths are.
+    fresh_samples : int
+        How many to judge the plan on, which the solver does not see.
+    standard_error : float
+        Where ``samples`` is 0 on a mesh, the standard error that the cost is to have, in its
+        unit: both numbers of samples, to plan on and to judge on, are then chosen for it.
+    bound : {"none", "quick", "tight"}
+        What to spend on a lower bound of a plan that comes without one: nothing, about as much
+        as on a 2-view plan, or until it hardly rises any more. ``optimal`` always has its own.
+    gap : float
+        ``optimal`` stops when its plan is proven to cost at most this part of its cost too much,
+        and so does a tight bound.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    method: str = "k_view"
+    samples: int = 4096
+    seed: int = 0
+    k: int = 2
+    scope: str = "all"
+    tuples: str = "overlap"
+    time_budget: float = np.inf
+    shots: int = 1
+    depth_tolerance: float = 0.0
+    fresh_samples: int = 4096
+    standard_error: float = 2.0
+    bound: str = "quick"
+    gap: float = 1e-6
+
+    def __post_init__(self) -> None:
+        check_choice("method", self.method, METHODS)
+        for name, at_least in (("samples", 0), ("fresh_samples", 2)):
+            number = getattr(self, name)
+            if check_whole(name, number, at_least) > MAX_SAMPLES:
+                raise InputError(name, f"at most {MAX_SAMPLES}", str(number))
+        check_whole("seed", self.seed, 0)
+        if isinstance(self.k, bool) or not isinstance(self.k, int) or self.k not in (2, 3):
+            raise InputError("k", "2 or 3", repr(self.k))
+        check_choice("scope", self.scope, SCOPES)
+        check_choice("tuples", self.tuples, TUPLES)
+        check_number("time_budget", self.time_budget, above=0, infinite=True)
+        if check_whole("shots", self.shots, 1) > MAX_SHOTS:
+            raise InputError("shots", f"at most {MAX_SHOTS}", str(self.shots))
+        check_number("depth_tolerance", self.depth_tolerance, at_least=0)
+        check_number("standard_error", self.standard_error, above=0)
+        check_choice("bound", self.bound, BOUNDS)
+        check_number("gap", self.gap, at_least=0)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture that a camera is to take.
+
+    Attributes
+    ----------
+    focus_distance : float
+        Along the optical axis from the centre of projection, metres.
+    near_limit, far_limit : float
+        What is sharp there, metres; far may be inf.
+    assigned_samples : int
+        Samples that this shot images better than all others of all cameras.
+    in_focus_samples : int
+        Those of them that are in focus, within the depth tolerance.
+    """
+
+    focus_distance: float
+    near_limit: float
+    far_limit: float
+    assigned_samples: int
+    in_focus_samples: int
+
+
+@dataclass(frozen=True)
+class CameraFocus:
+    """What a plan says of one camera.
+
+    Attributes
+    ----------
+    name : str
+    status : CameraStatus
+    focus_distance, near_limit, far_limit : float
+        Those of the shot that images most samples best, metres; see :class:`Shot`.
+    assigned_samples, in_focus_samples : int
+        Totals of all shots.
+    shots : tuple of Shot
+        Ascending by focus distance, as many for every camera of a plan. One that images nothing
+        best has no samples assigned and may be left out.
+    """
+
+    name: str
+    status: CameraStatus
+    focus_distance: float
+    near_limit: float
+    far_limit: float
+    assigned_samples: int
+    in_focus_samples: int
+    shots: tuple[Shot, ...]
+
+
+@dataclass(frozen=True)
+class FocusPlan:
+    """Focus distances for a rig, and how good they are.
+
+    On the samples that the solver was given a plan looks better than it is, and the fewer they
+    are the more so. Fresh samples, drawn independently of them, tell its cost and its areas
+    without that bias. They depend on the seed alone, so plans of one surface and seed are judged
+    on the same ones.
+
+    Attributes
+    ----------
+    method : str
+    cost : float
+        1000 × the mean over the solver's samples, by weight, of the pointwise cost (Eq. 3).
+    lower_bound : float or None
+        No plan for the solver's samples costs less on them.
+    samples, seed : int
+    depth_tolerance : float
+        Metres; what it was planned with.
+    fresh_cost, fresh_standard_error : float
+        The same mean over the fresh samples, and its standard error.
+    fresh_samples : int
+    surface_area, covered_area, in_focus_area : float
+        Of the surface, of what some camera sees, and of what is in focus in the camera that
+        images it best; square metres. The last two are estimated on the fresh samples, and leave
+        out what has no importance.
+    in_focus_standard_error : float
+        Of ``in_focus_area``, square metres.
+    solve_seconds, total_seconds : float
+    cameras : tuple of CameraFocus
+        In the rig's order.
+    """
+
+    method: str
+    cost: float
+    lower_bound: float | None
+    samples: int
+    seed: int
+    depth_tolerance: float
+    fresh_cost: float
+    fresh_standard_error: float
+    fresh_samples: int
+    surface_area: float
+    covered_area: float
+    in_focus_area: float
+    in_focus_standard_error: float
+    solve_seconds: float
+    total_seconds: float
+    cameras: tuple[CameraFocus, ...]
+
+    @property
+    def gap(self) -> float | None:
+        """By what part of its cost at most another plan could be cheaper on these samples."""
+        if self.lower_bound is None:
+            return None
+        return (self.cost - self.lower_bound) / self.cost if self.cost else 0.0
+
+    @property
+    def shots(self) -> int:
+        """How many shots each camera takes."""
+        return len(self.cameras[0].shots) if self.cameras else 1
+
+    @property
+    def focus_distances(self) -> FloatArray:
+        """(C · shots,) metres, camera by camera: what a ``Problem`` of as many shots evaluates."""
+        return np.array([shot.focus_distance for camera in self.cameras for shot in camera.shots])
+
+
+@dataclass(frozen=True)
+class SolvedPlan(FocusPlan):
+    """A plan that was just made.
+
+    Attributes
+    ----------
+    converged : bool
+        False if the time budget, or the watch, ended the solver or left samples out, or if
+        ``optimal`` could not prove its gap.
+    problem : Problem
+        What was solved; with several shots each camera stands in it as often.
+    prices : (N,) array or None
+        Of its samples, 0 to 1, that prove the lower bound.
+    """
+
+    converged: bool
+    problem: Problem = field(repr=False, compare=False)
+    prices: FloatArray | None = field(repr=False, compare=False)
