@@ -1,6 +1,7 @@
-"""``python -m benchmarks [name ...]``; by default all but ``growth`` and ``scale``, which are long.
+"""``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
-The others are ``speed``, ``memory``, ``service``, ``quality`` and ``clouds``.
+The usual ones are ``speed``, ``memory``, ``service``, ``quality`` and ``clouds``; the long ones
+``optimum``, ``deadlines``, ``warm``, ``growth`` and ``scale``.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from importlib import import_module
 from rich.console import Console
 
 _USUAL = ("speed", "memory", "service", "quality", "clouds")
-_LONG = ("growth", "scale")
+_LONG = ("optimum", "deadlines", "warm", "growth", "scale")
 
 
 def main() -> int:

@@ -13,17 +13,27 @@ from rich.table import Table
 
 from benchmarks.scenes import body_scenes, problem, rig
 from benchmarks.speed import from_em_to_convergence
-from benchmarks.timing import seconds
-from focus_planner import Scene
+from benchmarks.timing import seconds, timed
+from focus_planner import Problem, Scene
 from focus_planner.core import kernels
-from focus_planner.core.solvers import Options, em
+from focus_planner.core.proof.bound import lower_bound
+from focus_planner.core.solvers import Options, Progress, em, k_view, optimal
 
 _EXPONENTS = range(7, 21)
 _PICTURE = Path(__file__).parents[1] / "docs" / "growth.png"
 # Seconds of one iteration of the paper's 2-view optimisation, by the number of samples.
 _PAPER = {128: 3.7, 256: 3.8, 512: 4.2, 1024: 6.6, 2048: 17.9, 4096: 66.3, 8192: 259.2}
 # Every stage that is drawn; :func:`_measure` tells the seconds of each.
-_COLOURS = {"posing": "#3b75af", "EM": "#519e3e", "2-view all, from EM": "#c4432b"}
+_COLOURS = {
+    "posing": "#3b75af",
+    "EM": "#519e3e",
+    "2-view all, from EM": "#c4432b",
+    "tight bound": "#8b61a8",
+    "optimal, to 0.1 %": "#d98b1f",
+}
+# Seconds after which `optimal` is not waited for any longer, and drawn no more.
+_PATIENCE = 60.0
+_GAP = "2-view above the bound"
 
 
 def run(console: Console) -> None:
@@ -32,31 +42,54 @@ def run(console: Console) -> None:
     _measure(scene, 1000)
     measured = {2**exponent: _measure(scene, 2**exponent) for exponent in _EXPONENTS}
     title = f"Seconds on {name} before {len(rig())} cameras"
-    table = Table("samples", *_COLOURS, "paper, one 2-view iteration", title=title)
-    for samples, times in measured.items():
+    table = Table("samples", *_COLOURS, _GAP, "paper, one 2-view iteration", title=title)
+    for samples, figures in measured.items():
         paper = f"{_PAPER[samples]:.1f}" if samples in _PAPER else "–"
-        table.add_row(f"{samples:,}", *(f"{times[stage]:.4f}" for stage in _COLOURS), paper)
+        times = (_shown(figures[stage]) for stage in _COLOURS)
+        table.add_row(f"{samples:,}", *times, f"{figures[_GAP]:.3%}", paper)
     console.print(table)
     _draw(measured)
     console.print(f"drawn: {_PICTURE.name}\n")
 
 
+def _shown(seconds_taken: float) -> str:
+    return f"> {_PATIENCE:.0f}" if np.isnan(seconds_taken) else f"{seconds_taken:.4f}"
+
+
 def _measure(scene: Scene, samples: int) -> dict[str, float]:
-    """Return the seconds of every stage: medians, of one run each where that takes long."""
+    """Return the seconds of every stage, medians, of one run each where that takes long; the gap.
+
+    NaN for what takes too long.
+    """
     repeats = 5 if samples <= 2**13 else 3 if samples <= 2**16 else 1
     posing = []
     for _ in range(repeats):
-        start = time.perf_counter()
-        posed = problem(scene, samples)
-        posing.append(time.perf_counter() - start)
+        taken, posed = timed(lambda: problem(scene, samples))
+        posing.append(taken)
     with kernels.threads_for(len(posed.depth)):
+        plan = k_view.solve(posed)
+        bounds = [timed(lambda: lower_bound(posed, plan.cost, plan.cost)) for _ in range(repeats)]
         return {
             "posing": float(np.median(posing)),
             "EM": seconds(lambda: em.solve(posed), repeats),
             "2-view all, from EM": float(
                 np.median([from_em_to_convergence(posed, Options()) for _ in range(repeats)])
             ),
+            "tight bound": float(np.median([taken for taken, _ in bounds])),
+            "optimal, to 0.1 %": float(np.median([_to_gap(posed) for _ in range(repeats)])),
+            _GAP: 1 - bounds[0][1].lower_bound / plan.cost,
         }
+
+
+def _to_gap(posed: Problem) -> float:
+    """Return the seconds that ``optimal`` takes to a proven gap of 0.1 %; NaN if too many."""
+    until = time.perf_counter() + _PATIENCE
+
+    def in_time(_: Progress) -> bool:
+        return time.perf_counter() < until
+
+    taken, solution = timed(lambda: optimal.solve(posed, Options(gap=1e-3), in_time))
+    return taken if solution.converged else np.nan
 
 
 def _draw(measured: dict[int, dict[str, float]]) -> None:

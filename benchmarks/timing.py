@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
+
+_Result = TypeVar("_Result")
+
+
+def timed(function: Callable[[], _Result]) -> tuple[float, _Result]:
+    """Return the seconds that a call took, and what it returned."""
+    start = time.perf_counter()
+    result = function()
+    return time.perf_counter() - start, result
 
 
 def seconds(function: Callable[[], object], repeats: int) -> float:
     """Return the median time of a call, after one that does not count."""
     function()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
+    return float(np.median([timed(function)[0] for _ in range(repeats)]))

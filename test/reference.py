@@ -390,27 +390,32 @@ class _Program:
             self.values.append(value)
         self.upper.append(limit)
 
-    def minimum(self):
-        """Return the least objective, and what HiGHS proves that it cannot be below."""
+    def arrays(self):
+        """Return the program as the arguments of SciPy's ``milp``."""
         shape = len(self.upper), len(self.objective)
         matrix = coo_array((self.values, (self.rows, self.columns)), shape=shape).tocsr()
-        result = milp(
-            np.array(self.objective),
-            integrality=np.array(self.integral),
-            bounds=Bounds(0, 1),
-            constraints=LinearConstraint(matrix, -np.inf, self.upper),
-            options={"mip_rel_gap": 0.0},
-        )
-        assert result.success, result.message
-        return result.fun, result.mip_dual_bound
+        return {
+            "c": np.array(self.objective),
+            "integrality": np.array(self.integral),
+            "bounds": Bounds(0, 1),
+            "constraints": LinearConstraint(matrix, -np.inf, self.upper),
+        }
 
 
 def optimum(table):
-    """Return the least total cost and a lower bound, by mixed-integer programming (HiGHS).
+    """Return the least total cost and a lower bound, by mixed-integer programming (HiGHS)."""
+    program, constant = facility_location(table)
+    result = milp(**program.arrays(), options={"mip_rel_gap": 0.0})
+    assert result.success, result.message
+    return constant + result.fun, constant + result.mip_dual_bound
 
-    Facility location: x chooses one distance per camera, y the camera that images a sample in
-    focus, which needs a chosen distance that holds it. What remains, a sample out of focus in
-    the camera with the least base cost, is a constant.
+
+def facility_location(table):
+    """Return the mixed-integer program of the least total cost, and what to add to its objective.
+
+    x chooses one distance per camera, y the camera that images a sample in focus, which needs a
+    chosen distance that holds it. What remains, a sample out of focus in the camera with the least
+    base cost, is a constant.
     """
     program, holders = _Program(), {}
     for c in range(table.cameras):
@@ -431,8 +436,7 @@ def optimum(table):
                 sharp.append(y)
                 program.at_most(0.0, [(y, 1.0), *((x, -1.0) for x in holders[p, c])])
         program.at_most(1.0, [(y, 1.0) for y in sharp])
-    best, bound = program.minimum()
-    return constant + best, constant + bound
+    return program, constant
 
 
 def _largest_sets(table, c):

@@ -91,7 +91,7 @@ class Program:
             highs.setOptionValue(option, value)
         # Plans that gain less than the goal need not be looked for, rounded so that none is lost.
         highs.setOptionValue("objective_bound", -self._goal * _SCALE * (1 - _ALLOWANCE))
-        highs.passModel(self._model())
+        highs.passModel(self.model())
 
         def ask(event: Any) -> None:
             if not go_on():
@@ -110,20 +110,11 @@ class Program:
         standing = np.array(highs.getSolution().col_value)[self.size :]
         return bound, self._cells(standing)
 
-    def _cells(self, standing: FloatArray) -> IntArray:
-        """Return (C,) the first cell of each camera at which z is 1."""
-        kept = np.flatnonzero(self._kept)
-        cell = np.full(self._gains.camera_count, -1, dtype=np.int32)
-        for c, (low, high) in enumerate(pairwise(self._cell_offsets)):
-            if low < high:
-                at = low + int(np.argmax(standing[low:high] > 0.5))
-                cell[c] = kept[at] - self._gains.cell_offsets[c]
-        return cell
+    def model(self) -> highspy.HighsLp:
+        """Return it for HiGHS.
 
-    def _model(self) -> highspy.HighsLp:
-        """Return: maximise Σ gain·y, y ≤ z(high) − z(low), Σ y of a sample ≤ 1, z ascending to 1.
-
-        The columns are y, one per pair, then z, one per cell kept.
+        Maximise Σ gain·y, y ≤ z(high) − z(low), Σ y of a sample ≤ 1, z ascending to 1. The columns
+        are y, one per pair, then z, one per cell kept.
         """
         gains, pairs, z = self._gains, self.size, self.size
         y = np.arange(pairs)
@@ -163,3 +154,13 @@ class Program:
         continuous, whole = highspy.HighsVarType.kContinuous, highspy.HighsVarType.kInteger
         model.integrality_ = [continuous] * pairs + [whole] * cells
         return model
+
+    def _cells(self, standing: FloatArray) -> IntArray:
+        """Return (C,) the first cell of each camera at which z is 1."""
+        kept = np.flatnonzero(self._kept)
+        cell = np.full(self._gains.camera_count, -1, dtype=np.int32)
+        for c, (low, high) in enumerate(pairwise(self._cell_offsets)):
+            if low < high:
+                at = low + int(np.argmax(standing[low:high] > 0.5))
+                cell[c] = kept[at] - self._gains.cell_offsets[c]
+        return cell

@@ -86,8 +86,11 @@ class _Search:
 
     @property
     def _goal(self) -> int:
-        """What the bound has to come down to; what is allowed for rounding is part of the gap."""
-        rounding = len(self._gains.most)
+        """What the bound has to come down to.
+
+        What is allowed for rounding, of the bound and of the plan's cost, is part of the gap.
+        """
+        rounding = 2 * len(self._gains.most)
         gap = max(int(self._options.gap * self._units) - rounding, 0)
         return self._gains.out - self._units + gap
 

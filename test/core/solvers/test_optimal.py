@@ -186,12 +186,20 @@ def test_the_gap_tells_when_to_end():
     for gap in (1e-5, 0.01, 0.05, 0.5):
         solution = optimal.solve(problem, Options(gap=gap))
         assert solution.converged
-        assert solution.cost - solution.lower_bound <= gap * solution.cost + 1e-8
+        assert solution.cost - solution.lower_bound <= gap * solution.cost
         assert best.lower_bound - 1e-9 <= solution.cost <= best.cost / (1 - gap)
         assert solution.lower_bound <= best.cost
         steps.append(solution.iterations)
     assert steps == sorted(steps, reverse=True)
     assert len(set(steps)) == 4
+
+
+@pytest.mark.parametrize("seed", range(1, 4))
+def test_a_gap_that_is_reached_is_no_larger_than_asked(seed):
+    problem = problem_of(body("arms_out"), cylinder_rig(), 1000, seed)
+    solution = optimal.solve(problem, Options(gap=1e-6))
+    assert solution.converged
+    assert (solution.cost - solution.lower_bound) / solution.cost <= 1e-6
 
 
 def test_prices_of_a_solution_give_the_same_optimum_sooner():

@@ -1,0 +1,54 @@
+"""How well time budgets are kept, and what is there when they end."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.scenes import body_scenes, rig
+from benchmarks.timing import timed
+from focus_planner import PlanRequest, Scene, SolvedPlan, plan_focus
+
+_SAMPLES = 65536
+_BUDGETS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 3.0)
+_METHODS = ("em", "k_view", "optimal")
+_REPEATS = 5
+
+
+def run(console: Console) -> None:
+    """Print the table."""
+    name, scene = next(iter(body_scenes().items()))
+    table = Table(
+        "method",
+        "budget",
+        "late by, median",
+        "worst",
+        "samples planned on",
+        "cost",
+        "fresh cost",
+        "gap",
+        title=f"Plans of {name} with a time budget, {_SAMPLES:,} samples asked for",
+    )
+    for method in _METHODS:
+        _plan(scene, method, 1.0)  # compiles, or loads, what will run
+        for budget in _BUDGETS:
+            runs = [_plan(scene, method, budget) for _ in range(_REPEATS)]
+            late = [taken - budget for taken, _ in runs]
+            plans = [plan for _, plan in runs]
+            table.add_row(
+                method,
+                f"{budget:g} s",
+                f"{1000 * np.median(late):+.0f} ms",
+                f"{1000 * max(late):+.0f} ms",
+                f"{np.median([plan.samples for plan in plans]):,.0f}",
+                f"{np.median([plan.cost for plan in plans]):.1f}",
+                f"{np.median([plan.fresh_cost for plan in plans]):.1f}",
+                f"{np.median([plan.gap for plan in plans if plan.gap is not None]):.2%}",
+            )
+    console.print(table)
+
+
+def _plan(scene: Scene, method: str, budget: float) -> tuple[float, SolvedPlan]:
+    request = PlanRequest(method, samples=_SAMPLES, time_budget=budget)
+    return timed(lambda: plan_focus(scene, rig(), request))

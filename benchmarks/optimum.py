@@ -1,0 +1,242 @@
+"""What it takes to prove plans: the optimum at 1,000 samples, gaps and bounds at more."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import highspy
+import numpy as np
+import reference
+from rich.console import Console
+from rich.table import Table
+from scipy.optimize import milp
+
+from benchmarks.scenes import body_scenes, problem, rig
+from benchmarks.speed import from_em_to_convergence
+from benchmarks.timing import seconds, timed
+from focus_planner import PlanRequest, Problem, Scene, plan_focus
+from focus_planner.core import kernels
+from focus_planner.core.problem import cost_of_units
+from focus_planner.core.proof.bound import Bound, lower_bound
+from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.proof.program import Program
+from focus_planner.core.solvers import Options, Progress, Solution, em, k_view, optimal
+
+_SEEDS = range(1, 4)
+_GAP = 1e-6
+# Samples, and the gap that is waited for.
+_LARGER = ((4096, 1e-4), (8192, 1e-4), (65536, 1e-3))
+_MOMENTS = (1.0, 3.0, 10.0, 30.0)
+# Seconds after which an optimum is not waited for any longer.
+_PATIENCE = 30.0
+_EVERYTHING = 2**60  # more than any cell or gain can cost
+
+
+def run(console: Console) -> None:
+    """Print all tables."""
+    scenes = body_scenes()
+    optimal.solve(problem(next(iter(scenes.values())), 1000))  # compiles, or loads, what will run
+    _print_beside_highs(console, scenes)
+    _print_larger(console, scenes)
+    _print_gaps_in_time(console, scenes)
+    _print_above_optimum(console, scenes)
+
+
+# --- 1,000 samples, beside HiGHS -----------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Proof:
+    """Seconds to the proven optimum of one problem, and the costs that are claimed to be it."""
+
+    ours: float
+    plan: float
+    compact: float
+    plain: float
+    difference: float
+
+
+def _print_beside_highs(console: Console, scenes: dict[str, Scene]) -> None:
+    table = Table(
+        "body",
+        "optimal",
+        "worst",
+        "plan, all told",
+        "HiGHS, compact",
+        "HiGHS, plain",
+        "faster HiGHS, worst",
+        "HiGHS / optimal",
+        "optima differ by",
+        title=f"Seconds to a gap of {_GAP:g}, 1,000 samples, medians of {len(_SEEDS)} seeds",
+    )
+    every = []
+    for name, scene in scenes.items():
+        proofs = [_prove(scene, seed) for seed in _SEEDS]
+        table.add_row(name, *_proof_figures(proofs))
+        every += proofs
+    table.add_row("all", *_proof_figures(every))
+    console.print(table)
+
+
+def _proof_figures(proofs: list[_Proof]) -> list[str]:
+    ours = [proof.ours for proof in proofs]
+    highs = [min(proof.compact, proof.plain) for proof in proofs]
+    ratio = np.median(np.divide(highs, ours))
+    return [
+        f"{np.median(ours):.3f}",
+        f"{max(ours):.3f}",
+        f"{np.median([proof.plan for proof in proofs]):.3f}",
+        f"{np.median([proof.compact for proof in proofs]):.3f}",
+        f"{np.median([proof.plain for proof in proofs]):.3f}",
+        f"{max(highs):.3f}",
+        f"{ratio:.1f} ×",
+        f"{max(proof.difference for proof in proofs):.1e}",
+    ]
+
+
+def _prove(scene: Scene, seed: int) -> _Proof:
+    posed = problem(scene, 1000, seed)
+    with kernels.threads_for(len(posed.depth)):
+        ours, solution = timed(lambda: optimal.solve(posed, Options(gap=_GAP)))
+    request = PlanRequest("optimal", samples=1000, seed=seed, gap=_GAP)
+    plan, _ = timed(lambda: plan_focus(scene, rig(), request))
+    compact, compact_cost = _compact(posed)
+    program, constant = reference.facility_location(reference.table(posed))
+    arrays = program.arrays()
+    plain, result = timed(lambda: milp(**arrays, options={"mip_rel_gap": _GAP}))
+    costs = np.array([compact_cost, constant + result.fun])
+    difference = float(np.abs(costs / solution.cost - 1).max())
+    return _Proof(ours, plan, compact, plain, difference)
+
+
+def _compact(posed: Problem) -> tuple[float, float]:
+    """Return HiGHS's seconds for the whole problem in core/proof/program.py's form, and the cost.
+
+    With prices of nothing and a bound so loose that no cell and no gain is left out.
+    """
+    gains = gains_of(posed)
+    program = Program(gains, np.zeros_like(gains.most), _EVERYTHING, 0)
+    highs = highspy.Highs()
+    highs.setOptionValue("output_flag", False)
+    highs.setOptionValue("mip_rel_gap", _GAP)
+    highs.passModel(program.model())
+    taken, _ = timed(highs.run)
+    return taken, cost_of_units(gains.out) + highs.getInfo().objective_function_value
+
+
+# --- More samples --------------------------------------------------------------------------------
+
+
+class _Trace:
+    """A watch that remembers how far apart plan and bound were, and when; stops after a time."""
+
+    def __init__(self, limit: float) -> None:
+        self._started = time.perf_counter()
+        self._limit = limit
+        self._steps: list[tuple[float, float]] = []
+
+    def __call__(self, progress: Progress) -> bool:
+        after = time.perf_counter() - self._started
+        if progress.lower_bound is not None:
+            self._steps.append((after, 1 - progress.lower_bound / progress.cost))
+        return after < self._limit
+
+    def gap_after(self, moment: float) -> float:
+        """Return the smallest gap until then."""
+        return min(gap for after, gap in self._steps if after <= moment)
+
+
+def _print_larger(console: Console, scenes: dict[str, Scene]) -> None:
+    table = Table(
+        "body",
+        "samples",
+        "gap",
+        "optimal",
+        "2-view all, from EM",
+        "… per sort of the interval ends",
+        "bound alone",
+        "bound below the best plan",
+        title="Seconds to a gap; of a tight bound alone for the 2-view plan",
+    )
+    for name, scene in scenes.items():
+        for samples, gap in _LARGER:
+            posed = problem(scene, samples)
+            with kernels.threads_for(len(posed.depth)):
+                taken, best = timed(lambda p=posed, g=gap: _until(p, g, _PATIENCE))
+                two_view = np.median([from_em_to_convergence(posed, Options()) for _ in range(3)])
+                plan = k_view.solve(posed)
+                bounding, bound = timed(lambda p=posed, s=plan: _tight(p, s))
+            ends = np.concatenate([posed.focus_near, posed.focus_far])
+            sort = seconds(lambda e=ends: np.sort(e), 5)
+            least = min(best.cost, plan.cost)
+            table.add_row(
+                name,
+                f"{samples:,}",
+                f"{gap:.2%}",
+                f"{taken:.2f}" if best.converged else f"> {_PATIENCE:.0f} ({_gap(best):.3%})",
+                f"{two_view:.3f}",
+                f"{two_view / sort:.0f} ×",
+                f"{bounding:.2f}",
+                f"{1 - bound.lower_bound / least:.3%}",
+            )
+    console.print(table)
+
+
+def _until(posed: Problem, gap: float, limit: float) -> Solution:
+    return optimal.solve(posed, Options(gap=gap), _Trace(limit))
+
+
+def _gap(solution: Solution) -> float:
+    assert solution.lower_bound is not None
+    return 1 - solution.lower_bound / solution.cost
+
+
+def _tight(posed: Problem, plan: Solution) -> Bound:
+    return lower_bound(posed, plan.cost, plan.cost, Options(gap=_GAP))
+
+
+def _print_gaps_in_time(console: Console, scenes: dict[str, Scene]) -> None:
+    samples, _ = _LARGER[-1]
+    table = Table(
+        "body",
+        *(f"{moment:g} s" for moment in _MOMENTS),
+        title=f"Gap proven by `optimal` after so many seconds, {samples:,} samples",
+    )
+    for name, scene in scenes.items():
+        posed = problem(scene, samples)
+        with kernels.threads_for(len(posed.depth)):
+            trace = _Trace(_MOMENTS[-1])
+            optimal.solve(posed, Options(gap=_GAP), trace)
+        table.add_row(name, *(f"{trace.gap_after(moment):.3%}" for moment in _MOMENTS))
+    console.print(table)
+
+
+def _print_above_optimum(console: Console, scenes: dict[str, Scene]) -> None:
+    samples = 4096
+    methods = {
+        "em": (em, Options()),
+        "k_view": (k_view, Options()),
+        "k_view, k = 3": (k_view, Options(k=3)),
+    }
+    table = Table(
+        "body",
+        "optimum",
+        "proven to",
+        "seconds",
+        *methods,
+        title=f"Above the optimum, {samples:,} samples",
+    )
+    for name, scene in scenes.items():
+        posed = problem(scene, samples)
+        with kernels.threads_for(len(posed.depth)):
+            taken, best = timed(lambda p=posed: _until(p, _GAP, _PATIENCE))
+            costs = [solver.solve(posed, options).cost for solver, options in methods.values()]
+        table.add_row(
+            name,
+            f"{best.cost:.3f}",
+            f"{_gap(best):.1e}",
+            f"{taken:.1f}",
+            *(f"{cost / best.cost - 1:.3%}" for cost in costs),
+        )
+    console.print(table)
