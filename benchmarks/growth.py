@@ -33,6 +33,7 @@ _COLOURS = {
 }
 # Seconds after which `optimal` is not waited for any longer, and drawn no more.
 _PATIENCE = 60.0
+_APART = 1.8  # labels, as a ratio of seconds
 _GAP = "2-view above the bound"
 
 
@@ -100,11 +101,15 @@ def _draw(measured: dict[int, dict[str, float]]) -> None:
         most = max(_PAPER)
         label = "paper, Table 2 (their machine): one 2-view iteration"
         axes.text(most * 1.25, _PAPER[most], label, color="0.35", va="center")
-        samples = list(measured)
+        ends = {}
         for stage, colour in _COLOURS.items():
-            times = [measured[n][stage] for n in samples]
-            axes.loglog(samples, times, "o-", color=colour, markersize=4)
-            axes.text(samples[-1] * 1.25, times[-1], stage, color=colour, va="center")
+            times = {n: t[stage] for n, t in measured.items() if not np.isnan(t[stage])}
+            axes.loglog(list(times), list(times.values()), "o-", color=colour, markersize=4)
+            ends[stage] = times[max(times)]
+        low = 0.0
+        for stage in sorted(ends, key=ends.__getitem__):
+            low = max(ends[stage], _APART * low)  # labels that do not overlap
+            axes.text(max(measured) * 1.25, low, stage, color=_COLOURS[stage], va="center")
         # A line to see the slopes by.
         guide = np.array([2**15, 2**20])
         low = measured[2**15]["EM"] / 4
