@@ -14,7 +14,7 @@ from benchmarks.memory import peak
 from benchmarks.scenes import hall
 from focus_planner import PlanRequest, Rig, Scene
 from focus_planner.core import kernels
-from focus_planner.core.planning import pose_problem
+from focus_planner.core.posing import pose_problem
 from focus_planner.core.proof.bound import lower_bound
 from focus_planner.core.solvers import Options, Progress, em, k_view
 
