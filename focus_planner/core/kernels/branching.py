@@ -133,7 +133,7 @@ def _tighten(
     """Lower a node's bound, ``base`` at its prices, by the prices around these cameras; return it.
 
     The cameras' ``low``, ``high`` lose ends that no plan above ``goal`` can use; their ``score``
-    and ``split`` say where to branch next, and ``cell`` which was their best most often.
+    and ``split`` say where to branch next, and ``cell`` is their best at the best prices.
     """
     n, samples = len(cameras), len(price)
     inside = np.zeros(len(low), dtype=np.bool_)
@@ -254,10 +254,7 @@ def _tighten(
         score[c] = 0
         if high[c] < low[c]:
             continue
-        cell[c] = low[c] + np.argmax(chosen[part])
-        if high[c] == low[c]:
-            continue
-        value, _ = _takings(
+        value, top = _takings(
             k,
             pair_offsets,
             pair_member,
@@ -268,6 +265,10 @@ def _tighten(
             best_price,
             steps[part],
         )
+        # Where the best prices serve every sample once, these cells are a plan that gains the bound.
+        cell[c] = low[c] + top
+        if high[c] == low[c]:
+            continue
         a, b = 0, high[c] - low[c]
         takings, often = steps[part], chosen[part]
         while takings[a] < value - slack:
