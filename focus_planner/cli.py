@@ -122,6 +122,10 @@ def _plan(options: argparse.Namespace) -> int:
         check_writable(path)
     if len({path.resolve() for path in paths}) < len(paths):
         raise InputError("--output, --problem, --picture", "different files", "the same twice")
+    read = {p.resolve() for p in (options.surface, options.rig, options.importance) if p}
+    for path in paths:
+        if path.resolve() in read:
+            raise InputError(str(path), "a file to write that is not read as well", "one of both")
     with _progress(options.quiet) as tell:
         scene, rig, request = _read(options, tell)
         plan = _solve(scene, rig, request, tell)
@@ -229,7 +233,7 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
 
     yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples of seed {plan.seed}"
     if plan.lower_bound is not None and plan.gap is not None:
-        note = f"no plan costs less on those: within {100 * plan.gap:.2g} % of the best"
+        note = f"no plan costs less on those: within {100 * plan.gap:.3g} % of the best"
         yield "lower bound", f"{plan.lower_bound:.2f}", note
     fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
     yield "fresh cost", fresh, f"on {plan.fresh_samples} samples that the solver did not see"
@@ -237,7 +241,7 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, share(plan.in_focus_area)
-    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "out of time"
+    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "ended early"
     yield "all in", f"{plan.total_seconds:.3f} s", ""
     if plan.shots > 1:
         used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)

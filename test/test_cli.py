@@ -17,7 +17,7 @@ import trimesh
 import yaml
 
 from focus_planner import cli
-from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.plans import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Lens, Rig
 from focus_planner.io.bodies import body
@@ -161,11 +161,25 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr("focus_planner.core.planning.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
     options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
-    options += " --fresh-samples 9 --standard-error 0.5"
+    options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01"
     assert plan(*options.split()) == 130
     assert plan() == 130
-    expected = PlanRequest("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01, 9, 0.5)
+    expected = PlanRequest(
+        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01, 9, 0.5), bound="tight", gap=0.01
+    )
     assert seen == [expected, PlanRequest()]
+
+
+def test_a_bound_is_written_unless_it_is_not_wanted(here: Path, capsys: Any) -> None:
+    gaps = {}
+    for options in ("", "--bound none", "--bound tight", "--method optimal --gap 0.001"):
+        assert plan("--samples", "400", *options.split()) == 0
+        data = json.loads(capsys.readouterr().out)
+        assert data["lower_bound"] is None or data["lower_bound"] <= data["cost"]
+        gaps[options] = data["lower_bound"] and 1 - data["lower_bound"] / data["cost"]
+    assert gaps.pop("--bound none") is None
+    assert gaps["--bound tight"] <= gaps[""] < 0.05
+    assert gaps["--method optimal --gap 0.001"] <= 0.001 + 1e-9
 
 
 def test_samples_0_takes_as_many_of_a_mesh_as_are_asked_for(here: Path, capsys: Any) -> None:
@@ -314,6 +328,10 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--shots 0", "shots: expected a whole number of at least 1"),
         ("--depth-tolerance -1", "depth_tolerance: expected a number of at least 0"),
         ("--depth-tolerance 9 --samples 200", "with which nothing counts as in focus"),
+        ("--bound some", "bound: expected one of none, quick, tight, got 'some'"),
+        ("--gap -1", "gap: expected a number of at least 0, got -1"),
+        ("--gap 1e300", "gap: expected at most 1, the whole cost, got 1e+300"),
+        ("--gap small", "argument --gap: invalid float value: 'small'"),
         ("--output none/plan.json", "none/plan.json: expected a file in a folder that exists"),
         ("--output .", "got a folder"),
         ("--problem none/x.npz", "none/x.npz"),
@@ -370,7 +388,7 @@ def test_too_little_memory_is_told(
 def test_help_names_every_choice_and_default(capsys: Any) -> None:
     assert cli.main(["plan", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    for choice in (*METHODS, *SCOPES, *TUPLES):
+    for choice in (*METHODS, *SCOPES, *TUPLES, *BOUNDS):
         assert choice in text
     defaults = PlanRequest()
     for default in (defaults.method, defaults.samples, defaults.seed, defaults.k):
@@ -378,6 +396,9 @@ def test_help_names_every_choice_and_default(capsys: Any) -> None:
     assert f"does not see ({defaults.fresh_samples})" in text
     assert f"chosen for it ({defaults.standard_error:g})" in text
     assert f"({defaults.scope})" in text
+    assert f"proves it ({defaults.bound})" in text
+    assert "of the cost (1e-6)" in text
+    assert defaults.gap == 1e-6
     assert f"({defaults.tuples})" in text
 
 
@@ -486,6 +507,8 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     assert status == 0
     assert "finding what 12 cameras see" in shown
     for word in ("cost", "fresh cost", "in focus", " ± ", "m²", "% of the surface", "planned"):
+        assert word in shown
+    for word in ("lower bound", "no plan costs less on those: within", "% of the best"):
         assert word in shown
     assert '"cameras"' not in shown
 

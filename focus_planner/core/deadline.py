@@ -11,9 +11,10 @@ from focus_planner.core.solvers.solution import Progress, Watch
 # longer added: as much as casting their rays takes is still to come for cells and solving.
 FRESH_SHARE = 0.15
 SAMPLES_SHARE = 0.45
-# What a stage sets up before its first step (tuples, most of all), what follows the last one, and
-# what a bound takes that is worth having, beside the time that the problem's cells took.
-_SET_UP = 0.8
+# What a stage sets up before its first step (most of all pairs, or triples, of cameras), what
+# follows the last one, and what a bound takes that is worth having, beside the time that the
+# problem's cells took.
+SET_UP = {2: 0.8, 3: 8.0}
 _WIND_UP = 0.25
 _BOUND = 1.0
 # The next step may take longer than the last.
@@ -49,6 +50,7 @@ class Deadline:
         self._seconds = seconds
         self._watch = watch
         self._cells = 0.0
+        self._set_up = SET_UP[2]
         self._reserve = 0.0
         self._stage = ""
         self._told_no = False
@@ -56,14 +58,16 @@ class Deadline:
         self.stopped = False
         self.shortened = False
 
-    def allow_for(self, cells: float, bound: bool = False) -> None:
+    def allow_for(self, cells: float, bound: bool = False, set_up: float = SET_UP[2]) -> None:
         """Leave time to set up stages and to wind up, known how long the cells took.
 
-        With ``bound``, also to make one after the solver, out of no more than a third of the time.
+        A stage takes up to ``set_up`` times as long to set up. With ``bound``, leave time also
+        to make one after the solver, out of no more than a third of the time.
         """
         self._last = time.perf_counter()
-        self._cells = cells
+        self._cells, self._set_up = cells, set_up
         self._reserve = _WIND_UP * cells
+        self.stopped = self._told_no
         if bound:
             left = self.started + self._seconds - self._last - self._reserve
             self._reserve += max(min(_BOUND * cells, left / 3), 0.0)
@@ -81,8 +85,9 @@ class Deadline:
         def go_on() -> bool:
             self._asked += 1
             self._ask(Progress(stage, self._asked, _NOT_YET))
-            self.shortened = self._told_no or time.perf_counter() >= until
-            return not self.shortened
+            enough = self._told_no or time.perf_counter() >= until
+            self.shortened = self.shortened or enough
+            return not enough
 
         return go_on
 
@@ -92,7 +97,7 @@ class Deadline:
         needed, self._last = _CAUTION * (now - self._last), now
         if progress.stage != self._stage:
             self._stage = progress.stage
-            needed = max(needed, _SET_UP * self._cells)
+            needed = max(needed, self._set_up * self._cells)
         self._ask(progress)
         late = self.started + self._seconds - now - self._reserve < needed
         self.stopped = self.stopped or self._told_no or late

@@ -9,7 +9,7 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.checks import InputError
-from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
+from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, SET_UP, Deadline
 from focus_planner.core.optics import depth_of_field
 from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan
 from focus_planner.core.posing import choose_samples, pose_fresh_problem, pose_problem
@@ -68,7 +68,7 @@ def plan_focus(
     request = choose_samples(scene, rig, request, model, deadline)
     asked = watch is not go_on or request.time_budget < np.inf
     fresh_part, part = (
-        deadline.within(stage, share) if asked else None
+        deadline.within(stage, share / request.shots) if asked else None
         for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
     )
     fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part)
@@ -81,7 +81,9 @@ def plan_focus(
     with kernels.threads_for(len(problem.depth)):
         _ = problem.cells
     bounded = request.bound != "none" and request.method != "optimal"
-    deadline.allow_for(time.perf_counter() - posed, bounded)
+    # The more shots, the more pairs of cameras that share all their samples.
+    set_up = SET_UP[request.k] * request.shots
+    deadline.allow_for(time.perf_counter() - posed, bounded, set_up)
     with kernels.threads_for(len(problem.depth)):
         solution = SOLVERS[request.method](problem, options, deadline)
         solved = time.perf_counter()

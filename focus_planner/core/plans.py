@@ -95,7 +95,8 @@ class PlanRequest:
         check_number("depth_tolerance", self.depth_tolerance, at_least=0)
         check_number("standard_error", self.standard_error, above=0)
         check_choice("bound", self.bound, BOUNDS)
-        check_number("gap", self.gap, at_least=0)
+        if check_number("gap", self.gap, at_least=0) > 1:
+            raise InputError("gap", "at most 1, the whole cost", f"{self.gap:g}")
 
 
 @dataclass(frozen=True)

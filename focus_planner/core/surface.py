@@ -152,8 +152,9 @@ def sample_cloud(
     points, normals, importance = cloud.points, shape.normals, shape.importance
     if count == 0:
         # Copies: kernels are compiled anew for arrays that cannot be written to.
-        weights = shape.areas * importance
-        return Samples(points.copy(), normals.copy(), shape.areas.copy(), weights)
+        kept = np.flatnonzero(importance > 0) if by == "importance" else np.arange(len(points))
+        areas = shape.areas[kept]
+        return Samples(points[kept], normals[kept], areas, areas * importance[kept])
     random = np.random.default_rng(seed)
     chosen, areas, weights = _draw_points(cloud, shape, count, random, by)
     return Samples(points[chosen], normals[chosen], areas, weights)

@@ -80,8 +80,9 @@ def visible_pairs(
     rig : Rig
     samples : Samples
     go_on : callable, optional
-        Asked after every few samples whether to go on. If not, the answer is that for the
-        samples taken so far, which stand for all where they are taken in random order.
+        Asked after every few samples, while some are left, whether to go on. If not, the answer
+        is that for the samples taken so far, which stand for all where they are taken in random
+        order.
     order : (N,) array of int64, optional
         In which to take the samples; as they stand when absent.
     """
@@ -89,13 +90,13 @@ def visible_pairs(
     order = np.arange(len(samples)) if order is None else order
     parts = []
     low, size = 0, len(samples) if go_on is None else _FIRST_SAMPLES
-    while low < len(samples):
+    while True:
         taken = order[low : low + size]
         with kernels.threads_for(len(taken) * len(rig) // _PAIRS_PER_VISIBLE):
             part, rays = _look(scene, views, samples, taken)
         parts.append(part)
         low += size
-        if go_on is not None and not go_on():
+        if low >= len(samples) or (go_on is not None and not go_on()):
             break
         size = min(2 * size, size * _RAYS_BETWEEN_QUESTIONS // max(rays, 1))
         size = max(size, _FEWEST_SAMPLES)

@@ -34,16 +34,17 @@ class Warmth:
 def warm_options(options: Options, before: Warmth, problem: Problem) -> Options:
     """Return the options with a start for a problem that resembles the one before.
 
-    Cameras are known again by their names, and shots by their order; those that are new start as
-    they would have. A sample takes the price of the nearest sample before: prices are what a
-    place gains from focus, and change little with it.
+    Cameras are known again by their names, and shots by their order; those that are new, and all
+    brackets of another number of shots, start as they would have. A sample takes the price of the
+    nearest sample before: prices are what a place gains from focus, and change little with it.
     """
-    distances = dict(zip(_shot_names(before.problem), before.focus_distances, strict=True))
     start = options.start
     if start is None:
         start = np.full(problem.camera_count, np.nan)
-    known = [distances.get(name, np.nan) for name in _shot_names(problem)]
-    start = np.where(np.isnan(known), start, known)
+    if problem.shots == before.problem.shots:
+        distances = dict(zip(_shot_names(before.problem), before.focus_distances, strict=True))
+        known = [distances.get(name, np.nan) for name in _shot_names(problem)]
+        start = np.where(np.isnan(known), start, known)
     if before.prices is None:
         return replace(options, start=start)
     tree = cKDTree(before.problem.samples.points)

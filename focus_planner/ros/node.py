@@ -397,8 +397,8 @@ def _summary(plan: SolvedPlan) -> str:
         f" ones, in {plan.total_seconds:.3f} s"
     )
     if plan.gap is not None:
-        text += f", within {100 * plan.gap:.2g} % of the best"
-    return text if plan.converged else f"{text}, stopped by the time budget before it converged"
+        text += f", within {100 * plan.gap:.3g} % of the best"
+    return text if plan.converged else f"{text}, ended before it converged"
 
 
 if __name__ == "__main__":

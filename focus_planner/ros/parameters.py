@@ -52,6 +52,8 @@ class Declaration:
     def descriptor(self) -> ParameterDescriptor:
         """Return what ``ros2 param describe`` shows."""
         descriptor = ParameterDescriptor(description=self.description, read_only=self.read_only)
+        if isinstance(self.default, bool):
+            return descriptor
         if isinstance(self.default, int):
             descriptor.integer_range = [
                 IntegerRange(from_value=int(self.low), to_value=int(self.high), step=0)
@@ -143,6 +145,7 @@ DECLARATIONS = (
         _REQUEST.gap,
         "How near the best is near enough for optimal, and for a tight bound, as a part of the"
         " cost." + _NEXT_CALL,
+        high=1,
     ),
     Declaration(
         "warm_start",

@@ -21,6 +21,7 @@ from std_msgs.msg import Header
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import (
+    BOUNDS,
     MAX_SAMPLES,
     MAX_SHOTS,
     METHODS,
@@ -152,6 +153,8 @@ def test_a_lens_by_f_number_and_circle_of_confusion():
         time_budget=st.one_of(st.just(math.inf), positive),
         shots=st.integers(1, MAX_SHOTS),
         depth_tolerance=positive,
+        bound=st.sampled_from(BOUNDS),
+        gap=st.floats(1e-12, 1.0),
     )
 )
 def test_requests_survive_the_wire(request):
@@ -159,8 +162,10 @@ def test_requests_survive_the_wire(request):
 
 
 def test_what_a_request_leaves_out_is_the_default():
-    defaults = PlanRequest("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5)
+    defaults = PlanRequest("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5, "tight", 0.01)
     assert request_from_ros(PlanFocus.Request(), defaults) == defaults
+    own = request_from_ros(PlanFocus.Request(bound="none", gap=0.5), defaults)
+    assert own == replace(defaults, bound="none", gap=0.5)
 
 
 def test_a_request_that_makes_no_sense_is_an_input_error():
@@ -168,6 +173,11 @@ def test_a_request_that_makes_no_sense_is_an_input_error():
         request_from_ros(PlanFocus.Request(time_budget=math.nan), PlanRequest())
     with pytest.raises(InputError, match=r"method: expected one of .*, got 'guess'"):
         request_from_ros(PlanFocus.Request(method="guess"), PlanRequest())
+    with pytest.raises(InputError, match="bound: expected one of none, quick, tight, got 'some'"):
+        request_from_ros(PlanFocus.Request(bound="some"), PlanRequest())
+    for gap in (math.nan, -1.0, 2.0, math.inf):
+        with pytest.raises(InputError, match="gap: expected"):
+            request_from_ros(PlanFocus.Request(gap=gap), PlanRequest())
 
 
 def test_meshes_survive_the_wire(body):
@@ -453,17 +463,17 @@ def test_a_cameras_focus_survives_the_wire(focus):
     assert list(message.bracket) == [shot.focus_distance for shot in focus.shots]
 
 
+@pytest.mark.parametrize("bound", ["none", "quick"])
 @pytest.mark.parametrize("shots", [1, 3])
-def test_a_plan_survives_the_wire(body, rig, shots):
-    request = PlanRequest(samples=200, shots=shots, depth_tolerance=0.001)
+def test_a_plan_survives_the_wire(body, rig, shots, bound):
+    request = PlanRequest(samples=200, shots=shots, depth_tolerance=0.001, bound=bound)
     plan = plan_focus(Scene(body), rig, request)
     message = through_bytes(plan_to_ros(plan, "world", Time(sec=5), "a name"))
     received = plan_from_ros(message)
     for field in fields(FocusPlan):
         assert getattr(received, field.name) == getattr(plan, field.name)
-    unbounded = plan_to_ros(replace(plan, lower_bound=None), "world", Time(), "a name")
-    assert math.isnan(unbounded.lower_bound)
-    assert plan_from_ros(through_bytes(unbounded)).lower_bound is None
+    assert math.isnan(message.lower_bound) == (bound == "none")
+    assert received.gap == plan.gap
     assert message.shots == shots
     assert (message.plan_id, message.header) == ("a name", message.cameras[0].header)
 

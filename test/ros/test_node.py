@@ -87,7 +87,7 @@ def test_a_plan_tells_about_itself(ready, body):
     assert (plan.method, plan.samples, plan.seed) == ("em", SAMPLES, 3)
     assert plan.header.frame_id == "world"
     assert plan.header.stamp.sec > 0
-    assert 0 < plan.lower_bound <= plan.cost
+    assert 0.8 * plan.cost < plan.lower_bound <= plan.cost
     assert plan.surface_area == pytest.approx(Scene(body).area)
     assert 0 < plan.in_focus_area <= plan.covered_area <= plan.surface_area
     assert 0 < plan.in_focus_standard_error < plan.in_focus_area
@@ -351,6 +351,9 @@ def test_bad_input_is_told_once_and_the_last_good_one_is_planned_for(ready, body
         ({"scope": "some"}, "scope: expected one of all, assigned, got 'some'"),
         ({"time_budget": -1.0}, "time_budget: expected a number above 0, got -1"),
         ({"time_budget": math.nan}, "time_budget: expected a number above 0, got nan"),
+        ({"bound": "some"}, "bound: expected one of none, quick, tight, got 'some'"),
+        ({"gap": -0.5}, "gap: expected a number of at least 0, got -0.5"),
+        ({"gap": 1e300}, r"gap: expected at most 1, the whole cost, got 1e\+300"),
     ],
 )
 def test_a_bad_request_is_told(ready, request_, reason):
@@ -467,7 +470,37 @@ def test_the_node_answers_while_it_plans(ready, body):
 def test_a_time_budget_is_told(ready):
     response = ready.plan(method="em", samples=SAMPLES, time_budget=1e-6)
     assert response.success
-    assert "stopped by the time budget" in response.message
+    assert "ended before it converged" in response.message
+
+
+def test_how_near_the_best_a_plan_is_is_told(ready):
+    none = ready.plan(samples=SAMPLES, bound="none")
+    assert math.isnan(none.plan.lower_bound)
+    assert "of the best" not in none.message
+    bounds = []
+    for request in ({}, {"bound": "tight"}, {"method": "optimal", "gap": 1e-4}):
+        response = ready.plan(samples=SAMPLES, **request)
+        plan = plan_from_ros(response.plan)
+        within = float(re.search(r"within ([\d.e-]+) % of the best", response.message)[1])
+        assert within == pytest.approx(100 * plan.gap, rel=0.1)
+        bounds.append(plan.lower_bound)
+    assert plan.gap <= 1e-4 + 1e-9
+    assert bounds[0] <= bounds[1] <= plan.cost
+
+
+def test_a_warm_start_is_from_the_last_plan(ready, body, rig):
+    scene, (first, second) = Scene(body), (PlanRequest("em", SAMPLES, seed=s) for s in (5, 6))
+    cold = plan_focus(scene, rig, second)
+    warm = plan_focus(scene, rig, second, before=plan_focus(scene, rig, first))
+    assert cold.cameras != warm.cameras
+    assert ready.set_parameters(warm_start=True)[0].successful
+    try:
+        planned(ready, method="em", seed=5)
+        plan = plan_from_ros(planned(ready, method="em", seed=6))
+    finally:
+        assert ready.set_parameters(warm_start=False)[0].successful
+    assert (plan.cost, plan.cameras) == (warm.cost, warm.cameras)
+    assert plan_from_ros(planned(ready, method="em", seed=6)).cameras == cold.cameras
 
 
 def test_shots_and_lens_lists_may_be_parameters(ready, body, rig):

@@ -37,7 +37,7 @@ def test_every_parameter_is_described(make_node):
         descriptor = node.describe_parameter(declaration.name)
         assert len(descriptor.description) > 20
         ranges = len(descriptor.integer_range) + len(descriptor.floating_point_range)
-        assert ranges == (not isinstance(declaration.default, (str, tuple)))
+        assert ranges == (not isinstance(declaration.default, (str, tuple, bool)))
 
 
 def test_values_given_at_the_start_are_used(make_node):
@@ -84,6 +84,13 @@ def test_bad_values_at_the_start_are_an_error(make_node, values, error, text):
         ({"lens__focus_distances": 1.0}, "Wrong parameter type"),
         ({"shots": 0}, "Min: 1, Max: 16, value: 0"),
         ({"depth_tolerance": -0.1}, "out of range"),
+        ({"bound": "some"}, "bound: expected one of none, quick, tight, got 'some'"),
+        ({"bound": 1}, "Wrong parameter type"),
+        ({"gap": -1e-9}, "out of range"),
+        ({"gap": 1.5}, "Max: 1.0, value: 1.5"),
+        ({"gap": 1}, "Wrong parameter type"),
+        ({"warm_start": 1}, "Wrong parameter type"),
+        ({"warm_start": "yes"}, "Wrong parameter type"),
         ({"lens__min_focus": 2.0, "lens__max_focus": 1.0}, r"lens\.min_focus: expected at most"),
     ],
 )
@@ -134,6 +141,16 @@ def test_a_lens_of_certain_distances(make_node):
 def test_shots_and_depth_tolerance(make_node):
     node = started_with(make_node, shots=3, depth_tolerance=0.01)
     assert Parameters(node).current.request == PlanRequest(shots=3, depth_tolerance=0.01)
+
+
+def test_bounds_and_warm_starts(make_node):
+    node = started_with(make_node, bound="tight", gap=0.01, warm_start=True)
+    parameters = Parameters(node)
+    assert parameters.current.request == PlanRequest(bound="tight", gap=0.01)
+    assert parameters.current.warm_start is True
+    assert change(node, bound="none", gap=0.0, warm_start=False).successful
+    assert parameters.current.request == PlanRequest(bound="none", gap=0.0)
+    assert parameters.current.warm_start is False
 
 
 def test_parameters_of_others_are_let_through(make_node):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 import numpy as np
@@ -275,6 +276,45 @@ def test_whatever_a_surface_raises_it_is_refused(ready):
         ready.plan()
     assert "Traceback" in ready.log.errors[0]
     assert same(ready.plan(), BOX, RIG)
+
+
+def what_shows_its_start(plan):
+    """Bounds go on from the last one's prices, even where plans are the same."""
+    return plan.cameras, plan.lower_bound
+
+
+def test_a_warm_start_is_from_the_last_plan_for_which_it_was_wanted(ready):
+    first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
+
+    def planned(request, warm_start):
+        return ready.planner.plan(request, Optics(), warm_start=warm_start)[0]
+
+    def check(plan, surface, request, before):
+        scene = Scene(surface)
+        expected = plan_focus(scene, RIG, request, before=before)
+        assert what_shows_its_start(plan) == what_shows_its_start(expected)
+        cold = plan_focus(scene, RIG, request)
+        assert before is None or plan.lower_bound != cold.lower_bound
+
+    one = planned(first, warm_start=True)
+    check(one, BOX, first, None)
+    two = planned(second, warm_start=True)
+    check(two, BOX, second, one)
+    ready.surface(OTHER)
+    check(planned(first, warm_start=True), OTHER, first, two)
+    # Without one, nothing is kept for later either.
+    check(planned(second, warm_start=False), OTHER, second, None)
+    check(planned(first, warm_start=True), OTHER, first, None)
+
+
+def test_a_request_that_fails_leaves_the_plan_to_start_from(ready):
+    first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
+    one = ready.planner.plan(first, Optics(), warm_start=True)[0]
+    with pytest.raises(InputError, match="depth_tolerance: expected"):
+        ready.planner.plan(replace(first, depth_tolerance=9.0), Optics(), warm_start=True)
+    two = ready.planner.plan(second, Optics(), warm_start=True)[0]
+    expected = plan_focus(Scene(BOX), RIG, second, before=one)
+    assert what_shows_its_start(two) == what_shows_its_start(expected)
 
 
 def test_the_watch_is_asked(ready):

@@ -265,7 +265,7 @@ def _tighten(
             best_price,
             steps[part],
         )
-        # Where the best prices serve every sample once, these cells are a plan that gains the bound.
+        # Where the best prices serve each sample once, these cells are a plan that gains as much.
         cell[c] = low[c] + top
         if high[c] == low[c]:
             continue

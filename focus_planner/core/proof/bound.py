@@ -37,7 +37,7 @@ def lower_bound(
 ) -> Bound:
     """Return a lower bound on the cost of every plan for a problem.
 
-    That of the relaxation (core/proof/prices.py), which on bodies is a few hundredths of a percent
+    That of the relaxation (core/proof/prices.py), which on bodies is some hundredths of a percent
     below the optimum; method ``optimal`` closes the rest.
 
     Parameters
@@ -56,15 +56,18 @@ def lower_bound(
     """
     options = options or Options()
     gains = gains_of(problem)
-    goal = gains.out - units_of_cost(near * (1 - options.gap))
+    # A quick bound is as good as its few steps make it, whatever gap would do.
+    gap = options.gap if most_steps is None else 0.0
+    goal = gains.out - units_of_cost(near * (1 - gap))
     start = None if options.prices is None else prices_in_units(problem, options.prices)
     prices = Prices(gains, start)
+    in_focus = int(gains.most.sum())  # of every sample in its best camera, for which nothing is due
     rounds = 0
     while prices.steps < (most_steps or prices.steps + 1) and not prices.settled(goal):
         prices.descend(goal)
         rounds += 1
-        below = cost_below(gains, prices.bound)
+        below = cost_below(gains, min(prices.bound, in_focus))
         if not watch(Progress("prices", rounds, cost, below)):
             break
-    bound = min(cost_below(gains, prices.bound), cost)
+    bound = min(cost_below(gains, min(prices.bound, in_focus)), cost)
     return Bound(bound, pointwise_prices(problem, prices.price))

@@ -40,6 +40,9 @@ _OPTIONS: dict[str, bool | int | float] = {
 # HiGHS is given cost as users see it.
 _SCALE = 1000 / UNITS
 _MOST = 2.0**62
+# Where what HiGHS says of its bound holds; not after an error, such as that something else in the
+# process uses it with another number of threads.
+_TELLING = (highspy.HighsModelStatus.kOptimal, highspy.HighsModelStatus.kInterrupt)
 
 
 class Program:
@@ -86,6 +89,8 @@ class Program:
         There are no cells if there is no such plan, or none was found. ``go_on`` is asked now and
         then.
         """
+        if not self.size:
+            return self._goal, None
         highs = highspy.Highs()  # type: ignore[no-untyped-call]
         for option, value in _OPTIONS.items():
             highs.setOptionValue(option, value)
@@ -103,9 +108,12 @@ class Program:
         status, info = highs.getModelStatus(), highs.getInfo()
         if status == highspy.HighsModelStatus.kInfeasible:
             return self._goal, None
+        if status not in _TELLING:
+            return int(_MOST), None
         bound = -info.mip_dual_bound / _SCALE * (1 + _ALLOWANCE)
-        bound = max(math.ceil(min(bound, _MOST)), self._goal)
-        if info.primal_solution_status != highspy.SolutionStatus.kSolutionStatusFeasible:
+        bound = math.ceil(max(min(bound, _MOST), self._goal))
+        found = info.primal_solution_status == highspy.SolutionStatus.kSolutionStatusFeasible
+        if not found or -info.objective_function_value <= self._goal * _SCALE:
             return bound, None
         standing = np.array(highs.getSolution().col_value)[self.size :]
         return bound, self._cells(standing)

@@ -1,0 +1,194 @@
+"""Deadlines, by a clock that the tests move."""
+
+import math
+
+import pytest
+
+from focus_planner.core import deadline
+from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
+from focus_planner.core.solvers import Progress, go_on
+
+
+class Clock:
+    """Stands for the module ``time``."""
+
+    def __init__(self):
+        self.now = 1000.0
+
+    def perf_counter(self):
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(deadline, "time", clock)
+    return clock
+
+
+def steps_until_told_no(clock, kept, step, stage="em", most=1000):
+    """Tell of steps of equal length; return how many were begun."""
+    for count in range(1, most):
+        clock.now += step
+        if not kept(Progress(stage, count, 1.0)):
+            return count
+    return math.inf
+
+
+def test_without_a_deadline_nothing_ends(clock):
+    kept = Deadline(math.inf, go_on)
+    for share in (FRESH_SHARE, SAMPLES_SHARE):
+        assert kept.within("visibility", share)()
+    kept.allow_for(1e6, bound=True)
+    assert steps_until_told_no(clock, kept, 1e6) == math.inf
+    kept.bound_now()
+    assert steps_until_told_no(clock, kept, 1e6, "prices") == math.inf
+    assert not kept.stopped
+    assert not kept.shortened
+
+
+@pytest.mark.parametrize("share", [FRESH_SHARE, SAMPLES_SHARE, 1.0])
+def test_a_stage_takes_its_share_from_the_start(clock, share):
+    kept = Deadline(10.0, go_on)
+    clock.now = 1000.0 + 10 * share - 0.01
+    go_on_now = kept.within("visibility", share)
+    assert go_on_now()
+    assert not kept.shortened
+    clock.now += 0.02
+    assert not go_on_now()
+    assert kept.shortened
+
+
+def test_what_an_earlier_stage_left_out_is_not_forgotten(clock):
+    kept = Deadline(10.0, go_on)
+    fresh, visibility = (kept.within(s, share) for s, share in (("fresh", 0.1), ("visible", 0.9)))
+    clock.now += 2
+    assert not fresh()
+    assert visibility()
+    assert kept.shortened
+
+
+def test_the_next_step_has_to_end_in_time_if_it_takes_as_long_and_half(clock):
+    for step in (0.3, 0.7, 1.3):
+        kept = Deadline(10.0, go_on)
+        steps = steps_until_told_no(clock, kept, step)
+        assert steps * step + 1.5 * step > 10
+        assert (steps - 1) * step + 1.5 * step <= 10
+        assert kept.stopped
+
+
+def test_a_step_is_judged_by_the_last_one(clock):
+    kept = Deadline(10.0, go_on)
+    clock.now += 5
+    assert not kept(Progress("em", 1, 1.0))
+    quicker = Deadline(10.0, go_on)
+    for _ in range(50):
+        clock.now += 0.1
+        assert quicker(Progress("em", 1, 1.0))
+
+
+def test_once_told_no_a_solver_is_told_no_again(clock):
+    kept = Deadline(10.0, go_on)
+    clock.now += 9
+    assert not kept(Progress("em", 1, 1.0))
+    assert not kept(Progress("em", 2, 1.0))  # though this one took no time at all
+
+
+def tell(clock, kept, stage, at, last=0.001):
+    """Tell, some seconds after the start, of a step that took so long."""
+    clock.now = kept.started + at - last
+    kept._last = clock.now
+    clock.now += last
+    return kept(Progress(stage, 1, 1.0))
+
+
+def test_a_new_stage_takes_some_setting_up(clock):
+    # Cells took 2 s: 0.5 s are kept to wind up, and a stage needs 1.6 s before its first step.
+    for at, expected in ((97.89, True), (97.91, False)):
+        kept = Deadline(100.0, go_on)
+        kept.allow_for(2.0)
+        assert tell(clock, kept, "em", at) is expected
+    kept = Deadline(100.0, go_on)
+    kept.allow_for(2.0)
+    assert tell(clock, kept, "em", 90.0)
+    assert tell(clock, kept, "em", 99.0)  # the same stage
+    assert not tell(clock, kept, "k_view", 99.1)
+    kept = Deadline(100.0, go_on)
+    kept.allow_for(2.0)
+    assert not tell(clock, kept, "em", 90.0, last=7.0)  # whichever is longer
+
+
+def test_time_is_kept_to_wind_up(clock):
+    for at, expected in ((98.9, True), (99.1, False)):
+        kept = Deadline(100.0, go_on)
+        kept.allow_for(4.0)
+        assert tell(clock, kept, "em", 50.0)
+        assert tell(clock, kept, "em", at) is expected
+
+
+@pytest.mark.parametrize(("cells", "reserve"), [(0.2, 0.2), (8.0, (10 - 2) / 3)])
+def test_a_bound_has_as_long_as_cells_took_but_no_more_than_a_third(clock, cells, reserve):
+    kept = Deadline(10.0, go_on)
+    kept.allow_for(cells, bound=True)
+    end = 10 - 0.25 * cells - reserve
+    kept._stage = "em"
+    steps = steps_until_told_no(clock, kept, 0.01, most=2000) * 0.01
+    assert end - 0.03 < steps <= end
+    assert kept.stopped
+    kept.bound_now()
+    assert not kept.stopped
+    kept._stage = "prices"
+    steps += steps_until_told_no(clock, kept, 0.01, "prices", most=2000) * 0.01
+    assert 10 - 0.25 * cells - 0.03 < steps <= 10 - 0.25 * cells
+
+
+def test_a_bound_that_comes_too_late_takes_nothing(clock):
+    kept = Deadline(1.0, go_on)
+    clock.now += 5
+    kept.allow_for(1.0, bound=True)
+    assert kept._reserve == 0.25
+
+
+def test_a_watch_hears_what_solvers_tell_and_is_not_asked_after_it_said_no(clock):
+    heard = []
+
+    def watch(progress):
+        heard.append(progress)
+        return len(heard) < 3
+
+    kept = Deadline(math.inf, watch)
+    part = kept.within("visibility", 0.5)
+    assert part()
+    told = Progress("em", 1, 3.0, 2.0)
+    assert kept(told)
+    assert not kept(told)
+    assert [(p.stage, p.iteration) for p in heard] == [("visibility", 1), ("em", 1), ("em", 1)]
+    assert math.isnan(heard[0].cost)
+    assert heard[1] is told
+    kept.allow_for(0.0, bound=True)
+    assert not kept(told)
+    kept.bound_now()
+    assert kept.stopped
+    assert not kept(told)
+    assert not part()
+    assert kept.shortened
+    assert len(heard) == 3
+
+
+def test_a_watch_is_told_even_when_it_is_late(clock):
+    heard = []
+    kept = Deadline(1.0, lambda progress: heard.append(progress) or True)
+    clock.now += 2
+    assert not kept(Progress("em", 1, 1.0))
+    kept.bound_now()
+    assert not kept(Progress("prices", 1, 1.0, 0.5))
+    assert len(heard) == 2
+
+
+def test_what_a_pilot_had_no_time_for_does_not_stop_the_solver(clock):
+    kept = Deadline(1.0, go_on)
+    clock.now += 0.5
+    assert not kept(Progress("em", 1, 1.0))  # would take 0.75 s
+    kept.allow_for(0.01)
+    clock.now += 0.01
+    assert kept(Progress("em", 1, 1.0))
