@@ -527,6 +527,13 @@ def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
     assert load_plan(Path("plan.json")).samples == 300
 
 
+def test_what_is_read_is_not_written(here: Path, capsys: Any) -> None:
+    for option, path in (("--output", "rig.yaml"), ("--picture", "ball.ply")):
+        before = Path(path).read_bytes()
+        fails_in_one_line(capsys, plan(option, path), "a file to write that is not read as well")
+        assert Path(path).read_bytes() == before
+
+
 def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
     status, shown = on_a_terminal("--samples", "1000000", interrupt_at=b"finding what")
     assert status == 130

@@ -137,7 +137,7 @@ def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") 
 def sample_cloud(
     cloud: PointCloud, shape: CloudShape, count: int, seed: int, by: Density = "importance"
 ) -> Samples:
-    """Return ``count`` of the cloud's points, drawn with replacement; 0 returns them all.
+    """Return ``count`` of the cloud's points, drawn with replacement; 0 returns all that count.
 
     Drawing by area, times importance or not, undoes a density that differs from place to place,
     as in merged scans.

@@ -309,15 +309,17 @@ def test_points_of_a_cloud_are_drawn_by_area_and_importance():
     np.testing.assert_allclose(by_area.weights, expected)
 
 
-def test_all_points_of_a_cloud_weigh_their_area_times_their_importance():
+def test_all_points_of_a_cloud_that_count_weigh_their_area_times_their_importance():
     importance = np.arange(500) % 5
     cloud = PointCloud(random_plane(500), importance=importance)
     shape = cloud_shape(cloud)
-    samples = sample_cloud(cloud, shape, 0, 0)
-    np.testing.assert_array_equal(samples.points, cloud.points)
-    np.testing.assert_array_equal(samples.areas, shape.areas)
-    np.testing.assert_allclose(samples.weights, shape.areas * importance / 4)
-    assert (samples.weights == 0).sum() == 100
+    samples, count = sample_cloud(cloud, shape, 0, 0), importance > 0
+    np.testing.assert_array_equal(samples.points, cloud.points[count])
+    np.testing.assert_array_equal(samples.areas, shape.areas[count])
+    np.testing.assert_allclose(samples.weights, (shape.areas * importance / 4)[count])
+    everything = sample_cloud(cloud, shape, 0, 0, by="area")
+    np.testing.assert_array_equal(everything.points, cloud.points)
+    assert (everything.weights == 0).sum() == 100
 
 
 def test_importance_only_where_points_coincide_is_none():

@@ -14,6 +14,7 @@ _FALL = 0.5
 # Of a node's work no more than some 20 ms between two looks at the clock, but some steps at least.
 _WORK = 5_000_000
 _FEWEST_STEPS = 10
+_BEYOND = 1e-6
 
 
 @kernel
@@ -217,7 +218,8 @@ def _tighten(
                 slope[i] -= held
         if iteration == 0:
             start = bound
-            hope = max(0.3 * (base - goal), 1.0)
+            # Beyond the goal, or it would be neared for ever.
+            hope = max(0.3 * (base - goal), _BEYOND * base)
             reference = bound
         if bound < best:
             best = bound

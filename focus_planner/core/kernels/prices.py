@@ -19,6 +19,7 @@ _MOMENTUM = 0.8
 _PATIENCE = 30
 _PROGRESS = 0.25
 _GROWTH = 1.5
+_BEYOND = 1e-6
 _FALL = 0.7
 
 
@@ -180,7 +181,7 @@ def descend(
     """Lower the bound by subgradient steps; return how many were taken.
 
     ``price`` (N,) stays between ``floor`` and ``most``. A step aims at a level
-    below the best bound so far, but not below ``goal``: the hope. It grows when the bound has come
+    below the best bound so far, not far below ``goal``: the hope. It grows when the bound has come
     down by a quarter of it, and falls when it has not for a while. ``state`` (4,) float: best
     bound, hope, bound at the last progress, steps since.
 
@@ -231,7 +232,8 @@ def descend(
             for part in prange(_PARTS):
                 for p in range(part * size, min((part + 1) * size, samples)):
                     best_price[p] = price[p]
-        hope = min(state[1], state[0] - goal)
+        # A little beyond the goal, or it would be neared for ever.
+        hope = min(state[1], state[0] - goal + _BEYOND * state[0])
         if state[0] <= state[2] - _PROGRESS * hope:
             state[1], state[2], state[3] = hope * _GROWTH, state[0], 0
         else:

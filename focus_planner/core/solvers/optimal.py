@@ -30,9 +30,9 @@ from focus_planner.core.types import IntArray
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 _PLANS, _POLISHED = 32, 3
-# What as many nodes do not close, and is as small, HiGHS may.
+# What is as small goes to HiGHS at once, and what so many nodes do not close and is not too large.
+_SMALL, _LARGE = 2_000, 20_000
 _PATIENT_NODES = 300
-_PROGRAM_SIZE = 20_000
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
@@ -143,6 +143,7 @@ class _Search:
         """Close the gap by branching, and make plans from open nodes."""
         assert self._prices is not None
         branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
+        self._solve_program(_SMALL)
         recovery, tried = _FIRST_RECOVERY_NODES, False
         while self._unproven():
             # No node open means that none is better than the goal.
@@ -157,7 +158,7 @@ class _Search:
                 recovery = branching.nodes + max(branching.nodes // 4, _FIRST_RECOVERY_NODES)
             if self._unproven() and branching.nodes >= _PATIENT_NODES and not tried:
                 tried = True
-                self._solve_program()
+                self._solve_program(_LARGE)
             if self._unproven():
                 branching.step(self._goal)
             if branching.leaf is not None:
@@ -169,12 +170,12 @@ class _Search:
         costs = [assign_samples(self._problem, cell)[1] for cell in plans]
         return [plans[i] for i in np.argsort(costs, kind="stable")]
 
-    def _solve_program(self) -> None:
-        """Leave it to HiGHS if what is left is small."""
+    def _solve_program(self, size: int) -> None:
+        """Leave it to HiGHS if no more than so many gains are left."""
         assert self._prices is not None
         goal = self._goal
         program = Program(self._gains, self._prices.price, self._prices.bound, goal)
-        if program.size > _PROGRAM_SIZE:
+        if program.size > size:
             return
         bound, cell = program.solve(lambda: self._tell_stage("program"))
         self._bound = min(self._bound, max(bound, goal))
