@@ -407,7 +407,7 @@ def _add_plan(commands: Any) -> None:
         type=float,
         metavar="X",
         help="how near the best is near enough for optimal, and for a tight bound, as a part of"
-        " the cost (1e-6)",
+        " the cost (1e-4)",
     )
     what = plan.add_argument_group("what to write")
     add = what.add_argument

@@ -397,8 +397,8 @@ def test_help_names_every_choice_and_default(capsys: Any) -> None:
     assert f"chosen for it ({defaults.standard_error:g})" in text
     assert f"({defaults.scope})" in text
     assert f"proves it ({defaults.bound})" in text
-    assert "of the cost (1e-6)" in text
-    assert defaults.gap == 1e-6
+    assert "of the cost (1e-4)" in text
+    assert defaults.gap == 1e-4
     assert f"({defaults.tuples})" in text
 
 

@@ -76,7 +76,7 @@ class PlanRequest:
     fresh_samples: int = 4096
     standard_error: float = 2.0
     bound: str = "quick"
-    gap: float = 1e-6
+    gap: float = 1e-4
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)

@@ -112,7 +112,7 @@ def assigned_and_sharp(samples, visible, focus, model, rig=RIG):
 
 def test_the_default_is_2_view_on_4096_samples_and_as_many_fresh_ones():
     default = PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf, 1, 0.0, 4096, 2.0)
-    assert PlanRequest() == dataclasses.replace(default, bound="quick", gap=1e-6)
+    assert PlanRequest() == dataclasses.replace(default, bound="quick", gap=1e-4)
     plan = plan_focus(SCENE, RIG)
     assert (plan.method, plan.samples, plan.fresh_samples) == ("k_view", 4096, 4096)
 
