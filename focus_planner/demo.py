@@ -242,9 +242,9 @@ def _show(console: Console, rig: Rig, results: Mapping[str, _Result]) -> None:
     console.print(
         "cost: 0 where all of the body is large, centred and sharp in some picture, 1000 where no"
         " camera sees any. fresh cost: on samples that the solver did not see, which is what the"
-        " plan is worth, ± its standard error. change: of that, beside autofocus. optimal: proven to"
-        " cost at most a ten-thousandth more than the best plan for its samples. answer: what the"
-        " caller waited for.\n"
+        " plan is worth, ± its standard error. change: of that, beside autofocus. optimal: proven"
+        " to cost at most a ten-thousandth more than the best plan for its samples. answer: what"
+        " the caller waited for.\n"
     )
     cameras = results[_BEST].plan.cameras
     console.print(f"Focus distances of {_BEST} in cm: a line is a ring of cameras, at its height.")
