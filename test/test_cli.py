@@ -486,7 +486,12 @@ def on_a_terminal(
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "100"}
     environment.pop("NO_COLOR", None)
     with subprocess.Popen(
-        words, stdout=theirs if stdout is None else stdout, stderr=theirs, env=environment
+        words,
+        stdout=theirs if stdout is None else stdout,
+        stderr=theirs,
+        env=environment,
+        # A shell lets what it runs in the background ignore Ctrl-C.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
     ) as process:
         os.close(theirs)
         shown = b""

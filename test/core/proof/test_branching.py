@@ -37,7 +37,7 @@ def test_the_bound_is_never_below_what_can_be_gained_and_closes_on_it():
         assert open_nodes.exhausted
         assert open_nodes.bound == 0
         assert open_nodes.leaf is None or reference.cells_gain(gains, open_nodes.leaf) <= most
-    assert branched > 100
+    assert branched > 50
 
 
 @pytest.mark.parametrize("part", [0.999999, 0.99, 0.9])
