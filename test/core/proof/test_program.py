@@ -246,15 +246,3 @@ def test_optimal_leaves_small_rests_to_it(monkeypatch):
         assert solution.cost == pytest.approx(best, abs=1e-8)
         assert solution.lower_bound <= best + 1e-9
     assert len(solved) > 10
-    problem = random_problem(0, 60, 8, share=0.6, lens=SHALLOW)
-    costs = []
-    for size, expected in ((-1, False), (20_000, True)):
-        solved.clear()
-        monkeypatch.setattr(optimal, "_SMALL", size)
-        monkeypatch.setattr(optimal, "_LARGE", size)
-        solution = optimal.solve(problem, Options(gap=1e-3))
-        assert solution.converged
-        assert solution.lower_bound >= (1 - 1e-3) * solution.cost - 1e-7
-        assert bool(solved) == expected
-        costs.append(solution.cost)
-    assert costs[0] == pytest.approx(costs[1], rel=1e-3)
