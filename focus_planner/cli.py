@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -171,12 +173,24 @@ def _read(options: argparse.Namespace, tell: Tell) -> tuple[Scene, Rig, PlanRequ
 def _solve(scene: Scene, rig: Rig, request: PlanRequest, tell: Tell) -> SolvedPlan:
     from focus_planner.core.planning import plan_focus
 
+    interrupted = False
+
+    def interrupt(signum: int, frame: Any) -> None:
+        nonlocal interrupted
+        interrupted = True
+        signal.default_int_handler(signum, frame)
+
     def watch(progress: Progress) -> bool:
         tell(f"{progress.stage}: step {progress.iteration}, cost {progress.cost:.2f}")
-        return True
+        return not interrupted
 
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, interrupt)
     tell(f"finding what {len(rig)} cameras see")
-    return plan_focus(scene, rig, request, watch=watch)
+    plan = plan_focus(scene, rig, request, watch=watch)
+    if interrupted:  # a library may have swallowed what it raised
+        raise KeyboardInterrupt
+    return plan
 
 
 def _write(
