@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -12,8 +14,15 @@ from focus_planner import PlanRequest, Scene, SolvedPlan, plan_focus
 
 _SAMPLES = 65536
 _BUDGETS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 3.0)
-_METHODS = ("em", "k_view", "optimal")
 _REPEATS = 5
+_REQUESTS = {
+    "em": PlanRequest("em"),
+    "k_view": PlanRequest("k_view"),
+    "k_view, k = 3": PlanRequest("k_view", k=3),
+    "k_view, 3 shots": PlanRequest("k_view", shots=3),
+    "optimal": PlanRequest("optimal"),
+    "optimal, 3 shots": PlanRequest("optimal", shots=3),
+}
 
 
 def run(console: Console) -> None:
@@ -30,10 +39,10 @@ def run(console: Console) -> None:
         "gap",
         title=f"Plans of {name} with a time budget, {_SAMPLES:,} samples asked for",
     )
-    for method in _METHODS:
-        _plan(scene, method, 1.0)  # compiles, or loads, what will run
+    for method, request in _REQUESTS.items():
+        _plan(scene, request, 1.0)  # compiles, or loads, what will run
         for budget in _BUDGETS:
-            runs = [_plan(scene, method, budget) for _ in range(_REPEATS)]
+            runs = [_plan(scene, request, budget) for _ in range(_REPEATS)]
             late = [taken - budget for taken, _ in runs]
             plans = [plan for _, plan in runs]
             table.add_row(
@@ -49,6 +58,6 @@ def run(console: Console) -> None:
     console.print(table)
 
 
-def _plan(scene: Scene, method: str, budget: float) -> tuple[float, SolvedPlan]:
-    request = PlanRequest(method, samples=_SAMPLES, time_budget=budget)
-    return timed(lambda: plan_focus(scene, rig(), request))
+def _plan(scene: Scene, request: PlanRequest, budget: float) -> tuple[float, SolvedPlan]:
+    timely = replace(request, samples=_SAMPLES, time_budget=budget)
+    return timed(lambda: plan_focus(scene, rig(), timely))

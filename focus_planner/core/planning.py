@@ -160,6 +160,7 @@ def _plan(
         method=request.method,
         cost=cost,
         lower_bound=None if bound is None else min(bound, cost),
+        converged=solution.converged and not shortened,
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
@@ -173,7 +174,6 @@ def _plan(
         solve_seconds=solve_seconds,
         total_seconds=time.perf_counter() - started,
         cameras=tuple(cameras),
-        converged=solution.converged and not shortened,
         problem=problem,
         prices=solution.prices,
     )

@@ -165,6 +165,9 @@ class FocusPlan:
         1000 × the mean over the solver's samples, by weight, of the pointwise cost (Eq. 3).
     lower_bound : float or None
         No plan for the solver's samples costs less on them.
+    converged : bool
+        False if the time budget, or the watch, ended the solver or left samples out, or if
+        ``optimal`` could not prove its gap.
     samples, seed : int
     depth_tolerance : float
         Metres; what it was planned with.
@@ -185,6 +188,7 @@ class FocusPlan:
     method: str
     cost: float
     lower_bound: float | None
+    converged: bool
     samples: int
     seed: int
     depth_tolerance: float
@@ -223,15 +227,11 @@ class SolvedPlan(FocusPlan):
 
     Attributes
     ----------
-    converged : bool
-        False if the time budget, or the watch, ended the solver or left samples out, or if
-        ``optimal`` could not prove its gap.
     problem : Problem
         What was solved; with several shots each camera stands in it as often.
     prices : (N,) array or None
         Of its samples, 0 to 1, that prove the lower bound.
     """
 
-    converged: bool
     problem: Problem = field(repr=False, compare=False)
     prices: FloatArray | None = field(repr=False, compare=False)

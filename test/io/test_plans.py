@@ -19,7 +19,7 @@ from focus_planner.io.plans import load_plan, plan_to_json, save_plan
 from focus_planner.io.surfaces import load_surface
 
 KEYS = [
-    *("method", "cost", "lower_bound", "samples", "seed", "depth_tolerance"),
+    *("method", "cost", "lower_bound", "converged", "samples", "seed", "depth_tolerance"),
     *("fresh_cost", "fresh_standard_error", "fresh_samples"),
     *("surface_area", "covered_area", "in_focus_area", "in_focus_standard_error"),
     *("solve_seconds", "total_seconds", "shots", "cameras"),
@@ -38,6 +38,7 @@ PLAN = FocusPlan(
     "em",
     1000 / 3,
     None,
+    False,
     4096,
     2**40 + 1,
     0.001,

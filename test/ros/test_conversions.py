@@ -464,10 +464,10 @@ def test_a_cameras_focus_survives_the_wire(focus):
 
 
 @pytest.mark.parametrize("bound", ["none", "quick"])
-@pytest.mark.parametrize("shots", [1, 3])
-def test_a_plan_survives_the_wire(body, rig, shots, bound):
+@pytest.mark.parametrize(("shots", "converged"), [(1, True), (3, False)])
+def test_a_plan_survives_the_wire(body, rig, shots, converged, bound):
     request = PlanRequest(samples=200, shots=shots, depth_tolerance=0.001, bound=bound)
-    plan = plan_focus(Scene(body), rig, request)
+    plan = replace(plan_focus(Scene(body), rig, request), converged=converged)
     message = through_bytes(plan_to_ros(plan, "world", Time(sec=5), "a name"))
     received = plan_from_ros(message)
     for field in fields(FocusPlan):

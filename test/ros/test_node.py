@@ -471,6 +471,10 @@ def test_a_time_budget_is_told(ready):
     response = ready.plan(method="em", samples=SAMPLES, time_budget=1e-6)
     assert response.success
     assert "ended before it converged" in response.message
+    assert not response.plan.converged
+    response = ready.plan(method="em", samples=SAMPLES)
+    assert "converged" not in response.message
+    assert response.plan.converged
 
 
 def test_how_near_the_best_a_plan_is_is_told(ready):
