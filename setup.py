@@ -19,7 +19,6 @@ setup(
     ],
     # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
     install_requires=[
-        "highspy",
         "matplotlib",
         "numba",
         "numpy",

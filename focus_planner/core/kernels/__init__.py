@@ -18,7 +18,6 @@ from focus_planner.core.kernels.k_view import (
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.prices import (
     activate,
-    cell_takings,
     count_gains,
     descend,
     gains_by_sample,
@@ -62,7 +61,6 @@ __all__ = [
     "by_camera",
     "by_sample",
     "cell_ranges",
-    "cell_takings",
     "colour",
     "confine",
     "count_common",

@@ -261,16 +261,3 @@ def most_frequent(cell_offsets, chosen, cell):
     for c in range(len(cell)):
         if cell_offsets[c] < cell_offsets[c + 1]:
             cell[c] = np.argmax(chosen[cell_offsets[c] : cell_offsets[c + 1]])
-
-
-@parallel_kernel
-def cell_takings(offsets, sample, gain, first, last, cell_offsets, price, takings):
-    """Fill ``takings`` (M,): what each cell takes above the prices."""
-    for c in prange(len(offsets) - 1):
-        low, high = cell_offsets[c], cell_offsets[c + 1]
-        steps = np.zeros(high - low + 1, dtype=np.int64)
-        for j in range(offsets[c], offsets[c + 1]):
-            above = max(gain[j] - price[sample[j]], 0)
-            steps[first[j]] += above
-            steps[last[j] + 1] -= above
-        takings[low:high] = np.cumsum(steps[:-1])

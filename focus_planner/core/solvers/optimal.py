@@ -10,7 +10,6 @@ from focus_planner.core.problem import Problem, cost_of_units
 from focus_planner.core.proof.branching import Branching
 from focus_planner.core.proof.gains import gains_of
 from focus_planner.core.proof.prices import Prices, cost_below, pointwise_prices, prices_in_units
-from focus_planner.core.proof.program import Program
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.k_view import Descent
 from focus_planner.core.solvers.solution import (
@@ -30,9 +29,6 @@ from focus_planner.core.types import IntArray
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 _PLANS, _POLISHED = 32, 3
-# What is as small goes to HiGHS at once, and what so many nodes do not close and is not too large.
-_SMALL, _LARGE = 2_000, 20_000
-_PATIENT_NODES = 300
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
@@ -40,9 +36,9 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
 
     Prices prove a first bound within a fraction of a percent (core/proof/prices.py). The cells
     that their steps choose most often, polished by 2-view descent, are the best plan or nearly.
-    Branching (core/proof/branching.py) closes what is left of the gap; where it is slow and little
-    is left, HiGHS does (core/proof/program.py). On bodies with a thousand samples HiGHS alone
-    takes tens of times as long, see ``make bench ARGS=optimum``.
+    Branching (core/proof/branching.py) closes what is left of the gap. HiGHS, on whole problems or
+    on what reduced costs leave, measured slower at every size from 60 samples up, and does not
+    look at the clock for seconds; see ``make bench ARGS=optimum``.
 
     Ends when the plan is proven to cost at most ``options.gap`` of its cost too much, when the
     watch says so, or when there is no room for more open nodes. Plan and bound are valid in any
@@ -143,8 +139,7 @@ class _Search:
         """Close the gap by branching, and make plans from open nodes."""
         assert self._prices is not None
         branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
-        self._solve_program(_SMALL)
-        recovery, tried = _FIRST_RECOVERY_NODES, False
+        recovery = _FIRST_RECOVERY_NODES
         while self._unproven():
             # No node open means that none is better than the goal.
             self._bound = min(self._bound, max(branching.bound, self._goal))
@@ -156,9 +151,6 @@ class _Search:
                     if self._unproven():
                         self._polish(cell)
                 recovery = branching.nodes + max(branching.nodes // 4, _FIRST_RECOVERY_NODES)
-            if self._unproven() and branching.nodes >= _PATIENT_NODES and not tried:
-                tried = True
-                self._solve_program(_LARGE)
             if self._unproven():
                 branching.step(self._goal)
             if branching.leaf is not None:
@@ -169,15 +161,3 @@ class _Search:
         """Return the plans, those that cost least first."""
         costs = [assign_samples(self._problem, cell)[1] for cell in plans]
         return [plans[i] for i in np.argsort(costs, kind="stable")]
-
-    def _solve_program(self, size: int) -> None:
-        """Leave it to HiGHS if no more than so many gains are left."""
-        assert self._prices is not None
-        goal = self._goal
-        program = Program(self._gains, self._prices.price, self._prices.bound, goal)
-        if program.size > size:
-            return
-        bound, cell = program.solve(lambda: self._tell_stage("program"))
-        self._bound = min(self._bound, max(bound, goal))
-        if cell is not None:
-            self._polish(cell)

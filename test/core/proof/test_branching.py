@@ -135,7 +135,7 @@ def test_no_more_nodes_than_there_is_room_for(monkeypatch):
     open_nodes = search(gains, 0)
     open_nodes.step(0)
     assert not open_nodes.exhausted
-    monkeypatch.setattr(branching, "_OPEN_BYTES", 10 * (8 * 300 + 24 * 20))
+    monkeypatch.setattr(branching, "_OPEN_BYTES", 10 * (8 * 300 + 32 * 20))
     for _ in range(100):
         if open_nodes.exhausted:
             break
@@ -173,9 +173,57 @@ def test_batches_do_not_depend_on_threads(monkeypatch):
     for work in (1, 20_000_000):
         monkeypatch.setattr(branching, "_WORK", work)
         open_nodes = search(gains, 0)
-        for _ in range(4):
+        most = 0
+        for _ in range(60):
+            before = open_nodes.nodes
             open_nodes.step(0)
-        nodes.append(open_nodes.nodes)
-    # The root and two children a step; of small problems, up to eight nodes go at once.
-    assert nodes[0] == 9
-    assert nodes[1] == 1 + 2 * (1 + 2 + 4 + 8)
+            most = max(most, open_nodes.nodes - before)
+        nodes.append(most)
+    # Two halves of one node a step; of small problems, up to eight nodes go at once.
+    assert nodes == [2, 16]
+
+
+def test_it_branches_on_the_camera_that_lowers_the_bound_most(monkeypatch):
+    monkeypatch.setattr(branching, "_ENOUGH", np.inf)
+    monkeypatch.setattr(branching, "_ROOT_TRIES", 20)
+    gains = gains_of(random_problem(6, 200, 20, visible=ring_mask(200, 20), lens=SHALLOW))
+    goal = int(0.98 * search(gains, 0).bound)
+    apart = search(gains, goal)
+    root = apart._open[0]
+    torn = np.flatnonzero(root.score > 0).tolist()
+    assert len(torn) > 3
+    worth = {}
+    for camera in torn:
+        low, high, split = (int(ends[camera]) for ends in (root.low, root.high, root.split))
+        cuts = [(low, split), (split + 1, high)]
+        halves = apart._adapt([branching._Part(root, camera, *cut) for cut in cuts], goal)
+        lowered = [float(half.negative_bound - root.negative_bound) for half in halves]
+        least = 1e-3 * (-root.negative_bound - goal)
+        worth[camera] = np.sqrt(np.prod(np.clip(lowered, least, 1000 * least)))
+    open_nodes = search(gains, goal)
+    for _ in torn:
+        assert len(open_nodes._choices) in {0, 1}
+        open_nodes.step(goal)
+    assert not open_nodes._choices
+    best = max(worth, key=worth.__getitem__)
+    children = open_nodes._first(3)
+    assert 1 <= len(children) <= 2
+    for child in children:
+        assert (child.low[best], child.high[best]) != (root.low[best], root.high[best])
+        np.testing.assert_allclose(child.worth[torn], [worth[c] for c in torn])
+        assert np.isnan(np.delete(child.worth, torn)).all()
+
+
+def test_while_cameras_are_tried_the_bound_holds_and_plans_are_told():
+    gains = gains_of(random_problem(6, 200, 20, visible=ring_mask(200, 20), lens=SHALLOW))
+    goal = int(0.98 * search(gains, 0).bound)
+    open_nodes = search(gains, goal)
+    bound, plan = open_nodes.bound, open_nodes.plans(1)[0]
+    open_nodes.step(goal)
+    assert open_nodes._choices
+    assert not open_nodes._open
+    assert not open_nodes.exhausted
+    assert open_nodes.bound == bound
+    np.testing.assert_array_equal(open_nodes.plans(1)[0], plan)
+    open_nodes.step(bound)
+    assert open_nodes.exhausted

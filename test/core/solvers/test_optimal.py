@@ -283,7 +283,7 @@ def test_without_room_for_nodes_it_ends_unproven(monkeypatch):
 
 
 def test_of_a_large_rig_every_step_is_within_the_bound():
-    problem, log = random_problem(7, 2000, 60, visible=ring_mask(2000, 60)), Log(60)
+    problem, log = random_problem(7, 2000, 60, visible=ring_mask(2000, 60)), Log(120)
     solution = optimal.solve(problem, EXACT, log)
     assert solution.lower_bound <= solution.cost <= k_view.solve(problem).cost + 1e-9
     assert solution.cost - solution.lower_bound < 0.03 * solution.cost
