@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from focus_planner.core.solvers.k_view import STAGES
 from focus_planner.core.solvers.solution import Progress, Watch
 
 # Shares of the time, from the start, after which fresh samples, and samples to plan on, are no
@@ -14,7 +15,7 @@ SAMPLES_SHARE = 0.45
 # What a stage sets up before its first step (most of all pairs, or triples, of cameras), what
 # follows the last one, and what a bound takes that is worth having, beside the time that the
 # problem's cells took.
-SET_UP = {2: 0.8, 3: 8.0}
+_SET_UP, _SET_UP_TRIPLES = 0.8, 8.0
 _WIND_UP = 0.25
 _BOUND = 1.0
 # The next step may take longer than the last.
@@ -50,7 +51,7 @@ class Deadline:
         self._seconds = seconds
         self._watch = watch
         self._cells = 0.0
-        self._set_up = SET_UP[2]
+        self._shots = 1
         self._reserve = 0.0
         self._stage = ""
         self._told_no = False
@@ -58,14 +59,15 @@ class Deadline:
         self.stopped = False
         self.shortened = False
 
-    def allow_for(self, cells: float, bound: bool = False, set_up: float = SET_UP[2]) -> None:
+    def allow_for(self, cells: float, bound: bool = False, shots: int = 1) -> None:
         """Leave time to set up stages and to wind up, known how long the cells took.
 
-        A stage takes up to ``set_up`` times as long to set up. With ``bound``, leave time also
-        to make one after the solver, out of no more than a third of the time.
+        The more shots per camera, the more tuples of cameras share all their samples. With
+        ``bound``, leave time also to make one after the solver, out of no more than a third of
+        the time.
         """
         self._last = time.perf_counter()
-        self._cells, self._set_up = cells, set_up
+        self._cells, self._shots = cells, shots
         self._reserve = _WIND_UP * cells
         self.stopped = self._told_no
         if bound:
@@ -97,7 +99,8 @@ class Deadline:
         needed, self._last = _CAUTION * (now - self._last), now
         if progress.stage != self._stage:
             self._stage = progress.stage
-            needed = max(needed, self._set_up * self._cells)
+            set_up = _SET_UP_TRIPLES if self._stage == STAGES[3] else _SET_UP
+            needed = max(needed, set_up * self._shots * self._cells)
         self._ask(progress)
         late = self.started + self._seconds - now - self._reserve < needed
         self.stopped = self.stopped or self._told_no or late

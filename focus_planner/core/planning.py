@@ -9,7 +9,7 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.checks import InputError
-from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, SET_UP, Deadline
+from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.optics import depth_of_field
 from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan
 from focus_planner.core.posing import choose_samples, pose_fresh_problem, pose_problem
@@ -81,9 +81,7 @@ def plan_focus(
     with kernels.threads_for(len(problem.depth)):
         _ = problem.cells
     bounded = request.bound != "none" and request.method != "optimal"
-    # The more shots, the more pairs of cameras that share all their samples.
-    set_up = SET_UP[request.k] * request.shots
-    deadline.allow_for(time.perf_counter() - posed, bounded, set_up)
+    deadline.allow_for(time.perf_counter() - posed, bounded, request.shots)
     with kernels.threads_for(len(problem.depth)):
         solution = SOLVERS[request.method](problem, options, deadline)
         solved = time.perf_counter()

@@ -118,6 +118,18 @@ def test_a_new_stage_takes_some_setting_up(clock):
     assert not tell(clock, kept, "em", 90.0, last=7.0)  # whichever is longer
 
 
+@pytest.mark.parametrize(
+    ("stage", "shots", "set_up"),
+    [("k_view", 1, 1.6), ("k_view, triples", 1, 16.0), ("k_view", 3, 4.8), ("prices", 3, 4.8)],
+)
+def test_triples_and_shots_take_longer_to_set_up(clock, stage, shots, set_up):
+    for early, expected in ((0.01, True), (-0.01, False)):
+        kept = Deadline(100.0, go_on)
+        kept.allow_for(2.0, shots=shots)
+        assert tell(clock, kept, "em", 50.0)
+        assert tell(clock, kept, stage, 100 - 0.5 - set_up - early) is expected
+
+
 def test_time_is_kept_to_wind_up(clock):
     for at, expected in ((98.9, True), (99.1, False)):
         kept = Deadline(100.0, go_on)

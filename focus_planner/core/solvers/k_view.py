@@ -28,10 +28,14 @@ from focus_planner.core.types import IntArray
 # passed over by their bound.
 _SAMPLES_BETWEEN_WATCHES = 200_000
 _THIRD_CELLS_AT_ONCE = 40
+#: What a watch is told of pairs, and of triples.
+STAGES = {2: "k_view", 3: "k_view, triples"}
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
     """From EM's solution, take every tuple's best step until none pays.
+
+    Triples start where pairs end: those take a tenth of the time, and leave little to gain.
 
     With scope "all" each step is exact block-coordinate descent on the total cost; with
     "assigned", the paper's, a step re-assigns the tuple's own samples among its cameras, and
@@ -45,14 +49,18 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
         going_on, cost = watch(progress), progress.cost
         return going_on
 
-    before = em.solve(problem, options, remember)
-    # Setting up the tuples takes longer than a step: ask before, and even where EM had converged.
-    if not (going_on and watch(Progress("k_view", 0, cost))):
-        return replace(before, converged=False)
-    descent = Descent(problem, options)
-    cell = start_cells(problem, before.focus_distances)
-    iterations, converged = descent.run(cell, watch)
-    return finish_cells(problem, descent.cell, before.iterations + iterations, converged)
+    solution = em.solve(problem, options, remember)
+    for k in range(2, options.k + 1):
+        # Setting up the tuples takes longer than a step: ask before, and even where the stage
+        # before had converged.
+        if not (going_on and watch(Progress(STAGES[k], 0, cost))):
+            return replace(solution, converged=False)
+        descent = Descent(problem, replace(options, k=k))
+        cell = start_cells(problem, solution.focus_distances)
+        iterations, converged = descent.run(cell, remember)
+        iterations += solution.iterations
+        solution = finish_cells(problem, descent.cell, iterations, converged)
+    return solution
 
 
 class Descent:
@@ -73,6 +81,7 @@ class Descent:
     def __init__(self, problem: Problem, options: Options) -> None:
         cells = problem.cells
         self._problem = problem
+        self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
         self._tuples = camera_tuples(problem, options.k, options.scope, options.grid)
         self._stops = _stops(problem, self._tuples)
@@ -95,7 +104,7 @@ class Descent:
             before_pass = self.units
             for units in self._take_pass():
                 iteration += 1
-                if not watch(Progress("k_view", iteration, cost_of_units(units))):
+                if not watch(Progress(self._stage, iteration, cost_of_units(units))):
                     return iteration, False
             if self.units == before_pass:
                 return iteration, True

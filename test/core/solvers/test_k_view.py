@@ -93,3 +93,17 @@ def test_a_single_camera_is_left_to_em():
         solution = k_view.solve(problem, Options(k=k))
         assert solution.converged
         assert solution.cost == em.solve(problem).cost
+
+
+def test_triples_start_where_pairs_end():
+    problem = problem_of(body("arms_out"), cylinder_rig(), 500)
+    pairs, log = k_view.solve(problem), []
+    triples = k_view.solve(problem, Options(k=3), lambda progress: not log.append(progress))
+    assert triples.cost <= pairs.cost
+    first = next(progress for progress in log if progress.stage == "k_view, triples")
+    last = [progress for progress in log if progress.stage == "k_view"][-1]
+    assert (first.iteration, first.cost) == (0, last.cost)
+    until = k_view.solve(problem, Options(k=3), lambda p: p.stage != "k_view, triples")
+    assert not until.converged
+    assert until.cost == pairs.cost
+    np.testing.assert_array_equal(until.focus_distances, pairs.focus_distances)
