@@ -107,14 +107,17 @@ class _Search:
         return self._tell(Progress(stage, 0, cost_of_units(self._units)))
 
     def _polish(self, cell: IntArray) -> None:
-        """Descend from these cells; keep the plan if it is the best."""
+        """Descend from these cells; keep what is the best plan so far."""
+        self._keep(cell)  # there may be no time for more
         if self._problem.camera_count > 1:
             if self._descent is None:
                 if not self._tell_stage("k_view"):
                     return
                 self._descent = Descent(self._problem, self._options)
             self._descent.run(cell, self._tell)
-            cell = self._descent.cell
+            self._keep(self._descent.cell)
+
+    def _keep(self, cell: IntArray) -> None:
         units = assign_samples(self._problem, cell)[1]
         if units < self._units:
             self._cell, self._units = cell.copy(), units

@@ -289,3 +289,11 @@ def test_of_a_large_rig_every_step_is_within_the_bound():
     assert solution.cost - solution.lower_bound < 0.03 * solution.cost
     table = reference.table(problem)
     assert solution.cost == pytest.approx(reference.cost(table, solution.focus_distances))
+
+
+def test_where_there_is_no_time_to_polish_a_plan_from_prices_is_kept():
+    problem = problem_of(body("arms_out"), cylinder_rig(), 1000)
+    solution = optimal.solve(problem, EXACT, lambda progress: progress.stage != "k_view")
+    assert not solution.converged
+    assert solution.cost < 0.99 * em.solve(problem).cost
+    assert solution.lower_bound <= solution.cost
