@@ -8,9 +8,8 @@ range that no better plan can use. The node with the highest bound goes first.
 
 Which camera: the one whose two halves lower the bound most, by the geometric mean, tried out. What
 trying found is inherited, since tears are local, and ranks the cameras to try; what has not been
-tried ranks by how often and how deeply it alternated. On twelve bodies with 8,192 samples that
-took, to a gap of 1e-4, a fifth to a tenth of the nodes that the ranking alone took, and no more
-work a node.
+tried ranks by how often and how deeply it alternated. With that, and steps that aim beyond the
+goal, a hundred nodes close a body with 8,192 samples to 1e-4, where three thousand had not.
 
 Tried on bodies beside it: HiGHS on what reduced costs leave, slower at every size; and pairs of
 cameras as blocks of their own in the bound, solved exactly by the sweep of kernels/pairs.py, which
