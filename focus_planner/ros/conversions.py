@@ -39,7 +39,7 @@ from focus_planner.core.types import (
     Rig,
 )
 from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
-from focus_planner.ros.cdr import read_mesh, write_mesh
+from focus_planner.messages.cdr import read_mesh, write_mesh
 from focus_planner.ros.inputs import Optics
 
 _FLOATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}

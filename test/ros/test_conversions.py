@@ -11,11 +11,14 @@ from focus_planner_msgs.msg import CameraRig, RigCamera
 from focus_planner_msgs.msg import FocusPlan as FocusPlanMsg
 from focus_planner_msgs.msg import Lens as LensMsg
 from focus_planner_msgs.srv import PlanFocus
-from geometry_msgs.msg import Pose, PoseArray, Quaternion
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from hypothesis import given
 from hypothesis import strategies as st
+from messages.build import triangle_arrays, vertex_arrays
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
+from shape_msgs.msg import Mesh as MeshMsg
+from shape_msgs.msg import MeshTriangle
 from std_msgs.msg import Header
 
 from focus_planner.core.checks import InputError
@@ -32,6 +35,7 @@ from focus_planner.core.plans import (
 )
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, CameraStatus, Grid, Image, Lens, PointCloud, Rig
+from focus_planner.messages.cdr import read_mesh, write_mesh
 from focus_planner.ros import conversions
 from focus_planner.ros.conversions import (
     camera_focus_from_ros,
@@ -186,6 +190,35 @@ def test_meshes_survive_the_wire(body):
     np.testing.assert_array_equal(received.triangles, body.triangles)
     swapped = mesh_from_ros(mesh_to_ros(body, big_endian=True))
     np.testing.assert_array_equal(swapped.vertices, body.vertices)
+
+
+def mesh_message(triangles, vertices):
+    return MeshMsg(
+        triangles=[MeshTriangle(vertex_indices=row.astype(np.uint32)) for row in triangles],
+        vertices=[Point(x=x, y=y, z=z) for x, y, z in vertices.tolist()],
+    )
+
+
+@given(triangle_arrays, vertex_arrays)
+def test_a_mesh_that_rclpy_serializes_is_read(triangles, vertices):
+    read = read_mesh(serialize_message(mesh_message(triangles, vertices)))
+    np.testing.assert_array_equal(read[0], triangles)
+    np.testing.assert_array_equal(read[1], vertices)
+
+
+@given(triangle_arrays, vertex_arrays)
+def test_rclpy_deserializes_a_mesh_that_was_written(triangles, vertices):
+    message = deserialize_message(write_mesh(triangles, vertices), MeshMsg)
+    indices = [row.vertex_indices.tolist() for row in message.triangles]
+    assert indices == triangles.tolist()
+    points = np.array([[p.x, p.y, p.z] for p in message.vertices]).reshape(-1, 3)
+    np.testing.assert_array_equal(points, vertices)
+
+
+def test_rclpy_deserializes_a_big_endian_mesh():
+    triangles, vertices = np.array([[0, 1, 2]], np.int32), np.eye(3)
+    message = deserialize_message(write_mesh(triangles, vertices, big_endian=True), MeshMsg)
+    assert message == mesh_message(triangles, vertices)
 
 
 @pytest.mark.parametrize("with_importance", [False, True])

@@ -16,7 +16,7 @@ from focus_planner.core.plans import PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, Image, Lens, PointCloud, Rig
-from focus_planner.ros.cdr import write_mesh
+from focus_planner.messages.cdr import write_mesh
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import (
     cloud_to_ros,

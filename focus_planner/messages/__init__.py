@@ -1,0 +1,1 @@
+"""What messages say, to and from the core's types, without ROS."""
