@@ -28,8 +28,8 @@ from focus_planner.io.picture import draw_plans
 from focus_planner.io.plans import save_plan
 from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
+from focus_planner.messages.reading import plan_from_message
 from focus_planner.ros.client import PlannerClient
-from focus_planner.ros.conversions import plan_from_ros
 
 _BODY = "arms_out"
 _BEST = "k_view"
@@ -162,7 +162,7 @@ def _plan(client: PlannerClient, method: str) -> _Result:
     waited = time.perf_counter() - called
     if not response.success:
         raise _NodeFailed(f"the node did not plan with method {method}: {response.message}")
-    return _Result(plan_from_ros(response.plan), waited)
+    return _Result(plan_from_message(response.plan), waited)
 
 
 # --- what is shown -----------------------------------------------------------------------------

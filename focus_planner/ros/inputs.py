@@ -13,7 +13,7 @@ from datetime import datetime, timezone
 from typing import Generic, Protocol, TypeVar
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.types import Image, Lens
+from focus_planner.messages.reading import Optics
 
 # Messages that came while a plan was made. Only the newest good one counts; a few older ones are
 # kept in case that it is refused.
@@ -31,14 +31,6 @@ class Log(Protocol):
 
     def error(self, message: str) -> object:
         """Report what should not have happened."""
-
-
-@dataclass(frozen=True)
-class Optics:
-    """What a camera has that brings no image or no lens of its own."""
-
-    image: Image = field(default_factory=Image)
-    lens: Lens = field(default_factory=Lens)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,18 +40,18 @@ from focus_planner.core.plans import SolvedPlan
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Rig, Surface
 from focus_planner.core.warm_up import warm_up
-from focus_planner.ros.cameras import LATCHED, CameraTopics
-from focus_planner.ros.conversions import (
-    cloud_from_ros,
+from focus_planner.messages.reading import (
+    Optics,
+    cloud_from_message,
     distorted_cameras,
-    mesh_from_ros,
-    message_from_ros,
-    plan_to_ros,
-    poses_from_ros,
-    request_from_ros,
-    rig_from_ros,
+    mesh_from_bytes,
+    poses_from_message,
+    request_from_message,
+    rig_from_message,
 )
-from focus_planner.ros.inputs import Arrival, Input, Optics
+from focus_planner.ros.cameras import LATCHED, CameraTopics
+from focus_planner.ros.conversions import message_from_ros, plan_to_ros
+from focus_planner.ros.inputs import Arrival, Input
 from focus_planner.ros.parameters import Parameters, Settings
 from focus_planner.ros.planner import NotReady, Planner
 
@@ -208,18 +208,18 @@ class PlannerNode(Node):
             one.receive(one.payload)
 
     def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
-        return mesh_from_ros(payload)
+        return mesh_from_bytes(payload)
 
     def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
-        return cloud_from_ros(message_from_ros(payload, PointCloud2), self._frame_id)
+        return cloud_from_message(message_from_ros(payload, PointCloud2), self._frame_id)
 
     def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
         message = message_from_ros(payload, PoseArray)
-        return self._cameras.check(poses_from_ros(message, optics, self._frame_id))
+        return self._cameras.check(poses_from_message(message, optics, self._frame_id))
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
         message = message_from_ros(payload, CameraRig)
-        rig = self._cameras.check(rig_from_ros(message, optics, self._frame_id))
+        rig = self._cameras.check(rig_from_message(message, optics, self._frame_id))
         self._warn_of_distortion(distorted_cameras(message))
         return rig
 
@@ -299,7 +299,7 @@ class PlannerNode(Node):
 
     def _plan(self, call: _Call) -> _Outcome:
         settings = call.settings
-        request = request_from_ros(call.request, settings.request)
+        request = request_from_message(call.request, settings.request)
         self.get_logger().debug(f"planning: {request}")
         plan, rig, reminder = self._planner.plan(
             request,

@@ -28,8 +28,7 @@ from focus_planner.core.plans import (
     PlanRequest,
 )
 from focus_planner.core.types import MAX_FOCUS_STEPS, CostModel, Image, Lens
-from focus_planner.ros.conversions import lens_from_ros
-from focus_planner.ros.inputs import Optics
+from focus_planner.messages.reading import Optics, lens_from_message
 
 _MAX_COUNT = 2**31 - 1
 _MAX_SEED = 2**63 - 1
@@ -300,7 +299,7 @@ class Settings:
             warm_start=values["warm_start"],
             optics=Optics(
                 image=Image(**_group(values, "image.")),
-                lens=lens_from_ros(LensMsg(**lens)),
+                lens=lens_from_message(LensMsg(**lens)),
             ),
             model=CostModel(**_group(values, "cost.")),
         )

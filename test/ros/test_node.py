@@ -17,11 +17,11 @@ from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, Image, Lens, PointCloud, Rig
 from focus_planner.messages.cdr import write_mesh
+from focus_planner.messages.reading import plan_from_message
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import (
     cloud_to_ros,
     mesh_to_ros,
-    plan_from_ros,
     poses_to_ros,
     rig_to_ros,
 )
@@ -52,7 +52,7 @@ def refused(client, **request):
 
 def what_counts(plan):
     """All of a plan but its name and its times."""
-    return replace(plan_from_ros(plan), solve_seconds=0.0, total_seconds=0.0)
+    return replace(plan_from_message(plan), solve_seconds=0.0, total_seconds=0.0)
 
 
 def of_the_core(surface, rig, **request):
@@ -72,7 +72,7 @@ def of_the_core(surface, rig, **request):
     ],
 )
 def test_a_plan_is_the_cores_bit_for_bit(ready, body, rig, request_):
-    plan = plan_from_ros(planned(ready, **request_))
+    plan = plan_from_message(planned(ready, **request_))
     assert (plan.cost, plan.cameras) == of_the_core(body, rig, **request_)
 
 
@@ -136,7 +136,7 @@ def test_poses_alone_make_a_rig(ready, body, rig):
     named = Rig(
         tuple(replace(c, name=f"cam_{i:03d}") for i, c in enumerate(rig.cameras)), rig.frame_id
     )
-    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, named)
+    assert (plan.cost, plan_from_message(plan).cameras) == of_the_core(body, named)
     assert ready.latched_focus("cam_007") == plan.cameras[7]
 
 
@@ -145,7 +145,7 @@ def test_a_rig_says_what_its_cameras_are(ready, body, rig):
     other = Rig((*cameras[:5], *rig.cameras[5:]), rig.frame_id)
     ready.publish_rig(other)
     plan = planned(ready)
-    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, other)
+    assert (plan.cost, plan_from_message(plan).cameras) == of_the_core(body, other)
 
 
 @pytest.mark.parametrize("with_normals", [False, True])
@@ -176,7 +176,9 @@ def test_samples_0_leaves_a_meshs_number_to_the_planner(ready, body, rig):
     response = ready.plan(method="em")
     assert all(r.successful for r in ready.set_parameters(samples=4096, standard_error=2.0))
     plan = response.plan
-    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, rig, method="em", **values)
+    assert (plan.cost, plan_from_message(plan).cameras) == of_the_core(
+        body, rig, method="em", **values
+    )
     assert plan.samples == plan.fresh_samples
     assert plan.fresh_standard_error == pytest.approx(3.0, rel=0.1)
     assert f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on" in response.message
@@ -450,7 +452,7 @@ def test_a_changed_lens_applies_to_poses_at_the_next_call(ready, body, rig):
             for i, c in enumerate(rig.cameras)
         )
     )
-    assert (plan.cost, plan_from_ros(plan).cameras) == of_the_core(body, other)
+    assert (plan.cost, plan_from_message(plan).cameras) == of_the_core(body, other)
     assert what_counts(planned(ready)) == what_counts(sharper)
 
 
@@ -484,7 +486,7 @@ def test_how_near_the_best_a_plan_is_is_told(ready):
     bounds = []
     for request in ({}, {"bound": "tight"}, {"method": "optimal", "gap": 1e-4}):
         response = ready.plan(samples=SAMPLES, **request)
-        plan = plan_from_ros(response.plan)
+        plan = plan_from_message(response.plan)
         within = float(re.search(r"within ([\d.e-]+) % of the best", response.message)[1])
         assert within == pytest.approx(100 * plan.gap, rel=0.1)
         bounds.append(plan.lower_bound)
@@ -500,11 +502,11 @@ def test_a_warm_start_is_from_the_last_plan(ready, body, rig):
     assert ready.set_parameters(warm_start=True)[0].successful
     try:
         planned(ready, method="em", seed=5)
-        plan = plan_from_ros(planned(ready, method="em", seed=6))
+        plan = plan_from_message(planned(ready, method="em", seed=6))
     finally:
         assert ready.set_parameters(warm_start=False)[0].successful
     assert (plan.cost, plan.cameras) == (warm.cost, warm.cameras)
-    assert plan_from_ros(planned(ready, method="em", seed=6)).cameras == cold.cameras
+    assert plan_from_message(planned(ready, method="em", seed=6)).cameras == cold.cameras
 
 
 def test_shots_and_lens_lists_may_be_parameters(ready, body, rig):

@@ -10,7 +10,7 @@ from rclpy.parameter import Parameter
 from focus_planner.core.checks import InputError
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.types import CostModel, Lens
-from focus_planner.ros.inputs import Optics
+from focus_planner.messages.reading import Optics
 from focus_planner.ros.parameters import DECLARATIONS, Parameters, Settings
 
 

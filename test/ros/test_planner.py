@@ -15,7 +15,8 @@ from focus_planner.core.plans import PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Image, Lens, Mesh
-from focus_planner.ros.inputs import Arrival, Optics
+from focus_planner.messages.reading import Optics
+from focus_planner.ros.inputs import Arrival
 from focus_planner.ros.planner import NotReady, Planner
 
 REQUEST = PlanRequest(method="em", samples=300)

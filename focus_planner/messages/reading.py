@@ -1,0 +1,313 @@
+"""What messages say, as the core's types: ``x_from_message``.
+
+The opposites, ``x_to_fields``, are in :mod:`focus_planner.messages.writing`. What does not fit
+raises :class:`InputError`; nothing else does, whatever the message says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.optics import hyperfocal_distance
+from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
+from focus_planner.core.types import (
+    Camera,
+    CameraStatus,
+    FloatArray,
+    Grid,
+    Image,
+    Lens,
+    Mesh,
+    PointCloud,
+    Rig,
+)
+from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
+from focus_planner.messages.cdr import read_mesh
+
+#: A message of any library: its attributes are read, which its definition names.
+Message = Any
+Position = tuple[float, float, float]
+Orientation = tuple[float, float, float, float]
+
+
+class Datatype(IntEnum):
+    """What a field of a cloud is made of; equal to the constants of ``PointField.msg``."""
+
+    INT8 = 1
+    UINT8 = 2
+    INT16 = 3
+    UINT16 = 4
+    INT32 = 5
+    UINT32 = 6
+    FLOAT32 = 7
+    FLOAT64 = 8
+
+
+_FLOATS = {Datatype.FLOAT32: "f4", Datatype.FLOAT64: "f8"}
+_NUMBERS = _FLOATS | {
+    Datatype.INT8: "i1",
+    Datatype.UINT8: "u1",
+    Datatype.INT16: "i2",
+    Datatype.UINT16: "u2",
+    Datatype.INT32: "i4",
+    Datatype.UINT32: "u4",
+}
+#: What the fields of a cloud are called.
+POINT = ("x", "y", "z")
+NORMAL = ("normal_x", "normal_y", "normal_z")
+
+
+@dataclass(frozen=True)
+class Optics:
+    """What a camera has that brings no image or no lens of its own."""
+
+    image: Image = field(default_factory=Image)
+    lens: Lens = field(default_factory=Lens)
+
+
+def check_frame(header: Message, frame_id: str) -> None:
+    """Raise unless a message is in the planner's frame.
+
+    Raises
+    ------
+    InputError
+        Names both frames.
+    """
+    if header.frame_id != frame_id:
+        raise InputError(
+            "header.frame_id",
+            f"{frame_id!r} (parameter frame_id)",
+            repr(header.frame_id),
+            "transform the message into that frame first",
+        )
+
+
+def mesh_from_bytes(payload: bytes) -> Mesh:
+    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``."""
+    triangles, vertices = read_mesh(payload)
+    return Mesh(vertices=vertices, triangles=triangles.astype(np.int64))
+
+
+def cloud_from_message(message: Message, frame_id: str) -> PointCloud:
+    """Return the points, with their normals and their importance if there are any.
+
+    The importance is the field ``importance``, or else ``weight``, of any type of number. Points
+    of which a coordinate is not finite are left out if the message says that it is not dense.
+    """
+    check_frame(message.header, frame_id)
+    names = {field.name for field in message.fields}
+    geometry = POINT + NORMAL if names.issuperset(NORMAL) else POINT
+    importance = importance_column(names)
+    values = _read_fields(message, geometry + ((importance,) if importance else ()))
+    if not message.is_dense:
+        values = values[np.isfinite(values[:, : len(geometry)]).all(axis=1)]
+    return PointCloud(
+        values[:, :3],
+        values[:, 3:6] if len(geometry) > 3 else None,
+        values[:, -1] if importance else None,
+    )
+
+
+def pose_from_message(pose: Message) -> tuple[Position, Orientation]:
+    """Return position and orientation x, y, z, w."""
+    p, q = pose.position, pose.orientation
+    return (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+
+
+def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
+    """Return a rig of cameras ``cam_000``, ``cam_001``, ..., one per pose."""
+    check_frame(message.header, frame_id)
+    cameras = (
+        Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.image, optics.lens)
+        for i, pose in enumerate(message.poses)
+    )
+    return Rig(tuple(cameras), frame_id)
+
+
+def lens_from_message(message: Message) -> Lens:
+    """Return the lens; its focal length must be given."""
+    return Lens(
+        focal_length=message.focal_length,
+        hyperfocal_distance=message.hyperfocal_distance
+        or hyperfocal_distance(message.focal_length, message.f_number, message.circle_of_confusion),
+        min_focus=message.min_focus,
+        max_focus=message.max_focus or math.inf,
+        focus_distances=tuple(message.focus_distances) or None,
+        focus_steps=message.focus_steps or None,
+    )
+
+
+def image_from_message(message: Message) -> Image:
+    """Return size and intrinsics (K); distortion, binning and region of interest are not read."""
+    fx, _, cx, _, fy, cy, *_ = message.k.tolist()
+    return Image(message.width, message.height, fx, fy, cx, cy)
+
+
+def camera_from_message(message: Message, optics: Optics) -> Camera:
+    """Return the camera; what it leaves out is taken from ``optics``."""
+    camera = Camera(message.name, *pose_from_message(message.pose))
+    with _named(f"camera {camera.name}: "):
+        image = (
+            image_from_message(message.camera_info) if message.camera_info.width else optics.image
+        )
+        lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
+    return Camera(camera.name, camera.position, camera.orientation, image, lens)
+
+
+def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
+    """Return the rig; what its cameras leave out is taken from ``optics``."""
+    check_frame(message.header, frame_id)
+    rows, columns = message.grid_rows, message.grid_columns
+    cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
+    return Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None)
+
+
+def distorted_cameras(message: Message) -> list[str]:
+    """Return the names of the cameras that bring distortion, which is not modelled."""
+    return [camera.name for camera in message.cameras if any(camera.camera_info.d)]
+
+
+def request_from_message(message: Message, defaults: PlanRequest) -> PlanRequest:
+    """Return the request; what it leaves out (0 or "") is taken from ``defaults``."""
+    return PlanRequest(
+        method=message.method or defaults.method,
+        samples=message.samples or defaults.samples,
+        seed=message.seed or defaults.seed,
+        k=message.k or defaults.k,
+        scope=message.scope or defaults.scope,
+        tuples=defaults.tuples,
+        time_budget=message.time_budget or defaults.time_budget,
+        shots=message.shots or defaults.shots,
+        depth_tolerance=message.depth_tolerance or defaults.depth_tolerance,
+        fresh_samples=defaults.fresh_samples,
+        standard_error=defaults.standard_error,
+        bound=message.bound or defaults.bound,
+        gap=message.gap or defaults.gap,
+    )
+
+
+def shot_from_message(message: Message) -> Shot:
+    """Return what a message says of one shot."""
+    return Shot(
+        focus_distance=message.focus_distance,
+        near_limit=message.near_limit,
+        far_limit=message.far_limit,
+        assigned_samples=message.assigned_samples,
+        in_focus_samples=message.in_focus_samples,
+    )
+
+
+def camera_focus_from_message(message: Message) -> CameraFocus:
+    """Return what a message says of one camera."""
+    return CameraFocus(
+        name=message.name,
+        status=CameraStatus(message.status),
+        focus_distance=message.focus_distance,
+        near_limit=message.near_limit,
+        far_limit=message.far_limit,
+        assigned_samples=message.assigned_samples,
+        in_focus_samples=message.in_focus_samples,
+        shots=tuple(shot_from_message(shot) for shot in message.shots),
+    )
+
+
+def plan_from_message(message: Message) -> FocusPlan:
+    """Return the plan; a message does not hold the problem that was solved."""
+    return FocusPlan(
+        method=message.method,
+        cost=message.cost,
+        lower_bound=None if math.isnan(message.lower_bound) else message.lower_bound,
+        converged=message.converged,
+        samples=message.samples,
+        seed=message.seed,
+        depth_tolerance=message.depth_tolerance,
+        fresh_cost=message.fresh_cost,
+        fresh_standard_error=message.fresh_standard_error,
+        fresh_samples=message.fresh_samples,
+        surface_area=message.surface_area,
+        covered_area=message.covered_area,
+        in_focus_area=message.in_focus_area,
+        in_focus_standard_error=message.in_focus_standard_error,
+        solve_seconds=message.solve_seconds,
+        total_seconds=message.total_seconds,
+        cameras=tuple(camera_focus_from_message(focus) for focus in message.cameras),
+    )
+
+
+@contextmanager
+def _named(prefix: str) -> Iterator[None]:
+    """Put ``prefix`` before the argument that an error names."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(prefix + error.argument, error.expected, error.got, error.remedy) from None
+
+
+def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
+    """Return the (n, len(names)) values of these fields.
+
+    Raises
+    ------
+    InputError
+        If a field is missing or the message's sizes contradict each other.
+    """
+    row = _point_dtype(message, names)
+    size = message.height * message.row_step
+    if message.row_step < message.width * message.point_step or len(message.data) != size:
+        raise InputError(
+            "cloud",
+            "height × row_step bytes of data in rows of at least width × point_step",
+            f"{len(message.data)} bytes for {message.height} rows of {message.row_step},"
+            f" {message.width} points of {message.point_step} each",
+        )
+    if size == 0:
+        return np.empty((0, len(names)))
+    points: Any = np.ndarray(
+        (message.height, message.width),
+        row,
+        message.data,
+        strides=(message.row_step, message.point_step),
+    )
+    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+
+
+def _point_dtype(message: Message, names: tuple[str, ...]) -> np.dtype[np.void]:
+    fields = {field.name: field for field in message.fields}
+    order = ">" if message.is_bigendian else "<"
+    formats = []
+    for name in names:
+        if name not in fields:
+            raise InputError(
+                "cloud fields", "x, y and z", ", ".join(fields) or "none", "they are the points"
+            )
+        field = fields[name]
+        kinds = _NUMBERS if name in IMPORTANCE_NAMES else _FLOATS
+        if field.datatype not in kinds or field.count > 1:
+            raise InputError(
+                f"cloud field {name}",
+                "one FLOAT32 or FLOAT64" if kinds is _FLOATS else "one number",
+                f"{field.count} of datatype {field.datatype}",
+            )
+        formats.append(np.dtype(order + kinds[field.datatype]))
+        if field.offset + formats[-1].itemsize > message.point_step:
+            raise InputError(
+                f"cloud field {name}",
+                f"an end within point_step ({message.point_step} bytes)",
+                f"offset {field.offset} and {formats[-1].itemsize} bytes",
+            )
+    return np.dtype(
+        {
+            "names": list(names),
+            "formats": formats,
+            "offsets": [fields[name].offset for name in names],
+            "itemsize": message.point_step,
+        }
+    )
