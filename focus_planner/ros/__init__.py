@@ -1,1 +1,1 @@
-"""The ROS 2 layer: messages to and from the core's types, and the node. It does no mathematics."""
+"""The ROS 2 layer: the node, its parameters, a client, rclpy's messages. It does no mathematics."""

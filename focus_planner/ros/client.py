@@ -25,8 +25,15 @@ from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh as MeshMsg
 
 from focus_planner.core.types import Mesh, PointCloud, Rig
+from focus_planner.messages.writing import (
+    Fields,
+    cloud_to_fields,
+    mesh_to_bytes,
+    poses_to_fields,
+    rig_to_fields,
+)
 from focus_planner.ros.cameras import LATCHED
-from focus_planner.ros.conversions import cloud_to_ros, mesh_to_ros, poses_to_ros, rig_to_ros
+from focus_planner.ros.conversions import message_to_ros
 
 _INPUTS = {
     "mesh": MeshMsg,
@@ -106,19 +113,19 @@ class PlannerClient:
 
     def publish_mesh(self, mesh: Mesh) -> None:
         """Publish a mesh; it has to be in the planner's frame."""
-        self.publish("mesh", mesh_to_ros(mesh))
+        self.publish("mesh", mesh_to_bytes(mesh))
 
     def publish_cloud(self, cloud: PointCloud, frame_id: str = "world") -> None:
         """Publish a cloud."""
-        self.publish("cloud", cloud_to_ros(cloud, frame_id))
+        self._publish_fields("cloud", cloud_to_fields(cloud, frame_id))
 
     def publish_poses(self, rig: Rig) -> None:
         """Publish a rig's poses; the planner's parameters make up for names, images, lenses."""
-        self.publish("camera_poses", poses_to_ros(rig))
+        self._publish_fields("camera_poses", poses_to_fields(rig))
 
     def publish_rig(self, rig: Rig) -> None:
         """Publish a rig with all it has."""
-        self.publish("rig", rig_to_ros(rig))
+        self._publish_fields("rig", rig_to_fields(rig))
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message, or its bytes, on one of the planner's input topics."""
@@ -159,6 +166,9 @@ class PlannerClient:
     def latched_focus(self, camera: str, timeout: float = _PATIENCE) -> CameraFocus:
         """Return what the newest plan says of a camera, as its driver gets it."""
         return self._latched(CameraFocus, f"cameras/{camera}/focus", timeout)
+
+    def _publish_fields(self, topic: str, fields: Fields) -> None:
+        self.publish(topic, message_to_ros(_INPUTS[topic], fields))
 
     def _latched(self, message_type: type, topic: str, timeout: float) -> Any:
         message = Future()

@@ -49,8 +49,9 @@ from focus_planner.messages.reading import (
     request_from_message,
     rig_from_message,
 )
+from focus_planner.messages.writing import plan_to_fields
 from focus_planner.ros.cameras import LATCHED, CameraTopics
-from focus_planner.ros.conversions import message_from_ros, plan_to_ros
+from focus_planner.ros.conversions import message_from_ros, message_to_ros
 from focus_planner.ros.inputs import Arrival, Input
 from focus_planner.ros.parameters import Parameters, Settings
 from focus_planner.ros.planner import NotReady, Planner
@@ -311,7 +312,9 @@ class PlannerNode(Node):
         if self._stopping.is_set():
             return False, _SHUTTING_DOWN, None
         plan = replace(plan, total_seconds=time.perf_counter() - call.started)
-        message = plan_to_ros(plan, rig.frame_id, self.get_clock().now().to_msg(), _plan_id())
+        stamp = self.get_clock().now().seconds_nanoseconds()
+        fields = plan_to_fields(plan, rig.frame_id, stamp, _plan_id())
+        message = message_to_ros(FocusPlan, fields)
         self._focus_plan.publish(message)
         self._cameras.publish(message)
         summary = f"{_summary(plan)}; {reminder}" if reminder else _summary(plan)

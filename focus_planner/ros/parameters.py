@@ -29,6 +29,7 @@ from focus_planner.core.plans import (
 )
 from focus_planner.core.types import MAX_FOCUS_STEPS, CostModel, Image, Lens
 from focus_planner.messages.reading import Optics, lens_from_message
+from focus_planner.ros.conversions import message_to_ros
 
 _MAX_COUNT = 2**31 - 1
 _MAX_SEED = 2**63 - 1
@@ -299,7 +300,7 @@ class Settings:
             warm_start=values["warm_start"],
             optics=Optics(
                 image=Image(**_group(values, "image.")),
-                lens=lens_from_message(LensMsg(**lens)),
+                lens=lens_from_message(message_to_ros(LensMsg, lens)),
             ),
             model=CostModel(**_group(values, "cost.")),
         )

@@ -9,6 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from focus_planner_msgs.msg import CameraRig
+from geometry_msgs.msg import PoseArray
 from sensor_msgs.msg import PointCloud2
 
 from focus_planner.core.planning import plan_focus
@@ -18,13 +20,14 @@ from focus_planner.core.scene import Scene
 from focus_planner.core.types import Camera, Image, Lens, PointCloud, Rig
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.ros.client import PlannerClient
-from focus_planner.ros.conversions import (
-    cloud_to_ros,
-    mesh_to_ros,
-    poses_to_ros,
-    rig_to_ros,
+from focus_planner.messages.writing import (
+    cloud_to_fields,
+    mesh_to_bytes,
+    poses_to_fields,
+    rig_to_fields,
 )
+from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.conversions import message_to_ros
 
 SAMPLES = 300
 
@@ -187,7 +190,7 @@ def test_samples_0_leaves_a_meshs_number_to_the_planner(ready, body, rig):
 def test_big_endian_meshes_are_read(ready, body, rig):
     before = planned(ready)
     ready.publish_cloud(PointCloud(body.vertices))
-    ready.publish("mesh", mesh_to_ros(body, big_endian=True))
+    ready.publish("mesh", mesh_to_bytes(body, big_endian=True))
     assert what_counts(planned(ready)) == what_counts(before)
 
 
@@ -228,7 +231,7 @@ def degenerate(vertices, triangles):
 
 def cloud(frame_id="world", **change):
     def bad(body, rig):
-        message = cloud_to_ros(PointCloud(body.vertices), frame_id)
+        message = message_to_ros(PointCloud2, cloud_to_fields(PointCloud(body.vertices), frame_id))
         for name, value in change.items():
             setattr(message, name, value)
         return "cloud", message
@@ -238,7 +241,7 @@ def cloud(frame_id="world", **change):
 
 def poses(change):
     def bad(body, rig):
-        message = poses_to_ros(rig)
+        message = message_to_ros(PoseArray, poses_to_fields(rig))
         change(message)
         return "camera_poses", message
 
@@ -271,7 +274,7 @@ def in_millimetres(message):
 
 def rig_with(change):
     def bad(body, rig):
-        message = rig_to_ros(rig)
+        message = message_to_ros(CameraRig, rig_to_fields(rig))
         change(message)
         return "rig", message
 
@@ -305,7 +308,7 @@ BAD_INPUTS = {
     "degenerate triangles": (mesh(degenerate), r"1 of \d+ degenerate \(first: 9\)"),
     "millimetres": (mesh(lambda v, t: (1000 * v, t)), "surface is probably in millimetres"),
     "inverted normals": (mesh(lambda v, t: (v, t[:, ::-1])), "normals are probably inverted"),
-    "half a mesh": (lambda body, _: ("mesh", mesh_to_ros(body)[:-5]), "the message was cut off"),
+    "half a mesh": (lambda body, _: ("mesh", mesh_to_bytes(body)[:-5]), "the message was cut off"),
     "an empty cloud": (
         cloud(width=0, row_step=0, data=b""),
         "cloud: expected at least 16 points, got an empty cloud",
@@ -375,7 +378,7 @@ def test_more_cameras_at_once_than_there_are_is_a_bad_request(ready, body, rig):
 
 def test_malformed_bytes_do_not_end_the_node(ready, body):
     before = planned(ready)
-    payload = mesh_to_ros(body)
+    payload = mesh_to_bytes(body)
     random = np.random.default_rng(4)
     for length in (4, 7, 8, 9, 1000, len(payload) - 1):
         ready.publish("mesh", payload[:length])
@@ -524,7 +527,7 @@ def test_shots_and_lens_lists_may_be_parameters(ready, body, rig):
 
 def test_distortion_is_warned_of_and_ignored(ready, planner, rig):
     before = planned(ready)
-    message = rig_to_ros(rig)
+    message = message_to_ros(CameraRig, rig_to_fields(rig))
     message.cameras[4].camera_info.d = [0.1, 0.0]
     ready.publish("rig", message)
     assert what_counts(planned(ready)) == what_counts(before)

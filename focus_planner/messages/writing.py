@@ -1,0 +1,195 @@
+"""What messages are to say, from the core's types: ``x_to_fields``.
+
+The opposites, ``x_from_message``, are in :mod:`focus_planner.messages.reading`. Fields are those
+of the message's definition, by name; what is left out keeps the message's default. A message
+within a message is a dict again, and a sequence of them a list, so that any library's classes can
+be filled.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
+from focus_planner.core.types import Camera, Image, Lens, Mesh, PointCloud, Rig
+from focus_planner.io.importance import IMPORTANCE_NAMES
+from focus_planner.messages.cdr import write_mesh
+from focus_planner.messages.reading import NORMAL, POINT, Datatype, Orientation, Position
+
+Fields = dict[str, Any]
+#: Seconds and nanoseconds since the epoch.
+Stamp = tuple[int, int]
+
+
+def mesh_to_bytes(mesh: Mesh, *, big_endian: bool = False) -> bytes:
+    """Return the serialized ``shape_msgs/msg/Mesh``, which a publisher takes as it is.
+
+    It has no place for the normals and the importance of vertices: they are left out.
+    """
+    return write_mesh(mesh.triangles, mesh.vertices, big_endian=big_endian)
+
+
+def cloud_to_fields(cloud: PointCloud, frame_id: str) -> Fields:
+    """Return the points as FLOAT64 fields, with normals and importance if the cloud has them."""
+    names, parts = [*POINT], [cloud.points]
+    if cloud.normals is not None:
+        names += NORMAL
+        parts.append(cloud.normals)
+    if cloud.importance is not None:
+        names.append(IMPORTANCE_NAMES[0])
+        parts.append(cloud.importance[:, None])
+    columns = np.hstack(parts)
+    step = 8 * len(names)
+    return {
+        "header": {"frame_id": frame_id},
+        "height": 1,
+        "width": len(columns),
+        "fields": [
+            {"name": name, "offset": 8 * i, "datatype": int(Datatype.FLOAT64), "count": 1}
+            for i, name in enumerate(names)
+        ],
+        "is_bigendian": False,
+        "point_step": step,
+        "row_step": step * len(columns),
+        "data": np.ascontiguousarray(columns, dtype="<f8").tobytes(),
+        "is_dense": True,
+    }
+
+
+def pose_to_fields(position: Position, orientation: Orientation) -> Fields:
+    """Return the pose of a position and an orientation x, y, z, w."""
+    return {
+        "position": dict(zip("xyz", position, strict=True)),
+        "orientation": dict(zip("xyzw", orientation, strict=True)),
+    }
+
+
+def poses_to_fields(rig: Rig) -> Fields:
+    """Return the poses of a rig's cameras; names, images, lenses and grid are left out."""
+    poses = [pose_to_fields(camera.position, camera.orientation) for camera in rig.cameras]
+    return {"header": {"frame_id": rig.frame_id}, "poses": poses}
+
+
+def lens_to_fields(lens: Lens) -> Fields:
+    """Return the lens by its hyperfocal distance."""
+    return {
+        "focal_length": lens.focal_length,
+        "hyperfocal_distance": lens.hyperfocal_distance,
+        "min_focus": lens.min_focus,
+        "max_focus": 0.0 if math.isinf(lens.max_focus) else lens.max_focus,
+        "focus_distances": lens.focus_distances or (),
+        "focus_steps": lens.focus_steps or 0,
+    }
+
+
+def image_to_fields(image: Image) -> Fields:
+    """Return an undistorted image's camera info."""
+    k = [image.fx, 0.0, image.cx, 0.0, image.fy, image.cy, 0.0, 0.0, 1.0]
+    return {"width": image.width, "height": image.height, "k": k}
+
+
+def camera_to_fields(camera: Camera) -> Fields:
+    """Return the camera with all it has."""
+    return {
+        "name": camera.name,
+        "pose": pose_to_fields(camera.position, camera.orientation),
+        "camera_info": image_to_fields(camera.image),
+        "lens": lens_to_fields(camera.lens),
+    }
+
+
+def rig_to_fields(rig: Rig) -> Fields:
+    """Return the rig with all its cameras have."""
+    return {
+        "header": {"frame_id": rig.frame_id},
+        "cameras": [camera_to_fields(camera) for camera in rig.cameras],
+        "grid_rows": rig.grid.rows if rig.grid else 0,
+        "grid_columns": rig.grid.columns if rig.grid else 0,
+    }
+
+
+def request_to_fields(request: PlanRequest) -> Fields:
+    """Return the request; an unlimited time is left out.
+
+    So are ``tuples``, ``fresh_samples`` and ``standard_error``, which only parameters set.
+    """
+    budget = request.time_budget
+    return {
+        "method": request.method,
+        "samples": request.samples,
+        "seed": request.seed,
+        "k": request.k,
+        "scope": request.scope,
+        "time_budget": 0.0 if math.isinf(budget) else budget,
+        "shots": request.shots,
+        "depth_tolerance": request.depth_tolerance,
+        "bound": request.bound,
+        "gap": request.gap,
+    }
+
+
+def shot_to_fields(shot: Shot) -> Fields:
+    """Return what a plan says of one shot."""
+    return dict(vars(shot))
+
+
+def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp) -> Fields:
+    """Return what a lens driver obeys."""
+    return {
+        "header": _header(frame_id, stamp),
+        "name": focus.name,
+        "status": int(focus.status),
+        "focus_distance": focus.focus_distance,
+        "dioptres": 1.0 / focus.focus_distance,
+        "near_limit": focus.near_limit,
+        "far_limit": focus.far_limit,
+        "assigned_samples": focus.assigned_samples,
+        "in_focus_samples": focus.in_focus_samples,
+        "bracket": [shot.focus_distance for shot in focus.shots],
+        "shots": [shot_to_fields(shot) for shot in focus.shots],
+    }
+
+
+def plan_to_fields(plan: FocusPlan, frame_id: str, stamp: Stamp, plan_id: str) -> Fields:
+    """Return the plan as it is published and answered.
+
+    Parameters
+    ----------
+    plan : FocusPlan
+    frame_id : str
+        The rig's.
+    stamp : tuple of int
+        When the plan was made: seconds and nanoseconds since the epoch.
+    plan_id : str
+        Its name in logs and in recorded runs.
+    """
+    return {
+        "header": _header(frame_id, stamp),
+        "plan_id": plan_id,
+        "method": plan.method,
+        "cost": plan.cost,
+        "lower_bound": math.nan if plan.lower_bound is None else plan.lower_bound,
+        "converged": plan.converged,
+        "samples": plan.samples,
+        "seed": plan.seed,
+        "shots": plan.shots,
+        "depth_tolerance": plan.depth_tolerance,
+        "fresh_cost": plan.fresh_cost,
+        "fresh_standard_error": plan.fresh_standard_error,
+        "fresh_samples": plan.fresh_samples,
+        "surface_area": plan.surface_area,
+        "covered_area": plan.covered_area,
+        "in_focus_area": plan.in_focus_area,
+        "in_focus_standard_error": plan.in_focus_standard_error,
+        "solve_seconds": plan.solve_seconds,
+        "total_seconds": plan.total_seconds,
+        "cameras": [camera_focus_to_fields(focus, frame_id, stamp) for focus in plan.cameras],
+    }
+
+
+def _header(frame_id: str, stamp: Stamp) -> Fields:
+    seconds, nanoseconds = stamp
+    return {"frame_id": frame_id, "stamp": {"sec": seconds, "nanosec": nanoseconds}}

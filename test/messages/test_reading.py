@@ -1,0 +1,204 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from messages.build import (
+    BAD_CLOUDS,
+    EMPTY_CAMERA,
+    EMPTY_INFO,
+    EMPTY_LENS,
+    EMPTY_POSE,
+    EMPTY_REQUEST,
+    NUMBERS,
+    OPTICS,
+    cloud_fields,
+    cloud_layouts,
+    importance_fields,
+    message,
+)
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.plans import PlanRequest
+from focus_planner.core.types import PointCloud
+from focus_planner.messages.reading import (
+    Datatype,
+    camera_from_message,
+    cloud_from_message,
+    distorted_cameras,
+    lens_from_message,
+    poses_from_message,
+    request_from_message,
+    rig_from_message,
+)
+from focus_planner.messages.writing import cloud_to_fields
+
+WORLD = {"header": {"frame_id": "world"}}
+
+
+def lens_message(**fields):
+    return message(EMPTY_LENS | fields)
+
+
+def camera_message(**fields):
+    return message(EMPTY_CAMERA | fields)
+
+
+def request_message(**fields):
+    return message(EMPTY_REQUEST | fields)
+
+
+def read_cloud(fields):
+    return cloud_from_message(message(fields), "world")
+
+
+def test_a_lens_by_f_number_and_circle_of_confusion():
+    lens = lens_from_message(
+        lens_message(focal_length=0.05, f_number=8.0, circle_of_confusion=3.125e-5)
+    )
+    assert lens.focal_length == 0.05
+    assert lens.hyperfocal_distance == pytest.approx(10.0)
+    with pytest.raises(InputError, match=r"lens\.f_number: expected a number above 0, got 0"):
+        lens_from_message(lens_message(focal_length=0.05))
+
+
+def test_what_a_request_leaves_out_is_the_default():
+    defaults = PlanRequest("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5, "tight", 0.01)
+    assert request_from_message(request_message(), defaults) == defaults
+    own = request_from_message(request_message(bound="none", gap=0.5), defaults)
+    assert own == replace(defaults, bound="none", gap=0.5)
+
+
+def test_a_request_that_makes_no_sense_is_an_input_error():
+    with pytest.raises(InputError, match="time_budget: expected a number above 0, got nan"):
+        request_from_message(request_message(time_budget=math.nan), PlanRequest())
+    with pytest.raises(InputError, match=r"method: expected one of .*, got 'guess'"):
+        request_from_message(request_message(method="guess"), PlanRequest())
+    with pytest.raises(InputError, match="bound: expected one of none, quick, tight, got 'some'"):
+        request_from_message(request_message(bound="some"), PlanRequest())
+    for gap in (math.nan, -1.0, 2.0, math.inf):
+        with pytest.raises(InputError, match="gap: expected"):
+            request_from_message(request_message(gap=gap), PlanRequest())
+
+
+# --- clouds ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["importance", "weight"])
+@pytest.mark.parametrize(("kind", "datatype"), NUMBERS)
+def test_importance_may_be_any_type_of_number(kind, datatype, name):
+    fields = importance_fields(np.arange(40), name=name, kind=kind, datatype=datatype)
+    np.testing.assert_array_equal(read_cloud(fields).importance, np.arange(40))
+
+
+def test_importance_goes_before_weight():
+    fields = importance_fields(np.arange(40))
+    weight = {"name": "weight", "offset": 0, "datatype": Datatype.FLOAT64, "count": 1}
+    fields["fields"].append(weight)
+    np.testing.assert_array_equal(read_cloud(fields).importance, np.arange(40))
+
+
+@pytest.mark.parametrize("dense", [True, False])
+@pytest.mark.parametrize(
+    ("bad", "error"),
+    [
+        (math.nan, r"cloud importance: expected finite numbers, got NaN .*\(first: point 7\)"),
+        (math.inf, "cloud importance: expected finite numbers"),
+        (-1.0, r"cloud importance: expected numbers of at least 0, got 1 of 40 below"),
+    ],
+)
+def test_a_bad_importance_is_an_input_error_dense_or_not(bad, error, dense):
+    values = np.ones(40)
+    values[7] = bad
+    with pytest.raises(InputError, match=error):
+        read_cloud(importance_fields(values) | {"is_dense": dense})
+
+
+def test_points_that_are_left_out_take_their_importance_along():
+    points = np.random.default_rng(3).normal(size=(20, 3))
+    fields = cloud_to_fields(PointCloud(points, importance=np.arange(20)), "world")
+    table = np.frombuffer(fields["data"]).reshape(20, 4).copy()
+    table[5] = math.nan
+    received = read_cloud(fields | {"data": table.tobytes(), "is_dense": False})
+    np.testing.assert_array_equal(received.importance, np.delete(np.arange(20), 5))
+
+
+def test_an_importance_of_several_numbers_is_an_input_error():
+    fields = importance_fields(np.arange(40), kind="u1", datatype=Datatype.UINT8)
+    fields["fields"][-1]["count"] = 2
+    with pytest.raises(InputError, match="field importance: expected one number, got 2 of"):
+        read_cloud(fields)
+    fields["fields"][-1] |= {"count": 1, "datatype": 99}
+    with pytest.raises(InputError, match="expected one number, got 1 of datatype 99"):
+        read_cloud(fields)
+
+
+@given(cloud_layouts)
+def test_any_layout_of_a_cloud_is_read(layout):
+    points = np.random.default_rng(2).normal(size=(20, 3)).astype(layout["dtype"])
+    np.testing.assert_array_equal(read_cloud(cloud_fields(points, **layout)).points, points)
+
+
+def test_points_that_are_not_finite_are_left_out_where_the_cloud_says_so():
+    points = np.random.default_rng(3).normal(size=(20, 3))
+    points[[3, 7], [0, 2]] = math.nan
+    fields = cloud_fields(points, dtype="f8")
+    with pytest.raises(InputError, match=r"NaN or infinity in 2 of 20 \(first: point 3\)"):
+        read_cloud(fields)
+    np.testing.assert_array_equal(
+        read_cloud(fields | {"is_dense": False}).points, np.delete(points, [3, 7], axis=0)
+    )
+
+
+@pytest.mark.parametrize(("change", "error"), BAD_CLOUDS)
+def test_a_cloud_that_contradicts_itself_is_an_input_error(change, error):
+    with pytest.raises(InputError, match=error):
+        read_cloud(cloud_fields(np.zeros((20, 3))) | change)
+
+
+# --- cameras -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("orientation", "error"),
+    [
+        ({"w": 0.0}, "cam_001: orientation: .*probably never set"),
+        ({"x": math.nan}, "cam_001: orientation"),
+        ({"w": 2.0}, "of length 2"),
+    ],
+)
+def test_an_orientation_that_is_none_is_an_input_error(orientation, error):
+    pose = EMPTY_POSE | {"orientation": EMPTY_POSE["orientation"] | orientation}
+    with pytest.raises(InputError, match=error):
+        poses_from_message(message(WORLD | {"poses": [EMPTY_POSE, pose]}), OPTICS, "world")
+
+
+def test_an_empty_rig_is_an_input_error():
+    with pytest.raises(InputError, match="rig: expected at least one camera, got none"):
+        poses_from_message(message(WORLD | {"poses": []}), OPTICS, "world")
+    rig = WORLD | {"cameras": [], "grid_rows": 0, "grid_columns": 0}
+    with pytest.raises(InputError, match="rig: expected at least one camera, got none"):
+        rig_from_message(message(rig), OPTICS, "world")
+
+
+def test_a_camera_takes_what_it_leaves_out_from_the_optics():
+    camera = camera_from_message(camera_message(name="left"), OPTICS)
+    assert (camera.image, camera.lens) == (OPTICS.image, OPTICS.lens)
+
+
+def test_errors_of_a_camera_name_it():
+    info = EMPTY_INFO | {"width": 10, "height": 10}
+    with pytest.raises(InputError, match=r"camera left: image\.fx: expected a number above 0"):
+        camera_from_message(camera_message(name="left", camera_info=info), OPTICS)
+    lens = EMPTY_LENS | {"focal_length": -0.05, "hyperfocal_distance": 1.0}
+    with pytest.raises(InputError, match=r"camera left: lens\.focal_length"):
+        camera_from_message(camera_message(name="left", lens=lens), OPTICS)
+
+
+def test_distortion_is_told():
+    distorted = EMPTY_CAMERA | {"name": "b", "camera_info": EMPTY_INFO | {"d": [0.0, 0.1]}}
+    cameras = [EMPTY_CAMERA | {"name": "a"}, distorted]
+    assert distorted_cameras(message({"cameras": cameras})) == ["b"]
