@@ -8,6 +8,10 @@ import numpy as np
 
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.posing import pose_problem
+from focus_planner.core.proof.branching import Branching
+from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.proof.prices import Prices
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import FloatArray, Mesh, PointCloud
@@ -33,6 +37,16 @@ def warm_up(go_on: Callable[[], bool] = lambda: True) -> None:
         if not go_on():
             return
         plan_focus(scene, rig, request)
+    if go_on():
+        _branch(scene, rig)
+
+
+def _branch(scene: Scene, rig: Rig) -> None:
+    """Branch once: what is proven without, as for the ball, leaves those kernels out."""
+    gains = gains_of(pose_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
+    prices = Prices(gains)
+    prices.descend(0)
+    Branching(gains, prices.price, prices.bound, 0).step(0)
 
 
 def _plans() -> Iterator[tuple[Scene, PlanRequest]]:
