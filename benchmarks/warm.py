@@ -115,7 +115,7 @@ def _solve_once(
         steps[progress.stage] += 1
         return True
 
-    plan = plan_focus(scene, moved_rig, request, watch=count, before=before)
+    plan = plan_focus(scene, moved_rig, request, watch=count, before=before and before.warmth)
     return _Run(plan.solve_seconds, plan.total_seconds, steps, plan.cost)
 
 

@@ -1,9 +1,14 @@
-"""Keeping a deadline: when to stop each stage so that a plan is there in time."""
+"""Keeping a deadline: when to stop each stage so that a plan is there in time.
+
+What a clock answered once it does not answer again. So the answers are kept, and a plan that a
+deadline ended can be made again from them.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from itertools import repeat
 
 from focus_planner.core.solvers.k_view import STAGES
 from focus_planner.core.solvers.solution import Progress, Watch
@@ -35,6 +40,8 @@ class Deadline:
         From now; inf for no deadline.
     watch : callable
         The user's.
+    replayed : sequence of int, optional
+        The ``answers`` of a deadline for the same plan, to give again; the clock is not asked.
 
     Attributes
     ----------
@@ -46,7 +53,7 @@ class Deadline:
         Whether samples were left out.
     """
 
-    def __init__(self, seconds: float, watch: Watch) -> None:
+    def __init__(self, seconds: float, watch: Watch, replayed: Sequence[int] | None = None) -> None:
         self.started = self._last = time.perf_counter()
         self._seconds = seconds
         self._watch = watch
@@ -56,8 +63,15 @@ class Deadline:
         self._stage = ""
         self._told_no = False
         self._asked = 0
+        self._runs = [0]
+        self._replayed = None if replayed is None else _each(replayed)
         self.stopped = False
         self.shortened = False
+
+    @property
+    def answers(self) -> tuple[int, ...]:
+        """What was answered so far: how often in a row to go on, then how often not, and so on."""
+        return tuple(self._runs)
 
     def allow_for(self, cells: float, bound: bool = False, shots: int = 1) -> None:
         """Leave time to set up stages and to wind up, known how long the cells took.
@@ -65,7 +79,10 @@ class Deadline:
         The more shots per camera, the more tuples of cameras share all their samples. With
         ``bound``, leave time also to make one after the solver, out of no more than a third of
         the time.
+
+        The watch is told of it, as stage "solving": all that was waited for till then is there.
         """
+        self._ask(Progress("solving", 0, _NOT_YET))
         self._last = time.perf_counter()
         self._cells, self._shots = cells, shots
         self._reserve = _WIND_UP * cells
@@ -87,9 +104,9 @@ class Deadline:
         def go_on() -> bool:
             self._asked += 1
             self._ask(Progress(stage, self._asked, _NOT_YET))
-            enough = self._told_no or time.perf_counter() >= until
-            self.shortened = self.shortened or enough
-            return not enough
+            more = self._answer(time.perf_counter() < until)
+            self.shortened = self.shortened or not more
+            return more
 
         return go_on
 
@@ -102,10 +119,25 @@ class Deadline:
             set_up = _SET_UP_TRIPLES if self._stage == STAGES[3] else _SET_UP
             needed = max(needed, set_up * self._shots * self._cells)
         self._ask(progress)
-        late = self.started + self._seconds - now - self._reserve < needed
-        self.stopped = self.stopped or self._told_no or late
+        in_time = self.started + self._seconds - now - self._reserve >= needed
+        self.stopped = not self._answer(in_time and not self.stopped)
         return not self.stopped
 
     def _ask(self, progress: Progress) -> None:
         """Ask the user's watch, until it says no."""
         self._told_no = self._told_no or not self._watch(progress)
+
+    def _answer(self, in_time: bool) -> bool:
+        """Return, and keep, whether to go on: as then, or else if there is time."""
+        go_on = in_time if self._replayed is None else next(self._replayed, True)
+        go_on = go_on and not self._told_no
+        if go_on == bool(len(self._runs) % 2):
+            self._runs[-1] += 1
+        else:
+            self._runs.append(1)
+        return go_on
+
+
+def _each(runs: Sequence[int]) -> Iterator[bool]:
+    for k, run in enumerate(runs):
+        yield from repeat(k % 2 == 0, run)

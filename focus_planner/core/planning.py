@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +35,8 @@ def plan_focus(
     request: PlanRequest | None = None,
     model: CostModel | None = None,
     watch: Watch = go_on,
-    before: SolvedPlan | None = None,
+    before: Warmth | None = None,
+    answers: Sequence[int] | None = None,
 ) -> SolvedPlan:
     """Sample the surface, find what each camera sees, and solve for the focus distances.
 
@@ -51,10 +53,13 @@ def plan_focus(
         The paper's constants by default.
     watch : callable, optional
         Told of every step: of ray casting (stages "fresh" and "visibility", of no cost yet), of
-        the solver, of the bound ("prices"); answers whether to go on. If not, the plan is the
-        best so far.
-    before : SolvedPlan, optional
-        Of a similar surface, rig and request, to start from; the plan depends on it then.
+        the solver when it is to begin ("solving") and of its steps, of the bound ("prices");
+        answers whether to go on. If not, the plan is the best so far.
+    before : Warmth, optional
+        Of a plan for a similar surface, rig and request, to start from; the plan depends on it
+        then.
+    answers : sequence of int, optional
+        Those of a plan that a time budget or a watch ended, to make it again, bit for bit.
 
     Raises
     ------
@@ -64,9 +69,9 @@ def plan_focus(
     """
     request = request or PlanRequest()
     options = _options(rig, request)
-    deadline = Deadline(request.time_budget, watch)
+    deadline = Deadline(request.time_budget, watch, answers)
     request = choose_samples(scene, rig, request, model, deadline)
-    asked = watch is not go_on or request.time_budget < np.inf
+    asked = watch is not go_on or request.time_budget < np.inf or answers is not None
     fresh_part, part = (
         deadline.within(stage, share / request.shots) if asked else None
         for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
@@ -75,8 +80,7 @@ def plan_focus(
     problem = pose_problem(scene, rig, request, model, go_on=part)
     options = replace(options, start=spread_start(problem))
     if before is not None:
-        warmth = Warmth(before.problem, before.focus_distances, before.prices)
-        options = warm_options(options, warmth, problem)
+        options = warm_options(options, before, problem)
     posed = time.perf_counter()
     with kernels.threads_for(len(problem.depth)):
         _ = problem.cells
@@ -94,9 +98,8 @@ def plan_focus(
         fresh,
         request,
         solution,
-        shortened=deadline.shortened,
+        deadline=deadline,
         solve_seconds=solved - posed,
-        started=deadline.started,
     )
 
 
@@ -132,9 +135,8 @@ def _plan(
     request: PlanRequest,
     solution: Solution,
     *,
-    shortened: bool,
+    deadline: Deadline,
     solve_seconds: float,
-    started: float,
 ) -> SolvedPlan:
     focus = sort_shots(problem, fill_in(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
@@ -158,7 +160,7 @@ def _plan(
         method=request.method,
         cost=cost,
         lower_bound=None if bound is None else min(bound, cost),
-        converged=solution.converged and not shortened,
+        converged=solution.converged and not deadline.shortened,
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
@@ -170,10 +172,12 @@ def _plan(
         in_focus_area=quality.in_focus_area.value,
         in_focus_standard_error=quality.in_focus_area.standard_error,
         solve_seconds=solve_seconds,
-        total_seconds=time.perf_counter() - started,
+        total_seconds=time.perf_counter() - deadline.started,
         cameras=tuple(cameras),
         problem=problem,
+        fresh_problem=fresh,
         prices=solution.prices,
+        answers=deadline.answers,
     )
 
 

@@ -10,6 +10,7 @@ from focus_planner.core.checks import InputError, check_choice, check_number, ch
 from focus_planner.core.problem import Problem
 from focus_planner.core.solvers import SOLVERS
 from focus_planner.core.types import CameraStatus, FloatArray
+from focus_planner.core.warm_start import Warmth
 
 METHODS = tuple(SOLVERS)
 SCOPES = ("all", "assigned")
@@ -229,9 +230,23 @@ class SolvedPlan(FocusPlan):
     ----------
     problem : Problem
         What was solved; with several shots each camera stands in it as often.
+    fresh_problem : Problem
+        What it was judged on.
     prices : (N,) array or None
-        Of its samples, 0 to 1, that prove the lower bound.
+        Of the samples of ``problem``, 0 to 1, that prove the lower bound.
+    answers : tuple of int
+        How often in a row the time budget and the watch let it go on, then how often not, and so
+        on: with these it is made again, bit for bit, whatever the clock says.
     """
 
     problem: Problem = field(repr=False, compare=False)
+    fresh_problem: Problem = field(repr=False, compare=False)
     prices: FloatArray | None = field(repr=False, compare=False)
+    answers: tuple[int, ...] = field(repr=False, compare=False)
+
+    @property
+    def warmth(self) -> Warmth:
+        """What the next plan can start from."""
+        return Warmth(
+            self.problem.names, self.focus_distances, self.problem.samples.points, self.prices
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,16 +19,20 @@ class Warmth:
 
     Attributes
     ----------
-    problem : Problem
-        What was solved.
+    names : tuple of str
+        The C cameras of the problem that was solved: with several shots each of the rig's as
+        often, one after the other.
     focus_distances : (C,) array
         Metres.
+    points : (N, 3) array
+        The samples, metres.
     prices : (N,) array, optional
-        Of its samples, 0 to 1, if a bound was made.
+        Theirs, 0 to 1, if a bound was made.
     """
 
-    problem: Problem
+    names: tuple[str, ...]
     focus_distances: FloatArray
+    points: FloatArray
     prices: FloatArray | None
 
 
@@ -41,16 +46,18 @@ def warm_options(options: Options, before: Warmth, problem: Problem) -> Options:
     start = options.start
     if start is None:
         start = np.full(problem.camera_count, np.nan)
-    if problem.shots == before.problem.shots:
-        distances = dict(zip(_shot_names(before.problem), before.focus_distances, strict=True))
-        known = [distances.get(name, np.nan) for name in _shot_names(problem)]
+    shots = _numbered(problem.names)
+    distances = dict(zip(_numbered(before.names), before.focus_distances, strict=True))
+    if len(before.names) == problem.shots * len(set(before.names)):
+        known = [distances.get(shot, np.nan) for shot in shots]
         start = np.where(np.isnan(known), start, known)
     if before.prices is None:
         return replace(options, start=start)
-    tree = cKDTree(before.problem.samples.points)
+    tree = cKDTree(before.points)
     nearest = tree.query(problem.samples.points, workers=-1)[1]
     return replace(options, start=start, prices=before.prices[nearest])
 
 
-def _shot_names(problem: Problem) -> list[tuple[str, int]]:
-    return [(name, i % problem.shots) for i, name in enumerate(problem.names)]
+def _numbered(names: tuple[str, ...]) -> list[tuple[str, int]]:
+    """Return every camera's shots: its name, and their numbers from 0."""
+    return [(name, shot) for name, shots in groupby(names) for shot, _ in enumerate(shots)]

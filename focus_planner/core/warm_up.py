@@ -14,7 +14,7 @@ from focus_planner.core.proof.gains import gains_of
 from focus_planner.core.proof.prices import Prices
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
-from focus_planner.core.types import FloatArray, Mesh, PointCloud
+from focus_planner.core.types import FloatArray, Mesh, PointCloud, Rig
 
 _SAMPLES = 200
 _MERIDIANS, _PARALLELS = 24, 12

@@ -11,6 +11,7 @@ from focus_planner.core.posing import pose_problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface
+from focus_planner.core.warm_start import Warmth
 from focus_planner.messages.reading import Optics
 from focus_planner.ros.inputs import Held, Input, Log, Said, Value, internal
 
@@ -59,7 +60,7 @@ class Planner:
         self._on_rig = on_rig
         self._optics = Optics()
         self._fits = False
-        self._last: SolvedPlan | None = None
+        self._last: Warmth | None = None
 
     def digest(self, optics: Optics) -> None:
         """Take in what was received: read it, build the scene, see whether it fits."""
@@ -102,7 +103,7 @@ class Planner:
         rig = self.rig.in_force.value
         before = self._last if warm_start else None
         plan = plan_focus(self.surface.in_force.value, rig, request, model, watch, before)
-        self._last = plan if warm_start else None
+        self._last = plan.warmth if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]
         return plan, rig, "; ".join(text for text in reminders if text)
 

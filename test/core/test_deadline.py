@@ -197,6 +197,60 @@ def test_a_watch_is_told_even_when_it_is_late(clock):
     assert len(heard) == 2
 
 
+def test_answers_are_kept_in_runs_and_given_again(clock):
+    kept = Deadline(1.0, go_on)
+    part = kept.within("visibility", 0.5)
+    asked = [part, lambda: kept(Progress("em", 1, 1.0))]
+    script = [(0, 0.1), (0, 0.1), (1, 0.1), (0, 0.5), (1, 0.5), (1, 0.0)]
+    said = []
+    for which, seconds in script:
+        clock.now += seconds
+        said.append(asked[which]())
+    assert said == [True, True, True, False, False, False]
+    assert kept.answers == (3, 3)
+    kept.bound_now()
+    assert not kept(Progress("prices", 1, 1.0))
+    assert kept.answers == (3, 4)
+
+    clock.now += 1000
+    again = Deadline(1.0, go_on, kept.answers)
+    part = again.within("visibility", 0.5)
+    asked = [part, lambda: again(Progress("em", 1, 1.0))]
+    assert [asked[which]() for which, _ in script] == said
+    assert again.shortened
+    assert again.stopped
+    again.bound_now()
+    assert not again.stopped
+    assert not again(Progress("prices", 1, 1.0))
+    assert again.answers == kept.answers
+    # What was not asked then is not refused now.
+    assert again(Progress("prices", 2, 1.0)) is True
+
+
+def test_a_first_no_is_a_run_too(clock):
+    kept = Deadline(1.0, go_on)
+    clock.now += 2
+    assert not kept(Progress("em", 1, 1.0))
+    assert kept.answers == (0, 1)
+    again = Deadline(math.inf, go_on, (0, 1))
+    assert not again(Progress("em", 1, 1.0))
+
+
+def test_a_watch_that_says_no_is_obeyed_where_answers_are_given_again(clock):
+    again = Deadline(math.inf, lambda _: False, (5,))
+    assert not again(Progress("em", 1, 1.0))
+    assert again.answers == (0, 1)
+
+
+def test_a_watch_is_told_before_solving_begins(clock):
+    heard = []
+    kept = Deadline(math.inf, lambda progress: heard.append(progress) or True)
+    kept.allow_for(1.0)
+    assert [(p.stage, p.iteration) for p in heard] == [("solving", 0)]
+    assert math.isnan(heard[0].cost)
+    assert kept.answers == (0,)
+
+
 def test_what_a_pilot_had_no_time_for_does_not_stop_the_solver(clock):
     kept = Deadline(1.0, go_on)
     clock.now += 0.5

@@ -45,6 +45,10 @@ from focus_planner.core.visibility import visible_pairs
 
 SCENE = Scene(torus(0.4, 0.15))
 RIG = around(6, 1.0)
+_NOT_THE_PLAN = {
+    *("solve_seconds", "total_seconds"),
+    *("problem", "fresh_problem", "prices", "answers"),
+}
 each_method = pytest.mark.parametrize("method", METHODS)
 
 
@@ -119,11 +123,7 @@ def test_the_default_is_2_view_on_4096_samples_and_as_many_fresh_ones():
 
 def without_seconds(plan):
     values = {field.name: getattr(plan, field.name) for field in dataclasses.fields(plan)}
-    return {
-        name: value
-        for name, value in values.items()
-        if name not in {"solve_seconds", "total_seconds", "problem", "prices"}
-    }
+    return {name: value for name, value in values.items() if name not in _NOT_THE_PLAN}
 
 
 @each_method
@@ -427,10 +427,62 @@ def test_a_watch_hears_of_every_step_and_may_end_it():
 
     plan = plan_focus(SCENE, RIG, PlanRequest(samples=1000), watch=watch)
     assert [(p.stage, p.iteration) for p in heard[-2:]] == [("em", 1), ("em", 2)]
-    assert {p.stage for p in heard[:-2]} == {"fresh", "visibility"}
+    stages = list(dict.fromkeys(p.stage for p in heard))
+    assert stages == ["fresh", "visibility", "solving", "em"]
     assert all(math.isnan(p.cost) for p in heard[:-2])
     assert not plan.converged
     assert heard[-2].cost >= heard[-1].cost >= plan.cost - 1e-6  # whole units, rounded
+
+
+class Impatient:
+    """A watch that says no once it was asked so often."""
+
+    def __init__(self, patience):
+        self.left = patience
+        self.said_no = False
+
+    def __call__(self, progress):
+        self.left -= 1
+        self.said_no = self.left < 0
+        return not self.said_no
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        PlanRequest(samples=3000, fresh_samples=3000),
+        PlanRequest("optimal", samples=2000, bound="none", gap=0.0),
+        PlanRequest("k_view", samples=2000, k=3, shots=2, bound="tight"),
+        PlanRequest("em", samples=0, standard_error=6.0),
+        PlanRequest("closest", samples=2000, bound="tight"),
+    ],
+)
+def test_a_plan_that_was_ended_is_made_again_from_its_answers(request_):
+    ended = 0
+    rig = cylinder_rig(3, 6, bottom=0.3, top=1.5)
+    scene = Scene(body())
+    for patience in (0, 1, 2, 3, 5, 8, 13, 21, 34, 55):
+        watch = Impatient(patience)
+        plan = plan_focus(scene, rig, request_, watch=watch)
+        again = plan_focus(scene, rig, request_, answers=plan.answers)
+        assert (without_seconds(again), again.answers) == (without_seconds(plan), plan.answers)
+        assert plan.converged or watch.said_no or request_.gap == 0
+        ended += watch.said_no
+        # A clock that has run out changes nothing either.
+        hurried = dataclasses.replace(request_, time_budget=1e-9)
+        again = plan_focus(scene, rig, hurried, answers=plan.answers)
+        assert without_seconds(again) == without_seconds(plan)
+    assert ended >= 4
+
+
+@pytest.mark.parametrize("budget", [0.01, 0.05, 0.2])
+def test_a_plan_that_a_budget_ended_is_made_again_from_its_answers(budget):
+    request = PlanRequest("optimal", samples=8192, gap=0.0, time_budget=budget)
+    rig, scene = cylinder_rig(4, 9), Scene(body())
+    plan = plan_focus(scene, rig, request)
+    assert not plan.converged
+    again = plan_focus(scene, rig, request, answers=plan.answers)
+    assert (without_seconds(again), again.answers) == (without_seconds(plan), plan.answers)
 
 
 def test_stopping_down_costs_less():

@@ -45,7 +45,7 @@ def planned(scene=BODY, rig=BODY_RIG, request=None, before=None, **changes):
     """A plan and the steps that it took."""
     log = Log()
     request = replace(request or PlanRequest("optimal", 600, gap=1e-5), **changes)
-    return plan_focus(scene, rig, request, watch=log, before=before), log.steps
+    return plan_focus(scene, rig, request, watch=log, before=before and before.warmth), log.steps
 
 
 def check(plan, request):
@@ -85,7 +85,9 @@ class TestOptions:
     def warmth(problem, prices=True):
         distances = np.linspace(0.5, 0.9, problem.camera_count)
         random = np.random.default_rng(0)
-        return Warmth(problem, distances, random.random(problem.sample_count) if prices else None)
+        points = problem.samples.points
+        prices = random.random(len(points)) if prices else None
+        return Warmth(problem.names, distances, points, prices)
 
     def test_the_same_problem_gets_the_same_back(self):
         problem = random_problem(0, 30, 4)
@@ -130,7 +132,7 @@ class TestOptions:
         before = self.warmth(random_problem(0, 50, 3))
         problem = random_problem(1, 80, 3)
         prices = warm_options(Options(), before, problem).prices
-        old, new = before.problem.samples.points, problem.samples.points
+        old, new = before.points, problem.samples.points
         for p, price in enumerate(prices):
             away = np.linalg.norm(old - new[p], axis=1)
             assert price == before.prices[away.argmin()]
@@ -279,4 +281,4 @@ def test_the_plan_before_is_left_alone():
 def test_what_cannot_be_planned_cannot_be_planned_from_a_plan():
     cold, _ = planned(SCENE, RIG, samples=300)
     with pytest.raises(InputError, match="k: expected at most 1"):
-        plan_focus(SCENE, Rig(RIG.cameras[:1]), PlanRequest(samples=300), before=cold)
+        plan_focus(SCENE, Rig(RIG.cameras[:1]), PlanRequest(samples=300), before=cold.warmth)

@@ -500,7 +500,7 @@ def test_how_near_the_best_a_plan_is_is_told(ready):
 def test_a_warm_start_is_from_the_last_plan(ready, body, rig):
     scene, (first, second) = Scene(body), (PlanRequest("em", SAMPLES, seed=s) for s in (5, 6))
     cold = plan_focus(scene, rig, second)
-    warm = plan_focus(scene, rig, second, before=plan_focus(scene, rig, first))
+    warm = plan_focus(scene, rig, second, before=plan_focus(scene, rig, first).warmth)
     assert cold.cameras != warm.cameras
     assert ready.set_parameters(warm_start=True)[0].successful
     try:

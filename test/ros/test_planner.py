@@ -292,7 +292,7 @@ def test_a_warm_start_is_from_the_last_plan_for_which_it_was_wanted(ready):
 
     def check(plan, surface, request, before):
         scene = Scene(surface)
-        expected = plan_focus(scene, RIG, request, before=before)
+        expected = plan_focus(scene, RIG, request, before=before and before.warmth)
         assert what_shows_its_start(plan) == what_shows_its_start(expected)
         cold = plan_focus(scene, RIG, request)
         assert before is None or not np.array_equal(plan.prices, cold.prices)
@@ -314,7 +314,7 @@ def test_a_request_that_fails_leaves_the_plan_to_start_from(ready):
     with pytest.raises(InputError, match="depth_tolerance: expected"):
         ready.planner.plan(replace(first, depth_tolerance=9.0), Optics(), warm_start=True)
     two = ready.planner.plan(second, Optics(), warm_start=True)[0]
-    expected = plan_focus(Scene(BOX), RIG, second, before=one)
+    expected = plan_focus(Scene(BOX), RIG, second, before=one.warmth)
     assert what_shows_its_start(two) == what_shows_its_start(expected)
 
 
