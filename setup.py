@@ -11,7 +11,7 @@ setup(
     license="Apache-2.0",
     python_requires=">=3.10",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["bodies/*", "py.typed"]},
+    package_data={NAME: ["bodies/*", "messages/definitions/*/*", "py.typed"]},
     data_files=[
         # The marker by which ROS finds the package, and its manifest.
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -20,11 +20,13 @@ setup(
     # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
     install_requires=[
         "matplotlib",
+        "mcap",
         "numba",
         "numpy",
         "open3d-cpu",
         "pyyaml",
         "rich",
+        "rosbags",
         "scipy",
         "trimesh",
     ],

@@ -40,6 +40,9 @@ from focus_planner.core.plans import SolvedPlan
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Rig, Surface
 from focus_planner.core.warm_up import warm_up
+from focus_planner.messages.inputs import Arrival, Input
+from focus_planner.messages.parameters import Settings
+from focus_planner.messages.planner import NotReady, Planner
 from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
@@ -52,9 +55,7 @@ from focus_planner.messages.reading import (
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.ros.cameras import LATCHED, CameraTopics
 from focus_planner.ros.conversions import message_from_ros, message_to_ros
-from focus_planner.ros.inputs import Arrival, Input
-from focus_planner.ros.parameters import Parameters, Settings
-from focus_planner.ros.planner import NotReady, Planner
+from focus_planner.ros.parameters import Parameters
 
 # Some messages that come in one go are kept: if the newest is refused an older one may do.
 _TOPICS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
@@ -129,7 +130,7 @@ class PlannerNode(Node):
     ------
     ~/plan_focus : focus_planner_msgs/srv/PlanFocus
 
-    Parameters are those of :mod:`focus_planner.ros.parameters`.
+    Parameters are those of :mod:`focus_planner.messages.parameters`.
 
     Notes
     -----

@@ -1,13 +1,10 @@
-"""The node's parameters: what they mean, their ranges, and the settings that they amount to."""
+"""The node's parameters, as ROS declares and changes them."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import Any
 
-from focus_planner_msgs.msg import Lens as LensMsg
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -18,292 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.plans import (
-    BOUNDS,
-    MAX_SAMPLES,
-    MAX_SHOTS,
-    METHODS,
-    SCOPES,
-    TUPLES,
-    PlanRequest,
-)
-from focus_planner.core.types import MAX_FOCUS_STEPS, CostModel, Image, Lens
-from focus_planner.messages.reading import Optics, lens_from_message
-from focus_planner.ros.conversions import message_to_ros
-
-_MAX_COUNT = 2**31 - 1
-_MAX_SEED = 2**63 - 1
-_FAR = 1e9
-# rclpy takes an empty list for one of bytes.
-_ANY_DISTANCE = (0.0,)
-
-
-@dataclass(frozen=True)
-class Declaration:
-    """One parameter; ``low`` and ``high`` bound a number that stands alone."""
-
-    name: str
-    default: str | int | float | tuple[float, ...]
-    description: str
-    low: int | float = 0
-    high: int | float = _FAR
-    read_only: bool = False
-
-    def descriptor(self) -> ParameterDescriptor:
-        """Return what ``ros2 param describe`` shows."""
-        descriptor = ParameterDescriptor(description=self.description, read_only=self.read_only)
-        if isinstance(self.default, bool):
-            return descriptor
-        if isinstance(self.default, int):
-            descriptor.integer_range = [
-                IntegerRange(from_value=int(self.low), to_value=int(self.high), step=0)
-            ]
-        elif isinstance(self.default, float):
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=float(self.low), to_value=float(self.high), step=0.0)
-            ]
-        return descriptor
-
-
-def _one_of(choices: Iterable[str]) -> str:
-    return "One of: " + ", ".join(choices) + "."
-
-
-_REQUEST, _IMAGE, _LENS, _MODEL = PlanRequest(), Image(), Lens(), CostModel()
-_NEXT_CALL = " A change applies from the next request on."
-_POSES = " For cameras that bring none of their own." + _NEXT_CALL
-_COST = " The paper's Eq. 1." + _NEXT_CALL
-
-DECLARATIONS = (
-    Declaration(
-        "frame_id",
-        "world",
-        "Frame of the surface and of the rig. Messages in another frame are refused, a mesh has no"
-        " frame of its own and is taken to be in this one.",
-        read_only=True,
-    ),
-    Declaration(
-        "method",
-        _REQUEST.method,
-        "Solver for requests that name none. " + _one_of(METHODS) + _NEXT_CALL,
-    ),
-    Declaration(
-        "k",
-        _REQUEST.k,
-        "Number of cameras that k_view moves together." + _NEXT_CALL,
-        low=2,
-        high=3,
-    ),
-    Declaration(
-        "scope",
-        _REQUEST.scope,
-        "Samples that a k_view step may re-assign. " + _one_of(SCOPES) + _NEXT_CALL,
-    ),
-    Declaration(
-        "tuples",
-        _REQUEST.tuples,
-        "What makes cameras move together in k_view: that they see the same surface, or that they"
-        " are neighbours on the rig's grid. " + _one_of(TUPLES) + _NEXT_CALL,
-    ),
-    Declaration(
-        "samples",
-        _REQUEST.samples,
-        "Number of surface samples to plan on; 0 takes a cloud's points themselves, and on a mesh"
-        " as many as standard_error asks for." + _NEXT_CALL,
-        high=MAX_SAMPLES,
-    ),
-    Declaration(
-        "fresh_samples",
-        _REQUEST.fresh_samples,
-        "Number of samples that the solver does not see, to judge the plan on." + _NEXT_CALL,
-        low=2,
-        high=MAX_SAMPLES,
-    ),
-    Declaration(
-        "standard_error",
-        _REQUEST.standard_error,
-        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit. Read"
-        " only where samples is 0 on a mesh: both numbers of samples are then chosen for it."
-        + _NEXT_CALL,
-    ),
-    Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
-    Declaration(
-        "time_budget",
-        0.0,
-        "Seconds after which the planner stops with its best plan so far, and its bound; 0 for no"
-        " limit. Samples that half of them do not suffice for are left out." + _NEXT_CALL,
-    ),
-    Declaration(
-        "bound",
-        _REQUEST.bound,
-        "What to spend on proving how near a plan is to the best; optimal always proves it. "
-        + _one_of(BOUNDS)
-        + _NEXT_CALL,
-    ),
-    Declaration(
-        "gap",
-        _REQUEST.gap,
-        "How near the best is near enough for optimal, and for a tight bound, as a part of the"
-        " cost." + _NEXT_CALL,
-        high=1,
-    ),
-    Declaration(
-        "warm_start",
-        False,
-        "Start from the last plan and its prices: sooner done after small changes of the surface"
-        " or the poses, but the same request need not give the same plan." + _NEXT_CALL,
-    ),
-    Declaration(
-        "shots",
-        _REQUEST.shots,
-        "Number of pictures that each camera takes, each with a focus distance of its own."
-        + _NEXT_CALL,
-        low=1,
-        high=MAX_SHOTS,
-    ),
-    Declaration(
-        "depth_tolerance",
-        _REQUEST.depth_tolerance,
-        "Metres that the depth of the surface may be off either way: only what is then still in"
-        " focus counts as in focus." + _NEXT_CALL,
-    ),
-    Declaration(
-        "image.width", _IMAGE.width, "Image width, pixels." + _POSES, low=1, high=_MAX_COUNT
-    ),
-    Declaration(
-        "image.height", _IMAGE.height, "Image height, pixels." + _POSES, low=1, high=_MAX_COUNT
-    ),
-    Declaration("image.fx", _IMAGE.fx, "Horizontal focal length, pixels." + _POSES),
-    Declaration("image.fy", _IMAGE.fy, "Vertical focal length, pixels." + _POSES),
-    Declaration(
-        "image.cx", _IMAGE.cx, "Principal point from the left, pixels." + _POSES, low=-_FAR
-    ),
-    Declaration("image.cy", _IMAGE.cy, "Principal point from the top, pixels." + _POSES, low=-_FAR),
-    Declaration("lens.focal_length", _LENS.focal_length, "Focal length, metres." + _POSES),
-    Declaration(
-        "lens.hyperfocal_distance",
-        _LENS.hyperfocal_distance,
-        "Hyperfocal distance, metres; 0 to compute it from lens.f_number and"
-        " lens.circle_of_confusion." + _POSES,
-    ),
-    Declaration(
-        "lens.f_number",
-        0.0,
-        "Focal length over aperture diameter; read only where lens.hyperfocal_distance is 0."
-        + _POSES,
-    ),
-    Declaration(
-        "lens.circle_of_confusion",
-        0.0,
-        "Largest blur on the sensor that counts as sharp, metres; read only where"
-        " lens.hyperfocal_distance is 0." + _POSES,
-    ),
-    Declaration("lens.min_focus", _LENS.min_focus, "Nearest focus distance, metres." + _POSES),
-    Declaration("lens.max_focus", 0.0, "Farthest focus distance, metres; 0 for no limit." + _POSES),
-    Declaration(
-        "lens.focus_distances",
-        _ANY_DISTANCE,
-        "The only distances that the lens can be set to, metres; [0.0] if it takes all between its"
-        " limits." + _POSES,
-    ),
-    Declaration(
-        "lens.focus_steps",
-        0,
-        "Number of positions that the lens has from lens.min_focus to lens.max_focus, equally"
-        " spaced in dioptres; 0 if it has no steps." + _POSES,
-        high=MAX_FOCUS_STEPS,
-    ),
-    Declaration(
-        "cost.projected_area_weight",
-        _MODEL.projected_area_weight,
-        "w1, the weight of the projected area." + _COST,
-        high=1,
-    ),
-    Declaration(
-        "cost.axis_deviation_weight",
-        _MODEL.axis_deviation_weight,
-        "w2, the weight of the distance from the optical axis." + _COST,
-        high=1,
-    ),
-    Declaration(
-        "cost.focus_weight",
-        _MODEL.focus_weight,
-        "w3, the weight of being out of focus. The three sum to at most 1." + _COST,
-        high=1,
-    ),
-    Declaration(
-        "cost.projected_area_scale",
-        _MODEL.projected_area_scale,
-        "epsilon1, 1/m^2." + _COST,
-    ),
-    Declaration(
-        "cost.axis_deviation_limit",
-        _MODEL.axis_deviation_limit,
-        "epsilon2, metres." + _COST,
-    ),
-)
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What the parameters amount to.
-
-    Attributes
-    ----------
-    frame_id : str
-    request : PlanRequest
-        What a request takes that leaves something out.
-    warm_start : bool
-        Whether plans start from the last one.
-    optics : Optics
-        What a camera takes that brings no image or lens.
-    model : CostModel
-    """
-
-    frame_id: str
-    request: PlanRequest
-    warm_start: bool
-    optics: Optics
-    model: CostModel
-
-    @classmethod
-    def from_values(cls, values: Mapping[str, Any]) -> Settings:
-        """Return the settings of parameters by name.
-
-        Raises
-        ------
-        InputError
-            If a value is out of range, or they contradict each other.
-        """
-        if not values["frame_id"]:
-            raise InputError("frame_id", "the name of a frame", "''")
-        lens = _group(values, "lens.")
-        if tuple(lens["focus_distances"]) == _ANY_DISTANCE:
-            lens["focus_distances"] = ()
-        return cls(
-            frame_id=values["frame_id"],
-            request=PlanRequest(
-                method=values["method"],
-                samples=values["samples"],
-                seed=values["seed"],
-                k=values["k"],
-                scope=values["scope"],
-                tuples=values["tuples"],
-                time_budget=values["time_budget"] or math.inf,
-                shots=values["shots"],
-                depth_tolerance=values["depth_tolerance"],
-                fresh_samples=values["fresh_samples"],
-                standard_error=values["standard_error"],
-                bound=values["bound"],
-                gap=values["gap"],
-            ),
-            warm_start=values["warm_start"],
-            optics=Optics(
-                image=Image(**_group(values, "image.")),
-                lens=lens_from_message(message_to_ros(LensMsg, lens)),
-            ),
-            model=CostModel(**_group(values, "cost.")),
-        )
+from focus_planner.messages.parameters import DECLARATIONS, Declaration, Settings
 
 
 class Parameters:
@@ -326,7 +38,7 @@ class Parameters:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._values = {
-            d.name: node.declare_parameter(d.name, d.default, d.descriptor()).value
+            d.name: node.declare_parameter(d.name, d.default, _descriptor(d)).value
             for d in DECLARATIONS
         }
         self.current = Settings.from_values(self._values)
@@ -355,15 +67,24 @@ class Parameters:
             )
 
 
+def _descriptor(declaration: Declaration) -> ParameterDescriptor:
+    """Return what ``ros2 param describe`` shows."""
+    low, high = declaration.low, declaration.high
+    descriptor = ParameterDescriptor(
+        description=declaration.description, read_only=declaration.read_only
+    )
+    if isinstance(declaration.default, bool):
+        return descriptor
+    if isinstance(declaration.default, int):
+        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
+    elif isinstance(declaration.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)
+        ]
+    return descriptor
+
+
 def _ours(parameters: Iterable[Parameter]) -> dict[str, Any]:
     """Return the values by name, without parameters that rclpy declared (use_sim_time)."""
     names = {declaration.name for declaration in DECLARATIONS}
     return {p.name: p.value for p in parameters if p.name in names}
-
-
-def _group(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {
-        name.removeprefix(prefix): value
-        for name, value in values.items()
-        if name.startswith(prefix)
-    }

@@ -10,8 +10,9 @@ from rclpy.parameter import Parameter
 from focus_planner.core.checks import InputError
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.types import CostModel, Lens
+from focus_planner.messages.parameters import DECLARATIONS, Recording, Settings
 from focus_planner.messages.reading import Optics
-from focus_planner.ros.parameters import DECLARATIONS, Parameters, Settings
+from focus_planner.ros.parameters import Parameters
 
 
 def started_with(make_node, **values):
@@ -25,9 +26,11 @@ def change(node, **values):
 
 
 def test_the_defaults_are_the_cores(make_node):
-    assert Parameters(make_node()).current == Settings(
-        "world", PlanRequest(), False, Optics(), CostModel()
-    )
+    settings = Parameters(make_node()).current
+    assert settings == Settings.from_values({})
+    expected = ("world", PlanRequest(), False, Optics(), CostModel(), Recording())
+    assert tuple(vars(settings).values())[:-1] == expected
+    assert dict(settings.values) == {d.name: d.default for d in DECLARATIONS}
 
 
 def test_every_parameter_is_described(make_node):

@@ -12,8 +12,8 @@ from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface
 from focus_planner.core.warm_start import Warmth
+from focus_planner.messages.inputs import Held, Input, Log, Said, Value, internal
 from focus_planner.messages.reading import Optics
-from focus_planner.ros.inputs import Held, Input, Log, Said, Value, internal
 
 # Enough to tell whether a surface and a rig fit each other, too little to be noticed.
 _TRIAL = PlanRequest(method="closest", samples=500)

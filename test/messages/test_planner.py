@@ -15,9 +15,9 @@ from focus_planner.core.plans import PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import Image, Lens, Mesh
+from focus_planner.messages.inputs import Arrival
+from focus_planner.messages.planner import NotReady, Planner
 from focus_planner.messages.reading import Optics
-from focus_planner.ros.inputs import Arrival
-from focus_planner.ros.planner import NotReady, Planner
 
 REQUEST = PlanRequest(method="em", samples=300)
 RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
