@@ -35,7 +35,7 @@ _FARTHEST = 1e8
 MAX_CAMERAS = 250_000
 #: No focus motor has more; each is a candidate of every camera.
 MAX_FOCUS_STEPS = 65_536
-_ROUNDING = 1e-15  # of the length of a quaternion just normalised
+_ROUNDING = 1e-15  # of the length of what was just normalised
 
 
 class CameraStatus(IntEnum):
@@ -483,6 +483,8 @@ def _unit(argument: str, vectors: FloatArray) -> FloatArray:
             f"{len(zero)} of {len(vectors)} of length zero (first: {zero[0]})",
             "leave the normals out and they are computed",
         )
+    # Of unit length already: else what a recorded run says would not be what was planned with.
+    lengths = np.where(np.abs(lengths - 1) > _ROUNDING, lengths, 1.0)
     unit: FloatArray = vectors / lengths[:, None]
     unit.flags.writeable = False
     return unit

@@ -39,7 +39,8 @@ class Arrival(Generic[Said]):
 
     Attributes
     ----------
-    topic : str
+    topic, type_name : str
+        The topic's full name, and its type's.
     payload : bytes
         Two messages of the same bytes say the same.
     read : callable
@@ -48,6 +49,7 @@ class Arrival(Generic[Said]):
     """
 
     topic: str
+    type_name: str
     payload: bytes
     read: Callable[[Optics], Said]
     at: datetime = field(default_factory=lambda: datetime.now(timezone.utc))
@@ -148,6 +150,11 @@ class Input(Generic[Said, Value]):
             f"{error}. So the {self.name} {arrival} was refused, and the {self.name}"
             f" {self.in_force.arrival} stays in force: call again to plan with that one"
         )
+
+    def arrivals(self) -> list[Arrival[Said]]:
+        """Return what plans, or the lack of them, rest on: what is in force, what was refused."""
+        held = [self.in_force.arrival] if self.in_force else []
+        return held + ([self._refused[0]] if self._refused else [])
 
     def reminder(self) -> str | None:
         """Return what a caller has to be told with a plan: that the newest is not in it."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import plan_focus
@@ -12,7 +13,7 @@ from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface
 from focus_planner.core.warm_start import Warmth
-from focus_planner.messages.inputs import Held, Input, Log, Said, Value, internal
+from focus_planner.messages.inputs import Arrival, Held, Input, Log, Said, Value, internal
 from focus_planner.messages.reading import Optics
 
 # Enough to tell whether a surface and a rig fit each other, too little to be noticed.
@@ -42,14 +43,23 @@ class Planner:
     log : Log
     on_rig : callable
         Told of every rig that comes into force.
+    warmth : Warmth, optional
+        Of a plan made elsewhere, for the first that is to start from one.
 
     Attributes
     ----------
     surface, rig : Input
         Where messages go in.
+    warmth : Warmth or None
+        What a plan starts from that is to start from the last one.
     """
 
-    def __init__(self, log: Log, on_rig: Callable[[Rig], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        log: Log,
+        on_rig: Callable[[Rig], None] = lambda _: None,
+        warmth: Warmth | None = None,
+    ) -> None:
         self.surface: Input[Surface, Scene] = Input(
             "surface", "a mesh on ~/mesh or a cloud on ~/cloud", Scene, log
         )
@@ -60,7 +70,7 @@ class Planner:
         self._on_rig = on_rig
         self._optics = Optics()
         self._fits = False
-        self._last: Warmth | None = None
+        self.warmth = warmth
 
     def digest(self, optics: Optics) -> None:
         """Take in what was received: read it, build the scene, see whether it fits."""
@@ -82,10 +92,12 @@ class Planner:
         watch: Watch = go_on,
         *,
         warm_start: bool = False,
+        answers: Sequence[int] | None = None,
     ) -> tuple[SolvedPlan, Rig, str]:
         """Return a plan for the newest surface and rig, that rig, and what is not the newest.
 
-        With ``warm_start`` it starts from the last one, if there was one.
+        With ``warm_start`` it starts from the last one, if there was one. With ``answers`` it is
+        made again, as :func:`focus_planner.core.planning.plan_focus` says.
 
         Raises
         ------
@@ -101,11 +113,15 @@ class Planner:
         assert self.surface.in_force is not None
         assert self.rig.in_force is not None
         rig = self.rig.in_force.value
-        before = self._last if warm_start else None
-        plan = plan_focus(self.surface.in_force.value, rig, request, model, watch, before)
-        self._last = plan.warmth if warm_start else None
+        before = self.warmth if warm_start else None
+        plan = plan_focus(self.surface.in_force.value, rig, request, model, watch, before, answers)
+        self.warmth = plan.warmth if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]
         return plan, rig, "; ".join(text for text in reminders if text)
+
+    def arrivals(self) -> list[Arrival[Any]]:
+        """Return what a plan, or the lack of one, rests on, in the order of arrival."""
+        return sorted(self.surface.arrivals() + self.rig.arrivals(), key=lambda each: each.at)
 
     def _settle(self, scene: HeldScene | None, rig: HeldRig | None) -> None:
         """Put newcomers in force, or refuse them if older ones fit each other and they do not."""

@@ -21,6 +21,11 @@ _NESTED = re.compile(r"(\w+)/(\w+)")
 Message = TypeVar("Message")
 
 
+def type_name_of(message_type: type) -> str:
+    """Return the name of a message's type, such as ``"shape_msgs/msg/Mesh"``."""
+    return f"{message_type.__module__.split('.')[0]}/msg/{message_type.__name__}"
+
+
 def message_from_ros(payload: bytes, message_type: type[Message]) -> Message:
     """Return the message that these bytes serialize.
 

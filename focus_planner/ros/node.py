@@ -54,7 +54,7 @@ from focus_planner.messages.reading import (
 )
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.ros.cameras import LATCHED, CameraTopics
-from focus_planner.ros.conversions import message_from_ros, message_to_ros
+from focus_planner.ros.conversions import message_from_ros, message_to_ros, type_name_of
 from focus_planner.ros.parameters import Parameters
 
 # Some messages that come in one go are kept: if the newest is refused an older one may do.
@@ -186,8 +186,10 @@ class PlannerNode(Node):
     def _listen(
         self, message_type: type, topic: str, target: Input[Any, Any], read: Read
     ) -> _Listener:
+        name, type_name = self.resolve_topic_name(topic), type_name_of(message_type)
+
         def receive(payload: bytes) -> None:
-            target.receive(Arrival(topic, payload, partial(read, payload)))
+            target.receive(Arrival(name, type_name, payload, partial(read, payload)))
             self._do_next(self._digest)
 
         def take(payload: bytes, info: dict[str, int]) -> None:

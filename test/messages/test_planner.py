@@ -63,7 +63,7 @@ class Bench:
                 raise said
             return said(optics) if callable(said) else said
 
-        return Arrival(topic, payload or str(id(said)).encode(), read, self._now)
+        return Arrival(topic, "a type", payload or str(id(said)).encode(), read, self._now)
 
     def surface(self, said, payload=None, *, digest=True):
         self.planner.surface.receive(self._arrival("~/mesh", said, payload))

@@ -1,0 +1,209 @@
+"""Messages as objects and bytes where there is no ROS: definitions and CDR by ``rosbags``.
+
+The definitions of this package's own messages are those of ``msg_defs``, which are shipped with
+it; the others are those of ROS 2 Jazzy.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.base import TypesysError
+from rosbags.typesys.store import Typestore
+
+from focus_planner.core.checks import InputError
+from focus_planner.messages.reading import Message
+from focus_planner.messages.writing import Fields
+
+PACKAGE = "focus_planner_msgs"
+# Between the definitions of a message and of those within it, as rosbag2 writes them.
+_RULER = "=" * 80
+_NUMBERS = {
+    **{f"{kind}{bits}": f"{kind}{bits}" for kind in ("int", "uint") for bits in (8, 16, 32, 64)},
+    "float32": "float32",
+    "float64": "float64",
+    "bool": "bool",
+    "byte": "uint8",
+    "char": "uint8",
+    "octet": "uint8",
+}
+
+
+def serialize(type_name: str, fields: Fields) -> bytes:
+    """Return the bytes of a message in little-endian CDR.
+
+    Parameters
+    ----------
+    type_name : str
+        Such as ``"focus_planner_msgs/msg/FocusPlan"``.
+    fields : dict
+        As :mod:`focus_planner.messages.writing` makes them. What is left out is zero or empty.
+
+    Raises
+    ------
+    TypeError
+        If the message, or one within it, has no field of a name.
+    """
+    message = _filled(_store(), type_name, fields)
+    return bytes(_store().serialize_cdr(message, type_name, little_endian=True))
+
+
+def deserialize(type_name: str, payload: bytes, definition: str | None = None) -> Message:
+    """Return the message that these bytes serialize.
+
+    Parameters
+    ----------
+    type_name : str
+    payload : bytes
+    definition : str, optional
+        What its writer knew it by, where that may be older or newer than what is known here. What
+        was not known then is zero or empty.
+
+    Raises
+    ------
+    InputError
+        If they do not, or if it holds what is not known here.
+    """
+    if definition is None or definition == definition_of(type_name):
+        return _deserialized(_store(), type_name, payload)
+    message = _deserialized(_store_of(type_name, definition), type_name, payload)
+    try:
+        return _filled(_store(), type_name, fields_of(message))
+    except TypeError as error:
+        raise InputError(
+            type_name, "a message as this version knows it", str(error), "update focus_planner"
+        ) from None
+
+
+def fields_of(message: Message) -> Fields:
+    """Return a message that :func:`deserialize` made as fields, and so what is within it."""
+    names = [field.name for field in dataclasses.fields(message)]
+    return {name: _plain(getattr(message, name)) for name in names if name != "__msgtype__"}
+
+
+@cache
+def definition_of(type_name: str) -> str:
+    """Return a message's definition and those of all within it, as bags embed them.
+
+    This package's own come with their comments, which tell units and meanings.
+    """
+    text, _ = _store().generate_msgdef(type_name, ros_version=2)
+    first, *others = text.split(f"{_RULER}\n")
+    parts = [_commented(type_name, first)]
+    for other in others:
+        head, _, body = other.partition("\n")
+        package, name = head.removeprefix("MSG: ").split("/")
+        parts.append(f"{head}\n{_commented(f'{package}/msg/{name}', body)}")
+    return f"{_RULER}\n".join(parts)
+
+
+@cache
+def type_hash(type_name: str) -> str:
+    """Return a message's hash as ROS 2 computes it (REP 2011)."""
+    return _store().hash_rihs01(type_name)
+
+
+def _commented(type_name: str, text: str) -> str:
+    return dict(_own_definitions()).get(type_name, text)
+
+
+def _own_definitions() -> Iterator[tuple[str, str]]:
+    folder = files("focus_planner.messages") / "definitions" / "msg"
+    for file in sorted(folder.iterdir(), key=lambda file: file.name):
+        yield f"{PACKAGE}/msg/{file.name.removesuffix('.msg')}", file.read_text(encoding="utf-8")
+
+
+@cache
+def _store() -> Typestore:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = {}
+    for type_name, text in _own_definitions():
+        types.update(get_types_from_msg(text, type_name))
+    store.register(types)
+    return store
+
+
+@cache
+def _store_of(type_name: str, definition: str) -> Typestore:
+    """Return a store that knows a message, and all within it, by this definition only."""
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(get_types_from_msg(definition, type_name))
+        store.get_msgdef(type_name)
+    except (TypesysError, KeyError, ValueError, SyntaxError) as error:
+        raise InputError(type_name, "its definition", _short(error)) from None
+    return store
+
+
+def _deserialized(store: Typestore, type_name: str, payload: bytes) -> Message:
+    try:
+        return store.deserialize_cdr(payload, type_name)
+    except (SerdeError, MemoryError, IndexError, TypeError, KeyError) as error:
+        raise InputError(
+            f"{type_name} message", "its serialized form", f"other bytes ({_short(error)})"
+        ) from None
+
+
+def _short(error: Exception) -> str:
+    return re.sub(r"\s+", " ", str(error) or type(error).__name__)[:200]
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "__msgtype__"):
+        return fields_of(value)
+    return [_plain(item) for item in value] if isinstance(value, list) else value
+
+
+def _filled(store: Typestore, type_name: str, given: Fields) -> Message:
+    members = store.fielddefs[type_name][1]
+    unknown = given.keys() - {name for name, _ in members}
+    if unknown:
+        raise TypeError(
+            f"{type_name}: expected fields among {', '.join(name for name, _ in members)},"
+            f" got {min(unknown)!r}"
+        )
+    values = {
+        name: _value(store, kind, given[name]) if name in given else _default(store, kind)
+        for name, kind in members
+    }
+    return store.types[type_name](**values)
+
+
+def _value(store: Typestore, kind: Any, value: Any) -> Any:
+    """Return a value as the library takes it."""
+    node, description = kind
+    if node == Nodetype.NAME:
+        return _filled(store, description, value)
+    if node == Nodetype.BASE:
+        return value
+    of_each, _ = description
+    if of_each[0] == Nodetype.NAME:
+        return [_filled(store, of_each[1], item) for item in value]
+    if of_each[1][0] == "string":
+        return list(value)
+    if isinstance(value, (bytes, bytearray, memoryview)):
+        return np.frombuffer(value, np.uint8)
+    return np.asarray(value, _NUMBERS[of_each[1][0]]).ravel()
+
+
+def _default(store: Typestore, kind: Any) -> Any:
+    node, description = kind
+    if node == Nodetype.NAME:
+        return _filled(store, description, {})
+    if node == Nodetype.BASE:
+        name = description[0]
+        return "" if name == "string" else np.dtype(_NUMBERS[name]).type(0).item()
+    of_each, length = description
+    count = length if node == Nodetype.ARRAY else 0
+    if of_each[0] == Nodetype.NAME or of_each[1][0] == "string":
+        return [_default(store, of_each) for _ in range(count)]
+    return np.zeros(count, _NUMBERS[of_each[1][0]])

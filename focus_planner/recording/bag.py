@@ -1,0 +1,387 @@
+"""Bags: a folder with one MCAP file and ``metadata.yaml``, as rosbag2 has them.
+
+While it is written a bag's folder ends in ``.partial``, and it has no ``metadata.yaml``. What is
+there of it after a power cut, or a kill, can be read up to the last chunk that is whole.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import struct
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import IO, Any, BinaryIO, cast
+
+import yaml
+from mcap.exceptions import McapError
+from mcap.records import Channel, Footer, Schema
+from mcap.records import Message as MessageRecord
+from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, Writer
+
+from focus_planner.core.checks import InputError
+from focus_planner.messages.reading import Message
+from focus_planner.messages.typestore import definition_of, deserialize, type_hash
+
+PARTIAL = ".partial"
+METADATA = "metadata.yaml"
+_ROSBAG2_VERSION = 9  # of ROS 2 Jazzy
+# A record of more is taken for a broken length. The inputs of 10,000 cameras and a mesh of
+# 20,000,000 triangles are a third of it.
+_MAX_RECORD = 2**31
+_FOREVER = {"sec": 9223372036, "nsec": 854775807}
+#: What the planner's topics offer: a bag is played back so that late subscribers get all of it.
+_LATCHED = {
+    "history": "keep_last",
+    "depth": 1,
+    "reliability": "reliable",
+    "durability": "transient_local",
+    "deadline": _FOREVER,
+    "lifespan": _FOREVER,
+    "liveliness": "automatic",
+    "liveliness_lease_duration": _FOREVER,
+    "avoid_ros_namespace_conventions": False,
+}
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """A message in a bag.
+
+    Attributes
+    ----------
+    topic, type_name : str
+    payload : bytes
+        In CDR.
+    at : int
+        When it was received or made, nanoseconds since the epoch.
+    definition : str
+        What the payload means; the one known here if empty.
+    """
+
+    topic: str
+    type_name: str
+    payload: bytes = field(repr=False)
+    at: int
+    definition: str = field(default="", repr=False)
+
+    def read(self) -> Message:
+        """Return the message itself.
+
+        Raises
+        ------
+        InputError
+            If the payload is something else.
+        """
+        return deserialize(self.type_name, self.payload, self.definition or None)
+
+
+class BagWriter:
+    """Writes a bag; in memory until it is given a folder.
+
+    Any method may raise ``OSError``; the bag is then to be given up by :meth:`abandon`.
+    """
+
+    def __init__(self) -> None:
+        self._stream = _Stream()
+        self._writer: Any = Writer(
+            cast(IO[Any], self._stream), compression=CompressionType.ZSTD, enable_data_crcs=True
+        )
+        self._writer.start(profile="ros2")
+        self._schemas: dict[tuple[str, str], int] = {}
+        self._channels: dict[str, int] = {}
+        self._types: dict[str, str] = {}
+        self._counts: Counter[str] = Counter()
+        self._first, self._last = 2**63 - 1, 0
+        self._folder: Path | None = None
+
+    def add(self, message: BagMessage) -> None:
+        """Append a message."""
+        if message.topic not in self._channels:
+            self._channels[message.topic] = self._new_channel(message)
+            self._types[message.topic] = message.type_name
+        self._writer.add_message(
+            self._channels[message.topic],
+            log_time=message.at,
+            data=message.payload,
+            publish_time=message.at,
+            sequence=self._counts[message.topic],
+        )
+        self._counts[message.topic] += 1
+        self._first, self._last = min(self._first, message.at), max(self._last, message.at)
+
+    def flush(self) -> None:
+        """End the chunk: what was added is in the file, or in memory and compressed."""
+        self._writer.flush()
+
+    def open(self, folder: Path) -> None:
+        """Go on in a file, in a new folder that ends in ``.partial`` for now.
+
+        Raises
+        ------
+        FileExistsError
+            If there is such a folder, partial or whole: nothing is ever overwritten.
+        """
+        if folder.exists():
+            raise FileExistsError(f"{folder} exists")
+        partial = folder.with_name(folder.name + PARTIAL)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        partial.mkdir()
+        self._folder = folder
+        file = (partial / _mcap_name(folder)).open("xb")
+        # Says to all other processes, as long as this one lives, that this is being written.
+        with suppress(OSError):  # some file systems have no locks
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        self._stream.go_on_in(file)
+
+    def sync(self) -> None:
+        """Return when all that was added is on the disk, not in some cache."""
+        self.flush()
+        self._stream.sync()
+        _sync_folder(self._partial)
+        _sync_folder(self._partial.parent)
+
+    def close(self) -> Path:
+        """Write indices and ``metadata.yaml``, and give the folder its name; return it."""
+        assert self._folder is not None
+        partial, folder = self._partial, self._folder
+        information = self._information()
+        self._writer.add_metadata(
+            "rosbag2", {"serialized_metadata": yaml.safe_dump(information, sort_keys=False)}
+        )
+        self._writer.finish()
+        self._stream.sync()
+        with (partial / METADATA).open("xb") as file:
+            text = yaml.safe_dump({"rosbag2_bagfile_information": information}, sort_keys=False)
+            file.write(text.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        _sync_folder(partial)
+        partial.rename(folder)
+        _sync_folder(folder.parent)
+        self._stream.close()
+        return folder
+
+    def abandon(self) -> None:
+        """Leave the bag as it is, partial."""
+        with suppress(OSError):  # what it could not write it cannot write now
+            self._stream.close()
+
+    @property
+    def _partial(self) -> Path:
+        assert self._folder is not None
+        return self._folder.with_name(self._folder.name + PARTIAL)
+
+    def _new_channel(self, message: BagMessage) -> int:
+        name = message.type_name
+        definition = message.definition or definition_of(name)
+        if (name, definition) not in self._schemas:
+            schema = self._writer.register_schema(name, "ros2msg", definition.encode())
+            self._schemas[name, definition] = schema
+        metadata = {
+            "offered_qos_profiles": yaml.safe_dump([_LATCHED], sort_keys=False),
+            "topic_type_hash": type_hash(name),
+        }
+        schema = self._schemas[name, definition]
+        channel: int = self._writer.register_channel(message.topic, "cdr", schema, metadata)
+        return channel
+
+    def _information(self) -> dict[str, Any]:
+        """Return what ``metadata.yaml`` says."""
+        assert self._folder is not None
+        times = {
+            "starting_time": {"nanoseconds_since_epoch": min(self._first, self._last)},
+            "duration": {"nanoseconds": max(self._last - self._first, 0)},
+            "message_count": self._counts.total(),
+        }
+        name = _mcap_name(self._folder)
+        return {
+            "version": _ROSBAG2_VERSION,
+            "storage_identifier": "mcap",
+            **times,
+            "topics_with_message_count": [
+                {
+                    "topic_metadata": {
+                        "name": topic,
+                        "type": type_name,
+                        "serialization_format": "cdr",
+                        # A list of its own, or YAML would refer to the first from all others.
+                        "offered_qos_profiles": [_copied(_LATCHED)],
+                        "type_description_hash": type_hash(type_name),
+                    },
+                    "message_count": self._counts[topic],
+                }
+                for topic, type_name in self._types.items()
+            ],
+            "compression_format": "",
+            "compression_mode": "",
+            "relative_file_paths": [name],
+            "files": [{"path": name, **_copied(times)}],
+            "custom_data": None,
+            "ros_distro": "jazzy",
+        }
+
+
+@dataclass(frozen=True)
+class Bag:
+    """What was read of a bag.
+
+    Attributes
+    ----------
+    messages : tuple of BagMessage
+        In the order in which they were written.
+    whole : bool
+        Whether the file goes to its end.
+    fault : str
+        What ended it before; empty if it is whole.
+    """
+
+    messages: tuple[BagMessage, ...]
+    whole: bool
+    fault: str = ""
+
+
+def read_bag(path: Path) -> Bag:
+    """Return what can be read of a bag.
+
+    Checksums are looked at; what comes after the first fault is not returned.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder, or the MCAP file itself.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or is no MCAP file at all.
+    """
+    file = _mcap_file(path)
+    messages: list[BagMessage] = []
+    try:
+        with file.open("rb") as stream:
+            ended = _read_into(messages, stream)
+    except OSError as error:
+        raise InputError(
+            str(file), "a file that can be read", error.strerror or str(error)
+        ) from None
+    except Exception as error:  # noqa: BLE001 - broken bytes make the library raise anything
+        if not messages and file.stat().st_size == 0:
+            return Bag((), False, "it is empty")
+        return Bag(tuple(messages), False, _fault(error))
+    if not ended:
+        return Bag(tuple(messages), False, "it ends without its end mark")
+    return Bag(tuple(messages), True)
+
+
+def bag_size(folder: Path) -> int:
+    """Return the bytes that a bag's files take."""
+    return sum(file.stat().st_size for file in folder.iterdir() if file.is_file())
+
+
+def being_written(folder: Path) -> bool:
+    """Return whether some process is writing this partial bag."""
+    for file in folder.glob("*.mcap"):
+        with file.open("rb") as stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                return True
+    return False
+
+
+class _Stream:
+    """What the library writes to: memory at first, a file later."""
+
+    def __init__(self) -> None:
+        self._target: BinaryIO = BytesIO()
+        self._position = 0
+
+    def write(self, data: bytes) -> int:
+        self._position += len(data)
+        self._target.write(data)
+        return len(data)
+
+    def tell(self) -> int:
+        return self._position
+
+    def flush(self) -> None:
+        self._target.flush()
+
+    def go_on_in(self, file: BinaryIO) -> None:
+        memory = self._target
+        assert isinstance(memory, BytesIO)
+        self._target = file
+        file.write(memory.getbuffer())
+
+    def sync(self) -> None:
+        self._target.flush()
+        os.fsync(self._target.fileno())
+
+    def close(self) -> None:
+        self._target.close()
+
+
+def _read_into(messages: list[BagMessage], stream: BinaryIO) -> bool:
+    """Append the messages of a stream; return whether it has an end."""
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    reader = StreamReader(stream, validate_crcs=True, record_size_limit=_MAX_RECORD)
+    for record in reader.records:
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            channels[record.id] = record
+        elif isinstance(record, MessageRecord):
+            channel = channels[record.channel_id]
+            schema = schemas[channel.schema_id]
+            text = schema.data.decode()
+            messages.append(
+                BagMessage(channel.topic, schema.name, record.data, record.log_time, text)
+            )
+        elif isinstance(record, Footer):
+            return True
+    return False
+
+
+def _fault(error: Exception) -> str:
+    if isinstance(error, struct.error) or type(error).__name__ == "EndOfFile":
+        return "it is cut off"
+    kind = "" if isinstance(error, (McapError, ValueError)) else f"{type(error).__name__}: "
+    return " ".join(f"it is damaged: {kind}{error}".split())[:200]
+
+
+def _mcap_file(path: Path) -> Path:
+    try:
+        if path.is_file():
+            return path
+        files = sorted(path.glob("*.mcap")) if path.is_dir() else None
+    except OSError as error:
+        raise InputError(str(path), "a recorded run", error.strerror or str(error)) from None
+    if files is None:
+        raise InputError(str(path), "a recorded run", "no such folder or file")
+    if len(files) != 1:
+        what = f"a folder with {len(files)} of them" if files else "a folder without one"
+        raise InputError(str(path), "the folder of a run, with one .mcap file", what)
+    return files[0]
+
+
+def _mcap_name(folder: Path) -> str:
+    return f"{folder.name}_0.mcap"
+
+
+def _copied(value: dict[str, Any]) -> dict[str, Any]:
+    return {k: _copied(v) if isinstance(v, dict) else v for k, v in value.items()}
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk too."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

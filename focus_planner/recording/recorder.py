@@ -1,0 +1,232 @@
+"""Recording runs beside the planning, in a thread of its own.
+
+What it costs the planner: inputs are compressed when they come, not when they are planned with;
+a run's beginning is written, and waited for, while rays are cast; its steps are noted, and written
+once a second; its end is written after the caller has the answer. Nothing that goes wrong here
+reaches the planner: it is logged, and told with the plan.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import replace
+from pathlib import Path
+
+from focus_planner.core.fingerprint import fingerprints
+from focus_planner.core.plans import SolvedPlan
+from focus_planner.core.solvers import Progress, Watch
+from focus_planner.core.types import Rig
+from focus_planner.messages.inputs import Log
+from focus_planner.messages.parameters import Recording
+from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.retention import prune
+from focus_planner.recording.run import (
+    Beginning,
+    Ending,
+    beginning_messages,
+    ending_messages,
+    markers_message,
+    progress_message,
+)
+
+_SECONDS_BETWEEN_WRITES = 1.0
+
+
+class Recorder:
+    """Writes runs, one thread for all.
+
+    Parameters
+    ----------
+    log : Log
+        Told of every run that could not be recorded.
+    """
+
+    def __init__(self, log: Log) -> None:
+        self._log = log
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording")
+        self._jobs: set[Future[None]] = set()
+        self._ready: tuple[tuple[BagMessage, ...], BagWriter] | None = None
+
+    def prepare(self, inputs: Sequence[BagMessage]) -> None:
+        """Compress what the next run will probably begin with."""
+        self.do(lambda: self._prepare(tuple(inputs)), lambda _: None)
+
+    def begin(
+        self, how: Recording, inputs: Sequence[BagMessage], beginning: Beginning
+    ) -> RunRecorder:
+        """Begin to write a run, in ``how.directory``."""
+        return RunRecorder(self, self._log, how, tuple(inputs), beginning)
+
+    def close(self, timeout: float | None = None) -> bool:
+        """Write what is still to be written; return whether all of it was, in time."""
+        self._thread.shutdown(wait=False)
+        return not wait(self._jobs.copy(), timeout).not_done
+
+    def do(self, job: Callable[[], None], failed: Callable[[Exception], None]) -> Future[None]:
+        """Do a job on the thread, after all others, and what is to be done if it fails."""
+
+        def guarded() -> None:
+            try:
+                job()
+            except Exception as error:  # noqa: BLE001 - a run lost must not cost a plan
+                failed(error)
+
+        try:
+            future = self._thread.submit(guarded)
+        except RuntimeError as error:  # after close
+            failed(error)
+            return _done()
+        self._jobs.add(future)
+        future.add_done_callback(self._jobs.discard)
+        return future
+
+    def take_prepared(self, inputs: tuple[BagMessage, ...]) -> BagWriter:
+        """Return a bag, still in memory, with these inputs; for the thread's jobs."""
+        self._prepare(inputs)
+        assert self._ready is not None
+        bag, self._ready = self._ready[1], None
+        return bag
+
+    def _prepare(self, inputs: tuple[BagMessage, ...]) -> None:
+        if self._ready is not None and self._ready[0] == inputs:
+            return
+        bag = BagWriter()
+        for message in inputs:
+            bag.add(message)
+        bag.flush()
+        self._ready = inputs, bag
+
+
+class RunRecorder:
+    """Writes one run.
+
+    Attributes
+    ----------
+    failure : str
+        Why it is not recorded; empty as long as it is.
+    path : Path or None
+        Its folder, once it is whole.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        log: Log,
+        how: Recording,
+        inputs: tuple[BagMessage, ...],
+        beginning: Beginning,
+    ) -> None:
+        assert how.directory is not None
+        self.failure = ""
+        self.path: Path | None = None
+        self._recorder = recorder
+        self._log = log
+        self._how = how
+        self._directory = how.directory
+        self._inputs = inputs
+        self._beginning = beginning
+        self._began = self._written = time.perf_counter()
+        self._steps: list[tuple[float, Progress]] = []
+        self._bag: BagWriter | None = None
+        self._on_disk = self._do(self._begin)
+
+    def watch(self, watch: Watch) -> Watch:
+        """Return a watch that notes every step, and has all inputs on disk before solving."""
+
+        def noted(progress: Progress) -> bool:
+            now = time.perf_counter()
+            self._steps.append((now - self._began, progress))
+            if progress.stage == "solving":
+                self._wait_for_disk(watch, progress)
+            elif now - self._written > _SECONDS_BETWEEN_WRITES:
+                self._written = now
+                self._do(self._write_steps)
+            return watch(progress)
+
+        return noted
+
+    def finish(
+        self,
+        success: bool,
+        message: str,
+        plan: SolvedPlan | None = None,
+        rig: Rig | None = None,
+        at: int | None = None,
+    ) -> Future[None]:
+        """Write the run's end, in the background.
+
+        Parameters
+        ----------
+        success : bool
+        message : str
+            What the caller is told.
+        plan, rig : optional
+            If there is a plan: it, and what it is for.
+        at : int, optional
+            When the plan was made, nanoseconds since the epoch; now, if it is not given.
+        """
+        at = time.time_ns() if at is None else at
+        return self._do(lambda: self._finish(Ending(success, message, plan), plan, rig, at))
+
+    def _wait_for_disk(self, watch: Watch, progress: Progress) -> None:
+        """Wait until the beginning is on disk, or the planner is told to stop."""
+        while True:
+            try:
+                self._on_disk.result(timeout=0.05)
+            except FutureTimeoutError:
+                if watch(progress):
+                    continue
+            return
+
+    def _do(self, job: Callable[[], None]) -> Future[None]:
+        return self._recorder.do(lambda: None if self.failure else job(), self._fail)
+
+    def _fail(self, error: Exception) -> None:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else repr(error)
+        self.failure = f"run {self._beginning.run_id} in {self._directory}: {reason}"
+        self._log.error(f"not recorded: {self.failure}")
+        if self._bag is not None:
+            self._bag.abandon()
+
+    def _begin(self) -> None:
+        bag = self._recorder.take_prepared(self._inputs)
+        bag.open(self._directory / self._beginning.run_id)
+        self._bag = bag
+        for message in beginning_messages(self._beginning):
+            bag.add(message)
+        bag.sync()
+
+    def _write_steps(self) -> None:
+        assert self._bag is not None
+        steps, self._steps = self._steps, []
+        for elapsed, progress in steps:
+            self._bag.add(progress_message(self._beginning, elapsed, progress))
+        self._bag.flush()
+
+    def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
+        self._write_steps()
+        assert self._bag is not None
+        if plan is not None:
+            if rig is not None and self._how.markers:
+                self._bag.add(markers_message(self._beginning, plan, rig, at))
+            ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
+        for message in ending_messages(self._beginning, ending, at):
+            self._bag.add(message)
+        self._bag.flush()
+        self.path = self._bag.close()
+        self._keep_to_limits()
+
+    def _keep_to_limits(self) -> None:
+        try:
+            prune(self._directory, self._how.max_runs, self._how.max_bytes)
+        except OSError as error:
+            self._log.error(f"old runs in {self._directory} cannot be deleted: {error}")
+
+
+def _done() -> Future[None]:
+    done: Future[None] = Future()
+    done.set_result(None)
+    return done

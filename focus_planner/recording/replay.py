@@ -1,0 +1,221 @@
+"""Planning a recorded run again, as it was or with changes, and comparing the two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
+from itertools import zip_longest
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.fingerprint import Fingerprint, fingerprints
+from focus_planner.core.plans import CameraFocus, FocusPlan, SolvedPlan
+from focus_planner.core.solvers import Progress, Watch, go_on
+from focus_planner.core.types import Rig
+from focus_planner.messages.planner import NotReady, Planner
+from focus_planner.recording.run import Ending, Run
+
+# What differs from run to run.
+_SECONDS = ("solve_seconds", "total_seconds")
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What planning a run again came to.
+
+    Attributes
+    ----------
+    ending : Ending
+    progress : tuple of Progress
+    plan : SolvedPlan or None
+        The ending's, with its problem.
+    rig : Rig or None
+        What the plan is for.
+    """
+
+    ending: Ending
+    progress: tuple[Progress, ...]
+    plan: SolvedPlan | None = None
+    rig: Rig | None = None
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Where two runs of the same begin to differ, or an effect of it.
+
+    Attributes
+    ----------
+    stage : str
+        A fingerprint's, "steps", "plan" or "outcome".
+    what : str
+        How much, in a few words.
+    """
+
+    stage: str
+    what: str
+
+
+def plan_again(run: Run, watch: Watch = go_on) -> Replayed:
+    """Do what the planner did when the run was recorded, on what it had then.
+
+    A time budget does not count: the plan ends where it ended then.
+
+    Raises
+    ------
+    InputError
+        If the run is not whole.
+    """
+    if run.ending is None:
+        raise InputError(str(run.path), "a whole run", f"a partial one: {run.fault}")
+    return plan_run(run, watch, run.ending.answers if run.ending.success else None)
+
+
+def plan_run(run: Run, watch: Watch = go_on, answers: Sequence[int] | None = None) -> Replayed:
+    """Plan what a run asks for, on its inputs.
+
+    With ``answers`` it ends where those say, else where its time budget says.
+    """
+    progress: list[Progress] = []
+
+    def noted(step: Progress) -> bool:
+        progress.append(step)
+        return watch(step)
+
+    beginning, settings = run.beginning, run.beginning.settings
+    planner = Planner(_Silent(), warmth=beginning.warmth)
+    _feed(planner, run)
+    try:
+        plan, rig, _ = planner.plan(
+            beginning.request,
+            settings.optics,
+            settings.model,
+            noted,
+            warm_start=beginning.warmth is not None,
+            answers=answers,
+        )
+    except (InputError, NotReady) as error:
+        return Replayed(Ending(False, str(error)), tuple(progress))
+    ending = Ending(True, "", plan, plan.answers, fingerprints(plan))
+    return Replayed(ending, tuple(progress), plan, rig)
+
+
+def differences(run: Run, replayed: Replayed) -> list[Difference]:
+    """Return how a replay differs from what was recorded, bit for bit; nothing if it does not.
+
+    The first that is returned is where the two begin to differ.
+    """
+    assert run.ending is not None
+    recorded, now = run.ending, replayed.ending
+    if recorded.plan is None or now.plan is None:
+        return list(_of_outcomes(recorded, now))
+    return [
+        *_of_fingerprints(recorded.fingerprints, now.fingerprints),
+        *_of_steps(run.progress, replayed.progress),
+        *_of_plans(recorded.plan, now.plan),
+    ]
+
+
+def _feed(planner: Planner, run: Run) -> None:
+    """Let a planner receive what was recorded, in the order in which it came."""
+    arrivals: list[tuple[datetime, Callable[[], None]]] = [
+        *((a.at, partial(planner.surface.receive, a)) for a in run.surfaces()),
+        *((a.at, partial(planner.rig.receive, a)) for a in run.rigs()),
+    ]
+    for _, receive in sorted(arrivals, key=lambda arrival: arrival[0]):
+        receive()
+        planner.digest(run.beginning.settings.optics)
+
+
+class _Silent:
+    """A log for what was logged when it was recorded."""
+
+    def warning(self, message: str) -> None:
+        pass
+
+    def error(self, message: str) -> None:
+        pass
+
+
+# --- comparing ---------------------------------------------------------------------------------
+
+
+def _of_outcomes(recorded: Ending, now: Ending) -> Iterator[Difference]:
+    if recorded.success or now.success or recorded.message != now.message:
+        told = [
+            f"a plan of cost {e.plan.cost:.2f}" if e.plan else e.message for e in (recorded, now)
+        ]
+        yield Difference("outcome", f"recorded: {told[0]}; now: {told[1]}")
+
+
+def _of_fingerprints(
+    recorded: Sequence[Fingerprint], now: Sequence[Fingerprint]
+) -> Iterator[Difference]:
+    again = {fingerprint.stage: fingerprint for fingerprint in now}
+    for before in recorded:
+        after = again.get(before.stage)
+        if after is None:
+            yield Difference(before.stage, "no such stage now")
+        elif after != before:
+            yield Difference(before.stage, _how_much(before, after))
+
+
+def _how_much(before: Fingerprint, after: Fingerprint) -> str:
+    totals = f"{sum(before.counts)} then, {sum(after.counts)} now"
+    if len(before.digests) == 1:
+        return f"not the same bits; {totals}"
+    pairs = zip_longest(
+        zip(before.counts, before.digests, strict=True),
+        zip(after.counts, after.digests, strict=True),
+    )
+    cameras = sum(one != other for one, other in pairs)
+    what = "see other samples" if before.stage.endswith("visibility") else "have other costs"
+    return f"{cameras} of {len(before.counts)} cameras {what}; pairs: {totals}"
+
+
+def _of_steps(recorded: Sequence[Progress], now: Sequence[Progress]) -> Iterator[Difference]:
+    """Yield the first step that differs."""
+    for number, (before, after) in enumerate(zip_longest(recorded, now), 1):
+        if _bits(before) != _bits(after):
+            what = f"step {number}: {_step(before)} then, {_step(after)} now"
+            yield Difference("steps", what)
+            return
+
+
+def _bits(step: Progress | None) -> object:
+    if step is None:
+        return None
+    # NaN is equal to NaN here.
+    return step.stage, step.iteration, repr(step.cost), repr(step.lower_bound)
+
+
+def _step(step: Progress | None) -> str:
+    if step is None:
+        return "none"
+    return f"{step.stage} {step.iteration} of cost {step.cost!r}"
+
+
+def _of_plans(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
+    names = [name for name in vars(_bare(recorded)) if name not in (*_SECONDS, "cameras")]
+    values = [(name, getattr(recorded, name), getattr(now, name)) for name in names]
+    changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]
+    if changed:
+        yield Difference("plan", "; ".join(changed))
+    if recorded.cameras != now.cameras:
+        yield Difference("focus", _how_far(recorded.cameras, now.cameras))
+
+
+def _bare(plan: FocusPlan) -> FocusPlan:
+    """Return a plan without what only a solver's has."""
+    names = FocusPlan.__dataclass_fields__
+    return FocusPlan(**{name: getattr(plan, name) for name in names})
+
+
+def _how_far(recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]) -> str:
+    if [c.name for c in recorded] != [c.name for c in now]:
+        return "other cameras"
+    changed = [(a, b) for a, b in zip(recorded, now, strict=True) if a != b]
+    moved = [(abs(b.focus_distance - a.focus_distance), a.name) for a, b in changed]
+    farthest, name = max(moved)
+    how_many = f"{len(changed)} of {len(recorded)} cameras"
+    return f"{how_many}; the farthest, {name}, by {1000 * farthest:.3g} mm"

@@ -1,0 +1,52 @@
+"""Keeping no more runs than wanted."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from focus_planner.recording.bag import METADATA, PARTIAL, bag_size, being_written
+
+# As recording.run.new_run_id makes them: by name is by time.
+_RUN_NAME = re.compile(r"\d{8}T\d{6}\.\d{6}Z-[0-9a-f]{8}")
+
+
+def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
+    """Delete the oldest runs until no more are left than wanted, never the newest; return them.
+
+    Only folders that are named, and filled, as runs are count and are deleted. One that is being
+    written counts, and is not deleted.
+
+    Parameters
+    ----------
+    directory : Path
+        Where the runs' folders are.
+    max_runs, max_bytes : int
+        0 for no limit.
+    """
+    if not max_runs and not max_bytes:
+        return []
+    newest_first = sorted(_runs(directory), key=lambda run: run.name, reverse=True)
+    deleted = []
+    count = size = 0
+    for k, run in enumerate(newest_first):
+        count += 1
+        size += bag_size(run)
+        too_much = (max_runs and count > max_runs) or (max_bytes and size > max_bytes)
+        if k > 0 and too_much and not being_written(run):
+            count -= 1
+            size -= bag_size(run)
+            shutil.rmtree(run)
+            deleted.append(run)
+    return deleted
+
+
+def _runs(directory: Path) -> Iterator[Path]:
+    for folder in directory.iterdir():
+        name = folder.name.removesuffix(PARTIAL)
+        if not _RUN_NAME.fullmatch(name) or not folder.is_dir() or folder.is_symlink():
+            continue
+        if {file.name for file in folder.iterdir()} <= {f"{name}_0.mcap", METADATA}:
+            yield folder

@@ -1,0 +1,420 @@
+"""What a recorded run says: from the planner's values to messages, and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta, timezone
+from enum import IntEnum
+from functools import partial
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.fingerprint import Fingerprint
+from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan
+from focus_planner.core.solvers import Progress
+from focus_planner.core.types import Mesh, PointCloud, Rig, Surface
+from focus_planner.core.warm_start import Warmth
+from focus_planner.messages.inputs import Arrival
+from focus_planner.messages.markers import MARKERS, markers_to_fields
+from focus_planner.messages.parameters import Settings, Value
+from focus_planner.messages.reading import (
+    Message,
+    Optics,
+    cloud_from_message,
+    mesh_from_bytes,
+    plan_from_message,
+    poses_from_message,
+    request_from_message,
+    rig_from_message,
+)
+from focus_planner.messages.typestore import PACKAGE, deserialize, fields_of, serialize
+from focus_planner.messages.writing import (
+    Fields,
+    Stamp,
+    cloud_to_fields,
+    mesh_to_bytes,
+    plan_to_fields,
+    rig_to_fields,
+)
+from focus_planner.recording.bag import Bag, BagMessage, read_bag
+
+MESH, CLOUD = "shape_msgs/msg/Mesh", "sensor_msgs/msg/PointCloud2"
+POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
+VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
+_RUN, _REQUEST = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/PlanRequest"
+_PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
+_PLAN = f"{PACKAGE}/msg/FocusPlan"
+_SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
+_NANO = 10**9
+
+
+class _ParameterType(IntEnum):
+    """Which field of a parameter's value counts; equal to ``ParameterType.msg``."""
+
+    BOOL = 1
+    INTEGER = 2
+    DOUBLE = 3
+    STRING = 4
+    DOUBLE_ARRAY = 8
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What a plan depends on, beside the surface and the rig.
+
+    Attributes
+    ----------
+    run_id : str
+        The run's name, its folder's, and its plan's.
+    planner : str
+        The full name of a node, whose topics the run is recorded under.
+    settings : Settings
+    asked : dict
+        The fields of the request; what is 0 or "" is taken from the settings.
+    at : int
+        When it was asked for, nanoseconds since the epoch.
+    software : dict
+        Versions by name.
+    warmth : Warmth or None
+        What the plan starts from.
+    """
+
+    run_id: str
+    planner: str
+    settings: Settings
+    asked: Fields
+    at: int
+    software: Mapping[str, str]
+    warmth: Warmth | None = None
+
+    @property
+    def request(self) -> PlanRequest:
+        """What was asked for, by the request and the settings.
+
+        Raises
+        ------
+        InputError
+            If a value is out of range.
+        """
+        message = deserialize(_REQUEST, serialize(_REQUEST, self.asked))
+        return request_from_message(message, self.settings.request)
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What a run came to.
+
+    Attributes
+    ----------
+    success : bool
+    message : str
+        What the caller was told.
+    plan : FocusPlan or None
+    answers : tuple of int
+        The plan's: when it was told to end.
+    fingerprints : tuple of Fingerprint
+    """
+
+    success: bool
+    message: str
+    plan: FocusPlan | None = None
+    answers: tuple[int, ...] = ()
+    fingerprints: tuple[Fingerprint, ...] = ()
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run as it was recorded.
+
+    Attributes
+    ----------
+    path : Path
+        Its folder, or file.
+    inputs : tuple of BagMessage
+        The surfaces and rigs that it had, oldest first.
+    beginning : Beginning
+    progress : tuple of Progress
+    ending : Ending or None
+        None if it was cut off.
+    fault : str
+        Why it is not whole; empty if it is.
+    """
+
+    path: Path
+    inputs: tuple[BagMessage, ...] = field(repr=False)
+    beginning: Beginning
+    progress: tuple[Progress, ...] = field(repr=False)
+    ending: Ending | None
+    fault: str
+
+    def surfaces(self) -> list[Arrival[Surface]]:
+        """Return the surfaces, as messages to be read."""
+        data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
+        frame_id = self.beginning.settings.frame_id
+        return [
+            _arrival(message, partial(_read_surface, message, data, frame_id))
+            for message in self.inputs
+            if message.type_name in _SURFACES
+        ]
+
+    def rigs(self) -> list[Arrival[Rig]]:
+        """Return the rigs, as messages to be read."""
+        frame_id = self.beginning.settings.frame_id
+        return [
+            _arrival(message, partial(_read_rig, message, frame_id))
+            for message in self.inputs
+            if message.type_name in _RIGS
+        ]
+
+
+def new_run_id() -> str:
+    """Return a name that no other run has, and that sorts by time."""
+    return f"{datetime.now(timezone.utc):%Y%m%dT%H%M%S.%fZ}-{uuid4().hex[:8]}"
+
+
+def stamp_of(at: int) -> Stamp:
+    """Return seconds and nanoseconds."""
+    return divmod(at, _NANO)
+
+
+# --- writing -----------------------------------------------------------------------------------
+
+
+def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> list[BagMessage]:
+    """Return the messages that say what a surface read from a file is."""
+    if isinstance(surface, PointCloud):
+        payload = serialize(CLOUD, cloud_to_fields(surface, frame_id))
+        return [BagMessage(f"{planner}/cloud", CLOUD, payload, at)]
+    messages = [BagMessage(f"{planner}/mesh", MESH, mesh_to_bytes(surface), at)]
+    data = {
+        "normals": surface.vertex_normals,
+        "importance": surface.vertex_importance,
+    }
+    given = {name: values for name, values in data.items() if values is not None}
+    if given:
+        payload = serialize(VERTEX_DATA, given)
+        messages.append(BagMessage(f"{planner}/mesh/vertex_data", VERTEX_DATA, payload, at))
+    return messages
+
+
+def rig_message(planner: str, rig: Rig, at: int) -> BagMessage:
+    """Return the message that says what a rig read from a file is."""
+    return BagMessage(f"{planner}/rig", RIG, serialize(RIG, rig_to_fields(rig)), at)
+
+
+def beginning_messages(beginning: Beginning) -> list[BagMessage]:
+    """Return the messages that a run begins with, after its inputs."""
+    seconds, nanoseconds = stamp_of(beginning.at)
+    warmth = beginning.warmth
+    run = {
+        "stamp": {"sec": seconds, "nanosec": nanoseconds},
+        "run_id": beginning.run_id,
+        "planner": beginning.planner,
+        "parameters": [
+            {"name": name, "value": _parameter_to_fields(value)}
+            for name, value in beginning.settings.values
+        ],
+        "seed": beginning.asked.get("seed", 0) or beginning.settings.request.seed,
+        "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
+        "warm_start": {} if warmth is None else _warmth_to_fields(warmth),
+    }
+    of_run = partial(_message, beginning)
+    return [of_run("run", _RUN, run), of_run("run/request", _REQUEST, beginning.asked)]
+
+
+def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -> BagMessage:
+    """Return the message of one step, so many seconds after the beginning."""
+    bound = progress.lower_bound
+    fields = {
+        "elapsed": elapsed,
+        "stage": progress.stage,
+        "iteration": progress.iteration,
+        "cost": progress.cost,
+        "lower_bound": math.nan if bound is None else bound,
+    }
+    at = beginning.at + int(elapsed * _NANO)
+    return _message(beginning, "run/progress", _PROGRESS, fields, at)
+
+
+def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
+    """Yield the messages that a run ends with; ``at`` is when its plan was made."""
+    if ending.plan is not None:
+        frame_id = beginning.settings.frame_id
+        fields = plan_to_fields(ending.plan, frame_id, stamp_of(at), beginning.run_id)
+        yield _message(beginning, "focus_plan", _PLAN, fields, at)
+    result = {
+        "success": ending.success,
+        "message": ending.message,
+        "answers": ending.answers,
+        "fingerprints": [vars(fingerprint) for fingerprint in ending.fingerprints],
+    }
+    yield _message(beginning, "run/result", _RESULT, result, at)
+
+
+def markers_message(beginning: Beginning, plan: SolvedPlan, rig: Rig, at: int) -> BagMessage:
+    """Return the message that shows a plan in 3D."""
+    fields = markers_to_fields(plan, rig, stamp_of(at))
+    return _message(beginning, "markers", MARKERS, fields, at)
+
+
+def _message(
+    beginning: Beginning, topic: str, type_name: str, fields: Fields, at: int | None = None
+) -> BagMessage:
+    payload = serialize(type_name, fields)
+    at = beginning.at if at is None else at
+    return BagMessage(f"{beginning.planner}/{topic}", type_name, payload, at)
+
+
+def _parameter_to_fields(value: Value) -> Fields:
+    if isinstance(value, bool):
+        return {"type": _ParameterType.BOOL, "bool_value": value}
+    if isinstance(value, int):
+        return {"type": _ParameterType.INTEGER, "integer_value": value}
+    if isinstance(value, float):
+        return {"type": _ParameterType.DOUBLE, "double_value": value}
+    if isinstance(value, str):
+        return {"type": _ParameterType.STRING, "string_value": value}
+    return {"type": _ParameterType.DOUBLE_ARRAY, "double_array_value": value}
+
+
+def _warmth_to_fields(warmth: Warmth) -> Fields:
+    return {
+        "cameras": warmth.names,
+        "focus_distances": warmth.focus_distances,
+        "points": warmth.points,
+        "prices": () if warmth.prices is None else warmth.prices,
+    }
+
+
+# --- reading -----------------------------------------------------------------------------------
+
+
+def read_run(path: Path) -> Run:
+    """Return a run; one that was cut off too, if it goes as far as its request.
+
+    Raises
+    ------
+    InputError
+        If there is none, or not that much of it.
+    """
+    bag = read_bag(path)
+    messages = _by_type(bag)
+    if _RUN not in messages or _REQUEST not in messages:
+        why = bag.fault or f"a bag of {', '.join(messages) or 'nothing'}"
+        raise InputError(str(path), "a recorded run", why)
+    try:
+        return _run(path, bag, messages)
+    except InputError as error:
+        raise InputError(str(path), "a recorded run", f"one with a bad {error}") from None
+
+
+def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
+    run, asked = (messages[name][0].read() for name in (_RUN, _REQUEST))
+    values = {p.name: _parameter_from_message(p.value) for p in run.parameters}
+    result, plan = messages.get(_RESULT), messages.get(_PLAN)
+    fault = bag.fault or ("" if result else "it has no result")
+    return Run(
+        path=path,
+        inputs=tuple(
+            message
+            for message in bag.messages
+            if message.type_name in (*_SURFACES, *_RIGS, VERTEX_DATA)
+        ),
+        beginning=Beginning(
+            run_id=run.run_id,
+            planner=run.planner,
+            settings=Settings.from_values(values),
+            asked=fields_of(asked),
+            at=run.stamp.sec * _NANO + run.stamp.nanosec,
+            software={entry.key: entry.value for entry in run.software},
+            warmth=_warmth_from_message(run.warm_start),
+        ),
+        progress=tuple(_progress_from_message(m.read()) for m in messages.get(_PROGRESS, [])),
+        ending=_ending(result[0].read(), plan and plan[0].read()) if result and not fault else None,
+        fault=fault,
+    )
+
+
+def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
+    messages: dict[str, list[BagMessage]] = {}
+    for message in bag.messages:
+        messages.setdefault(message.type_name, []).append(message)
+    return messages
+
+
+def _read_surface(message: BagMessage, data: list[BagMessage], frame_id: str, _: Optics) -> Surface:
+    if message.type_name == CLOUD:
+        return cloud_from_message(message.read(), frame_id)
+    mesh = mesh_from_bytes(message.payload)
+    if not data:
+        return mesh
+    vertices = data[0].read()
+    normals, importance = vertices.normals, vertices.importance
+    return Mesh(
+        mesh.vertices,
+        mesh.triangles,
+        normals.reshape(-1, 3) if len(normals) else None,
+        importance if len(importance) else None,
+    )
+
+
+def _read_rig(message: BagMessage, frame_id: str, optics: Optics) -> Rig:
+    from_message = rig_from_message if message.type_name == RIG else poses_from_message
+    return from_message(message.read(), optics, frame_id)
+
+
+def _arrival(message: BagMessage, read: Any) -> Arrival[Any]:
+    at = datetime(1970, 1, 1, tzinfo=timezone.utc) + timedelta(microseconds=message.at // 1000)
+    return Arrival(message.topic, message.type_name, message.payload, read, at)
+
+
+def _parameter_from_message(value: Message) -> Value | None:
+    names = {
+        _ParameterType.BOOL: "bool_value",
+        _ParameterType.INTEGER: "integer_value",
+        _ParameterType.DOUBLE: "double_value",
+        _ParameterType.STRING: "string_value",
+    }
+    if value.type == _ParameterType.DOUBLE_ARRAY:
+        return tuple(value.double_array_value.tolist())
+    if value.type not in names:
+        raise InputError("parameter", "a value of a known type", f"type {value.type}")
+    plain: Value = getattr(value, names[_ParameterType(value.type)])
+    return plain
+
+
+def _warmth_from_message(message: Message) -> Warmth | None:
+    if not message.cameras:
+        return None
+    return Warmth(
+        tuple(message.cameras),
+        np.asarray(message.focus_distances),
+        message.points.reshape(-1, 3),
+        message.prices if len(message.prices) else None,
+    )
+
+
+def _progress_from_message(message: Message) -> Progress:
+    bound = message.lower_bound
+    return Progress(
+        message.stage, message.iteration, message.cost, None if math.isnan(bound) else bound
+    )
+
+
+def _ending(result: Message, plan: Message | None) -> Ending:
+    return Ending(
+        success=result.success,
+        message=result.message,
+        plan=None if plan is None else plan_from_message(plan),
+        answers=tuple(result.answers.tolist()),
+        fingerprints=tuple(
+            Fingerprint(f.stage, tuple(f.counts.tolist()), tuple(f.digests.tolist()))
+            for f in result.fingerprints
+        ),
+    )
