@@ -9,7 +9,7 @@ import numpy as np
 from focus_planner.core.geometry import image_corners
 from focus_planner.core.plans import SolvedPlan
 from focus_planner.core.types import CameraStatus, FloatArray, Rig
-from focus_planner.messages.writing import Fields, Stamp, header_to_fields
+from focus_planner.messages.writing import Fields, Stamp, header_fields
 
 #: Those of the array's type.
 MARKERS = "visualization_msgs/msg/MarkerArray"
@@ -36,7 +36,7 @@ def markers_to_fields(plan: SolvedPlan, rig: Rig, stamp: Stamp) -> Fields:
     they are not, grey where no camera sees them. A camera is a pyramid from its centre to the plane
     that it is focused at; grey if it images nothing best.
     """
-    header = header_to_fields(rig.frame_id, stamp)
+    header = header_fields(rig.frame_id, stamp)
     markers = [_surface(plan, header)]
     for k, (camera, focus) in enumerate(zip(rig.cameras, plan.cameras, strict=True)):
         corners = image_corners(camera, focus.focus_distance)

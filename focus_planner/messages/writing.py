@@ -139,7 +139,7 @@ def shot_to_fields(shot: Shot) -> Fields:
 def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp) -> Fields:
     """Return what a lens driver obeys."""
     return {
-        "header": header_to_fields(frame_id, stamp),
+        "header": header_fields(frame_id, stamp),
         "name": focus.name,
         "status": int(focus.status),
         "focus_distance": focus.focus_distance,
@@ -167,7 +167,7 @@ def plan_to_fields(plan: FocusPlan, frame_id: str, stamp: Stamp, plan_id: str) -
         Its name in logs and in recorded runs.
     """
     return {
-        "header": header_to_fields(frame_id, stamp),
+        "header": header_fields(frame_id, stamp),
         "plan_id": plan_id,
         "method": plan.method,
         "cost": plan.cost,
@@ -190,7 +190,7 @@ def plan_to_fields(plan: FocusPlan, frame_id: str, stamp: Stamp, plan_id: str) -
     }
 
 
-def header_to_fields(frame_id: str, stamp: Stamp) -> Fields:
+def header_fields(frame_id: str, stamp: Stamp) -> Fields:
     """Return a header."""
     seconds, nanoseconds = stamp
     return {"frame_id": frame_id, "stamp": {"sec": seconds, "nanosec": nanoseconds}}

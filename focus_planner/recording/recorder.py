@@ -8,6 +8,7 @@ reaches the planner: it is logged, and told with the plan.
 
 from __future__ import annotations
 
+import errno
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -21,6 +22,7 @@ from focus_planner.core.solvers import Progress, Watch
 from focus_planner.core.types import Rig
 from focus_planner.messages.inputs import Log
 from focus_planner.messages.parameters import Recording
+from focus_planner.messages.writing import Stamp
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.retention import prune
 from focus_planner.recording.run import (
@@ -30,6 +32,7 @@ from focus_planner.recording.run import (
     ending_messages,
     markers_message,
     progress_message,
+    stamp_of,
 )
 
 _SECONDS_BETWEEN_WRITES = 1.0
@@ -76,8 +79,8 @@ class Recorder:
 
         try:
             future = self._thread.submit(guarded)
-        except RuntimeError as error:  # after close
-            failed(error)
+        except RuntimeError:  # after close
+            failed(InterruptedError(errno.EINTR, "the planner is shutting down"))
             return _done()
         self._jobs.add(future)
         future.add_done_callback(self._jobs.discard)
@@ -154,7 +157,7 @@ class RunRecorder:
         message: str,
         plan: SolvedPlan | None = None,
         rig: Rig | None = None,
-        at: int | None = None,
+        stamp: Stamp | None = None,
     ) -> Future[None]:
         """Write the run's end, in the background.
 
@@ -165,11 +168,12 @@ class RunRecorder:
             What the caller is told.
         plan, rig : optional
             If there is a plan: it, and what it is for.
-        at : int, optional
-            When the plan was made, nanoseconds since the epoch; now, if it is not given.
+        stamp : tuple of int, optional
+            The plan's, seconds and nanoseconds; now, if it is not given.
         """
-        at = time.time_ns() if at is None else at
-        return self._do(lambda: self._finish(Ending(success, message, plan), plan, rig, at))
+        at = time.time_ns()
+        ending = Ending(success, message, plan, stamp=stamp or stamp_of(at))
+        return self._do(lambda: self._finish(ending, plan, rig, at))
 
     def _wait_for_disk(self, watch: Watch, progress: Progress) -> None:
         """Wait until the beginning is on disk, or the planner is told to stop."""
@@ -218,6 +222,7 @@ class RunRecorder:
         self._bag.flush()
         self.path = self._bag.close()
         self._keep_to_limits()
+        self._recorder.prepare(self._inputs)  # the next run may well have the same
 
     def _keep_to_limits(self) -> None:
         try:

@@ -52,6 +52,7 @@ _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PLAN = f"{PACKAGE}/msg/FocusPlan"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
+_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
 class _ParameterType(IntEnum):
@@ -119,6 +120,8 @@ class Ending:
     answers : tuple of int
         The plan's: when it was told to end.
     fingerprints : tuple of Fingerprint
+    stamp : tuple of int
+        Of the plan: seconds and nanoseconds.
     """
 
     success: bool
@@ -126,6 +129,7 @@ class Ending:
     plan: FocusPlan | None = None
     answers: tuple[int, ...] = ()
     fingerprints: tuple[Fingerprint, ...] = ()
+    stamp: Stamp = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -181,6 +185,12 @@ def new_run_id() -> str:
 def stamp_of(at: int) -> Stamp:
     """Return seconds and nanoseconds."""
     return divmod(at, _NANO)
+
+
+def input_message(arrival: Arrival[Any]) -> BagMessage:
+    """Return a message that a planner received, as it is recorded."""
+    at = (arrival.at - _EPOCH) // timedelta(microseconds=1) * 1000
+    return BagMessage(arrival.topic, arrival.type_name, arrival.payload, at)
 
 
 # --- writing -----------------------------------------------------------------------------------
@@ -243,10 +253,10 @@ def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -
 
 
 def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
-    """Yield the messages that a run ends with; ``at`` is when its plan was made."""
+    """Yield the messages that a run ends with."""
     if ending.plan is not None:
         frame_id = beginning.settings.frame_id
-        fields = plan_to_fields(ending.plan, frame_id, stamp_of(at), beginning.run_id)
+        fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
         yield _message(beginning, "focus_plan", _PLAN, fields, at)
     result = {
         "success": ending.success,
@@ -370,7 +380,7 @@ def _read_rig(message: BagMessage, frame_id: str, optics: Optics) -> Rig:
 
 
 def _arrival(message: BagMessage, read: Any) -> Arrival[Any]:
-    at = datetime(1970, 1, 1, tzinfo=timezone.utc) + timedelta(microseconds=message.at // 1000)
+    at = _EPOCH + timedelta(microseconds=message.at // 1000)
     return Arrival(message.topic, message.type_name, message.payload, read, at)
 
 
@@ -412,6 +422,7 @@ def _ending(result: Message, plan: Message | None) -> Ending:
         success=result.success,
         message=result.message,
         plan=None if plan is None else plan_from_message(plan),
+        stamp=(0, 0) if plan is None else (plan.header.stamp.sec, plan.header.stamp.nanosec),
         answers=tuple(result.answers.tolist()),
         fingerprints=tuple(
             Fingerprint(f.stage, tuple(f.counts.tolist()), tuple(f.digests.tolist()))

@@ -63,6 +63,11 @@ def message_to_ros(message_type: type[Message], fields: Fields) -> Message:
     return message
 
 
+def fields_from_ros(message: Any) -> Fields:
+    """Return the fields of a message of plain values."""
+    return {name: getattr(message, name) for name in message.get_fields_and_field_types()}
+
+
 def _fill(message: Any, fields: Fields) -> None:
     nested_types = _nested_types(message.__class__)
     for name, value in fields.items():

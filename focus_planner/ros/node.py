@@ -8,15 +8,14 @@ import sys
 import threading
 import time
 import traceback
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from datetime import datetime, timezone
 from functools import partial
 from typing import Any
-from uuid import uuid4
 
 import rclpy
 from focus_planner_msgs.msg import CameraRig, FocusPlan
@@ -53,8 +52,17 @@ from focus_planner.messages.reading import (
     rig_from_message,
 )
 from focus_planner.messages.writing import plan_to_fields
+from focus_planner.recording.bag import BagMessage
+from focus_planner.recording.recorder import Recorder, RunRecorder
+from focus_planner.recording.run import Beginning, input_message, new_run_id
+from focus_planner.recording.software import software
 from focus_planner.ros.cameras import LATCHED, CameraTopics
-from focus_planner.ros.conversions import message_from_ros, message_to_ros, type_name_of
+from focus_planner.ros.conversions import (
+    fields_from_ros,
+    message_from_ros,
+    message_to_ros,
+    type_name_of,
+)
 from focus_planner.ros.parameters import Parameters
 
 # Some messages that come in one go are kept: if the newest is refused an older one may do.
@@ -68,16 +76,34 @@ _SHUTTING_DOWN = "the node is shutting down"
 _SECONDS_TO_FINISH = 3.0
 
 Read = Callable[[bytes, Optics], Any]
-_Outcome = tuple[bool, str, FocusPlan | None]
 
 
 @dataclass(frozen=True)
 class _Call:
-    """One service call, with the parameters as they were when it came."""
+    """One service call, with the parameters as they were when it came.
+
+    ``started`` is by :func:`time.perf_counter`, ``at`` is nanoseconds since the epoch.
+    """
 
     request: PlanFocus.Request
     settings: Settings
     started: float
+    at: int
+    plan_id: str
+
+
+def _nothing() -> None:
+    """Do nothing."""
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What a caller is answered, and what is left to do once that is sent."""
+
+    success: bool
+    message: str
+    plan: FocusPlan | None = None
+    afterwards: Callable[[], object] = _nothing
 
 
 @dataclass(frozen=True)
@@ -146,10 +172,12 @@ class PlannerNode(Node):
         self._settings = Parameters(self)
         self._cameras = CameraTopics(self)
         self._planner = Planner(self.get_logger(), self._cameras.follow)
+        self._recorder = Recorder(self.get_logger())
         self._planning = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
+        self._unfinished: deque[Callable[[], object]] = deque()
         self._distorted: list[str] = []
         self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
         self._do_next(self._warm_up)
@@ -180,8 +208,12 @@ class PlannerNode(Node):
             self.executor.create_task(self._give_up)
 
     def finish(self, timeout: float) -> bool:
-        """Wait for the planning thread after :meth:`stop`; return whether it has ended."""
-        return not wait(self._jobs, timeout).not_done
+        """Wait, after :meth:`stop`, for planning and recording; return whether both have ended."""
+        until = time.monotonic() + timeout
+        ended = not wait(self._jobs, timeout).not_done
+        while self._unfinished:
+            self._finish_one()
+        return self._recorder.close(max(until - time.monotonic(), 0.0)) and ended
 
     def _listen(
         self, message_type: type, topic: str, target: Input[Any, Any], read: Read
@@ -245,21 +277,31 @@ class PlannerNode(Node):
         self._take_all([])
         answer = Future()
         self._calls.add(answer)
-        call = _Call(request, self._settings.current, time.perf_counter())
+        call = _Call(
+            request, self._settings.current, time.perf_counter(), time.time_ns(), new_run_id()
+        )
         if not self._do_next(partial(self._answer, call, answer)):
             self._give_up()
         try:
-            success, response.message, plan = await answer
+            outcome: _Outcome = await answer
         finally:
             self._calls.remove(answer)
-        response.success = success
-        if plan is not None:
-            response.plan = plan
+        response.success, response.message = outcome.success, outcome.message
+        if outcome.plan is not None:
+            response.plan = outcome.plan
+        self._unfinished.append(outcome.afterwards)
+        if self.executor:
+            # It comes to this when the response is sent, and not before.
+            self.executor.create_task(self._finish_one)
         return response
+
+    def _finish_one(self) -> None:
+        if self._unfinished:
+            self._unfinished.popleft()()
 
     def _give_up(self) -> None:
         for answer in self._calls:
-            answer.set_result((False, _SHUTTING_DOWN, None))
+            answer.set_result(_Outcome(False, _SHUTTING_DOWN))
 
     def _do_next(self, job: Callable[[], None]) -> bool:
         """Queue a job for the planning thread; return whether there still is one."""
@@ -280,28 +322,63 @@ class PlannerNode(Node):
     # What follows runs on the planning thread.
 
     def _warm_up(self) -> None:
+        software()  # takes some time, once
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         warm_up(lambda: not self._stopping.is_set())
         if not self._stopping.is_set():
             self.get_logger().info("ready")
 
     def _digest(self) -> None:
-        self._planner.digest(self._settings.current.optics)
+        settings = self._settings.current
+        self._planner.digest(settings.optics)
+        if settings.recording.directory is not None:
+            self._recorder.prepare(self._inputs())
+
+    def _inputs(self) -> list[BagMessage]:
+        return [input_message(arrival) for arrival in self._planner.arrivals()]
 
     def _answer(self, call: _Call, answer: Future) -> None:
+        record = None
         try:
-            outcome = self._plan(call)
+            self._planner.digest(call.settings.optics)
+            record = self._record(call)
+            outcome = self._plan(call, record)
         except (InputError, NotReady) as error:
             self.get_logger().info(f"no plan: {error}")
-            outcome = False, str(error), None
+            outcome = self._no_plan(str(error), record)
         except Exception as error:  # noqa: BLE001 - the caller is told, the log has the rest
             self.get_logger().error(traceback.format_exc())
-            outcome = False, f"internal error: {error!r}; the node's log has the details", None
-        if not answer.done():
+            told = f"internal error: {error!r}; the node's log has the details"
+            outcome = self._no_plan(told, record)
+        if answer.done():
+            outcome.afterwards()
+        else:
             answer.set_result(outcome)
             self._wake_executor()
 
-    def _plan(self, call: _Call) -> _Outcome:
+    def _record(self, call: _Call) -> RunRecorder | None:
+        """Begin to record a call, if calls are recorded."""
+        settings = call.settings
+        if settings.recording.directory is None:
+            return None
+        beginning = Beginning(
+            run_id=call.plan_id,
+            planner=self.get_fully_qualified_name(),
+            settings=settings,
+            asked=fields_from_ros(call.request),
+            at=call.at,
+            software=software(),
+            warmth=self._planner.warmth if settings.warm_start else None,
+        )
+        return self._recorder.begin(settings.recording, self._inputs(), beginning)
+
+    @staticmethod
+    def _no_plan(message: str, record: RunRecorder | None) -> _Outcome:
+        if record is None:
+            return _Outcome(False, message)
+        return _Outcome(False, message, afterwards=partial(record.finish, False, message))
+
+    def _plan(self, call: _Call, record: RunRecorder | None) -> _Outcome:
         settings = call.settings
         request = request_from_message(call.request, settings.request)
         self.get_logger().debug(f"planning: {request}")
@@ -309,20 +386,23 @@ class PlannerNode(Node):
             request,
             settings.optics,
             settings.model,
-            self._go_on,
+            record.watch(self._go_on) if record else self._go_on,
             warm_start=settings.warm_start,
         )
         if self._stopping.is_set():
-            return False, _SHUTTING_DOWN, None
+            return _Outcome(False, _SHUTTING_DOWN)
         plan = replace(plan, total_seconds=time.perf_counter() - call.started)
         stamp = self.get_clock().now().seconds_nanoseconds()
-        fields = plan_to_fields(plan, rig.frame_id, stamp, _plan_id())
+        fields = plan_to_fields(plan, rig.frame_id, stamp, call.plan_id)
         message = message_to_ros(FocusPlan, fields)
         self._focus_plan.publish(message)
         self._cameras.publish(message)
-        summary = f"{_summary(plan)}; {reminder}" if reminder else _summary(plan)
-        self.get_logger().info(f"{message.plan_id}: {summary}")
-        return True, summary, message
+        lost = f"not recorded: {record.failure}" if record and record.failure else ""
+        parts = [_summary(plan), reminder, lost]
+        summary = "; ".join(part for part in parts if part)
+        self.get_logger().info(f"{call.plan_id}: {summary}")
+        finish = partial(record.finish, True, summary, plan, rig, stamp) if record else _nothing
+        return _Outcome(True, summary, message, finish)
 
     def _go_on(self, _: Progress) -> bool:
         return not self._stopping.is_set()
@@ -390,10 +470,6 @@ def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
         yield set(signals)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _plan_id() -> str:
-    return f"{datetime.now(timezone.utc):%Y%m%dT%H%M%SZ}-{uuid4().hex[:8]}"
 
 
 def _summary(plan: SolvedPlan) -> str:
