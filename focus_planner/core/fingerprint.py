@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from hashlib import blake2b
+from hashlib import sha256
 from itertools import pairwise
 from typing import Any
 
@@ -52,24 +52,24 @@ def _of_problem(prefix: str, problem: Problem) -> Iterator[Fingerprint]:
     samples = problem.samples
     digest = _digest(samples.points, samples.normals, samples.weights, samples.areas)
     yield Fingerprint(f"{prefix}samples", (len(samples),), (digest,))
-    # Shots of a camera see the same.
-    first = np.arange(0, problem.camera_count, problem.shots)
-    order = np.argsort(problem.camera_index, kind="stable")
-    offsets = np.searchsorted(problem.camera_index[order], [*first, problem.camera_count])
-    pairs = [order[low:high] for low, high in pairwise(offsets)]
-    if problem.shots > 1:
-        pairs = [p[problem.camera_index[p] == c] for p, c in zip(pairs, first, strict=True)]
-    counts = tuple(len(p) for p in pairs)
-    seen = tuple(_digest(problem.sample_index[p]) for p in pairs)
-    yield Fingerprint(f"{prefix}visibility", counts, seen)
-    costs = (problem.depth, problem.base_cost, problem.focus_near, problem.focus_far)
-    costing = tuple(_digest(*(values[p] for values in costs)) for p in pairs)
-    yield Fingerprint(f"{prefix}costs", counts, costing)
+    # Shots of a camera see the same: the first of each stands for all.
+    pairs = np.flatnonzero(problem.camera_index % problem.shots == 0)
+    pairs = pairs[np.argsort(problem.camera_index[pairs], kind="stable")]
+    cameras = np.arange(0, problem.camera_count + problem.shots, problem.shots)
+    runs = list(pairwise(np.searchsorted(problem.camera_index[pairs], cameras).tolist()))
+    counts = tuple(high - low for low, high in runs)
+    seen = problem.sample_index[pairs]
+    costs = np.stack(
+        [problem.depth, problem.base_cost, problem.focus_near, problem.focus_far], axis=1
+    )[pairs]
+    for stage, values in (("visibility", seen), ("costs", costs)):
+        digests = tuple(_digest(values[low:high]) for low, high in runs)
+        yield Fingerprint(f"{prefix}{stage}", counts, digests)
 
 
 def _digest(*arrays: NDArray[Any]) -> int:
-    hashed = blake2b(digest_size=8)
+    hashed = sha256()
     for array in arrays:
         little_endian = array.astype(array.dtype.newbyteorder("<"), copy=False)
         hashed.update(np.ascontiguousarray(little_endian).data)
-    return int.from_bytes(hashed.digest(), "little")
+    return int.from_bytes(hashed.digest()[:8], "little")

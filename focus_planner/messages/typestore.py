@@ -53,8 +53,19 @@ def serialize(type_name: str, fields: Fields) -> bytes:
     TypeError
         If the message, or one within it, has no field of a name.
     """
-    message = _filled(_store(), type_name, fields)
+    message = message_of(type_name, fields)
     return bytes(_store().serialize_cdr(message, type_name, little_endian=True))
+
+
+def message_of(type_name: str, fields: Fields) -> Message:
+    """Return a message of these fields; it may stand for its fields in those of another.
+
+    Raises
+    ------
+    TypeError
+        As :func:`serialize`.
+    """
+    return _filled(_store(), type_name, fields)
 
 
 def deserialize(type_name: str, payload: bytes, definition: str | None = None) -> Message:
@@ -163,7 +174,9 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, list) else value
 
 
-def _filled(store: Typestore, type_name: str, given: Fields) -> Message:
+def _filled(store: Typestore, type_name: str, given: Fields | Message) -> Message:
+    if not isinstance(given, dict):
+        return given
     members = store.fielddefs[type_name][1]
     unknown = given.keys() - {name for name, _ in members}
     if unknown:

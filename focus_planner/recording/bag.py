@@ -46,6 +46,7 @@ _LATCHED = {
     "liveliness_lease_duration": _FOREVER,
     "avoid_ros_namespace_conventions": False,
 }
+_LATCHED_YAML = yaml.safe_dump([_LATCHED], sort_keys=False)
 
 
 @dataclass(frozen=True)
@@ -183,7 +184,7 @@ class BagWriter:
             schema = self._writer.register_schema(name, "ros2msg", definition.encode())
             self._schemas[name, definition] = schema
         metadata = {
-            "offered_qos_profiles": yaml.safe_dump([_LATCHED], sort_keys=False),
+            "offered_qos_profiles": _LATCHED_YAML,
             "topic_type_hash": type_hash(name),
         }
         schema = self._schemas[name, definition]

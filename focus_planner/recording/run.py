@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, timezone
 from enum import IntEnum
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -33,7 +33,7 @@ from focus_planner.messages.reading import (
     request_from_message,
     rig_from_message,
 )
-from focus_planner.messages.typestore import PACKAGE, deserialize, fields_of, serialize
+from focus_planner.messages.typestore import PACKAGE, deserialize, fields_of, message_of, serialize
 from focus_planner.messages.writing import (
     Fields,
     Stamp,
@@ -50,6 +50,7 @@ VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
 _RUN, _REQUEST = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/PlanRequest"
 _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PLAN = f"{PACKAGE}/msg/FocusPlan"
+_PARAMETER = "rcl_interfaces/msg/Parameter"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
@@ -226,10 +227,7 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
         "stamp": {"sec": seconds, "nanosec": nanoseconds},
         "run_id": beginning.run_id,
         "planner": beginning.planner,
-        "parameters": [
-            {"name": name, "value": _parameter_to_fields(value)}
-            for name, value in beginning.settings.values
-        ],
+        "parameters": _parameters(beginning.settings.values),
         "seed": beginning.asked.get("seed", 0) or beginning.settings.request.seed,
         "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
         "warm_start": {} if warmth is None else _warmth_to_fields(warmth),
@@ -279,6 +277,15 @@ def _message(
     payload = serialize(type_name, fields)
     at = beginning.at if at is None else at
     return BagMessage(f"{beginning.planner}/{topic}", type_name, payload, at)
+
+
+@lru_cache(maxsize=8)
+def _parameters(values: tuple[tuple[str, Value], ...]) -> list[Message]:
+    """Return the messages of parameters, which are many and seldom change."""
+    return [
+        message_of(_PARAMETER, {"name": name, "value": _parameter_to_fields(value)})
+        for name, value in values
+    ]
 
 
 def _parameter_to_fields(value: Value) -> Fields:
