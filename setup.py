@@ -32,7 +32,7 @@ setup(
     ],
     entry_points={
         "console_scripts": [
-            "focus_planner = focus_planner.cli:main",
+            "focus_planner = focus_planner.cli.main:main",
             "planner_node = focus_planner.ros.node:main",
         ],
     },

@@ -216,6 +216,17 @@ class FocusPlan:
         """How many shots each camera takes."""
         return len(self.cameras[0].shots) if self.cameras else 1
 
+    def summary(self) -> str:
+        """Return in one line how good the plan is."""
+        text = (
+            f"{self.method}, cost {self.cost:.1f} on {self.samples} samples,"
+            f" {self.fresh_cost:.1f} ± {self.fresh_standard_error:.1f} on {self.fresh_samples}"
+            f" fresh ones, in {self.total_seconds:.3f} s"
+        )
+        if self.gap is not None:
+            text += f", within {100 * self.gap:.3g} % of the best"
+        return text if self.converged else f"{text}, ended before it converged"
+
     @property
     def focus_distances(self) -> FloatArray:
         """(C · shots,) metres, camera by camera: what a ``Problem`` of as many shots evaluates."""

@@ -56,26 +56,20 @@ class Difference:
     what: str
 
 
-def plan_again(run: Run, watch: Watch = go_on) -> Replayed:
-    """Do what the planner did when the run was recorded, on what it had then.
+def plan_run(run: Run, watch: Watch = go_on, *, as_it_was: bool = True) -> Replayed:
+    """Plan what a run asks for, on the inputs that it had.
 
-    A time budget does not count: the plan ends where it ended then.
-
-    Raises
-    ------
-    InputError
-        If the run is not whole.
+    Parameters
+    ----------
+    run : Run
+        A partial one too.
+    watch : callable, optional
+    as_it_was : bool
+        Whether the plan ends where it ended then, whatever its time budget; else where the budget
+        ends it now.
     """
-    if run.ending is None:
-        raise InputError(str(run.path), "a whole run", f"a partial one: {run.fault}")
-    return plan_run(run, watch, run.ending.answers if run.ending.success else None)
-
-
-def plan_run(run: Run, watch: Watch = go_on, answers: Sequence[int] | None = None) -> Replayed:
-    """Plan what a run asks for, on its inputs.
-
-    With ``answers`` it ends where those say, else where its time budget says.
-    """
+    ended = run.ending is not None and run.ending.success and as_it_was
+    answers = run.ending.answers if run.ending and ended else None
     progress: list[Progress] = []
 
     def noted(step: Progress) -> bool:
@@ -106,14 +100,22 @@ def differences(run: Run, replayed: Replayed) -> list[Difference]:
     The first that is returned is where the two begin to differ.
     """
     assert run.ending is not None
-    recorded, now = run.ending, replayed.ending
-    if recorded.plan is None or now.plan is None:
-        return list(_of_outcomes(recorded, now))
+    outcomes = outcome_differences(run, replayed.ending)
+    if run.ending.plan is None or replayed.plan is None:
+        return outcomes
     return [
-        *_of_fingerprints(recorded.fingerprints, now.fingerprints),
+        *_of_fingerprints(run.ending.fingerprints, replayed.ending.fingerprints),
         *_of_steps(run.progress, replayed.progress),
-        *_of_plans(recorded.plan, now.plan),
+        *outcomes,
     ]
+
+
+def outcome_differences(run: Run, now: Ending) -> list[Difference]:
+    """Return how another outcome of a run's request differs, whatever it came from."""
+    assert run.ending is not None
+    if run.ending.plan is None or now.plan is None:
+        return list(_of_outcomes(run.ending, now))
+    return list(_of_plans(run.ending.plan, now.plan))
 
 
 def _feed(planner: Planner, run: Run) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, timezone
@@ -40,6 +41,7 @@ from focus_planner.messages.writing import (
     cloud_to_fields,
     mesh_to_bytes,
     plan_to_fields,
+    request_to_fields,
     rig_to_fields,
 )
 from focus_planner.recording.bag import Bag, BagMessage, read_bag
@@ -195,6 +197,24 @@ def input_message(arrival: Arrival[Any]) -> BagMessage:
 
 
 # --- writing -----------------------------------------------------------------------------------
+
+
+def beginning_of(
+    run_id: str, planner: str, request: PlanRequest, frame_id: str, software: Mapping[str, str]
+) -> Beginning:
+    """Return the beginning of a run that plans for files: all parameters are the request's."""
+    values: dict[str, Any] = vars(request) | {"frame_id": frame_id}
+    values["time_budget"] = 0.0 if math.isinf(request.time_budget) else request.time_budget
+    settings = Settings.from_values(values)
+    asked = request_to_fields(request)
+    return Beginning(run_id, planner, settings, asked, time.time_ns(), software)
+
+
+def inputs_of(beginning: Beginning, surface: Surface, rig: Rig) -> list[BagMessage]:
+    """Return the messages that say what a surface and a rig read from files are."""
+    planner, at = beginning.planner, beginning.at
+    messages = surface_messages(planner, surface, rig.frame_id, at)
+    return [*messages, rig_message(planner, rig, at)]
 
 
 def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> list[BagMessage]:

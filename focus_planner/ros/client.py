@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, final
 from uuid import uuid4
@@ -11,14 +12,14 @@ from focus_planner_msgs.msg import CameraFocus, CameraRig, FocusPlan
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import PoseArray
 from rcl_interfaces.msg import SetParametersResult
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
@@ -86,6 +87,10 @@ class PlannerClient:
         }
         self._plan_focus = self._client(PlanFocus, "plan_focus")
         self._set_parameters = self._client(SetParameters, "set_parameters")
+        self._set_parameters_atomically = self._client(
+            SetParametersAtomically, "set_parameters_atomically"
+        )
+        self._get_parameters = self._client(GetParameters, "get_parameters")
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=name)
         self._thread.start()
@@ -150,10 +155,32 @@ class PlannerClient:
             Parameter(name.replace("__", "."), value=value).to_parameter_msg()
             for name, value in values.items()
         ]
-        _wait_for_service(self._set_parameters, _PATIENCE)
-        call = self._set_parameters.call_async(SetParameters.Request(parameters=parameters))
-        results: list[SetParametersResult] = _result(call, _PATIENCE, "set_parameters").results
+        request = SetParameters.Request(parameters=parameters)
+        answer = self._call(self._set_parameters, request, "set_parameters")
+        results: list[SetParametersResult] = answer.results
         return results
+
+    def set_parameters_atomically(self, values: Mapping[str, Any]) -> SetParametersResult:
+        """Set parameters of the planner by name, all of them or none."""
+        parameters = [
+            Parameter(name, value=list(value) if isinstance(value, tuple) else value)
+            for name, value in values.items()
+        ]
+        request = SetParametersAtomically.Request(
+            parameters=[parameter.to_parameter_msg() for parameter in parameters]
+        )
+        answer = self._call(self._set_parameters_atomically, request, "set_parameters_atomically")
+        return answer.result
+
+    def get_parameters(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return the values of some of the planner's parameters, a list as a tuple."""
+        request = GetParameters.Request(names=list(names))
+        answer = self._call(self._get_parameters, request, "get_parameters")
+        values = [parameter_value_to_python(value) for value in answer.values]
+        return {
+            name: value if isinstance(value, (str, int, float)) else tuple(value)
+            for name, value in zip(names, values, strict=True)
+        }
 
     def wait_for_node(self, timeout: float = _PATIENCE) -> None:
         """Wait until the planner's service is there."""
@@ -184,6 +211,11 @@ class PlannerClient:
         return self._node.create_client(
             service_type, f"{self._planner}/{service}", qos_profile=_ALL_CALLS
         )
+
+    @staticmethod
+    def _call(client: Client, request: Any, what: str) -> Any:
+        _wait_for_service(client, _PATIENCE)
+        return _result(client.call_async(request), _PATIENCE, what)
 
     def _spin(self) -> None:
         while not self._closing.is_set():

@@ -35,7 +35,6 @@ from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.plans import SolvedPlan
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Rig, Surface
 from focus_planner.core.warm_up import warm_up
@@ -398,7 +397,7 @@ class PlannerNode(Node):
         self._focus_plan.publish(message)
         self._cameras.publish(message)
         lost = f"not recorded: {record.failure}" if record and record.failure else ""
-        parts = [_summary(plan), reminder, lost]
+        parts = [plan.summary(), reminder, lost]
         summary = "; ".join(part for part in parts if part)
         self.get_logger().info(f"{call.plan_id}: {summary}")
         finish = partial(record.finish, True, summary, plan, rig, stamp) if record else _nothing
@@ -470,17 +469,6 @@ def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
         yield set(signals)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _summary(plan: SolvedPlan) -> str:
-    text = (
-        f"{plan.method}, cost {plan.cost:.1f} on {plan.samples} samples,"
-        f" {plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on {plan.fresh_samples} fresh"
-        f" ones, in {plan.total_seconds:.3f} s"
-    )
-    if plan.gap is not None:
-        text += f", within {100 * plan.gap:.3g} % of the best"
-    return text if plan.converged else f"{text}, ended before it converged"
 
 
 if __name__ == "__main__":

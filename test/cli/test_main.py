@@ -16,7 +16,7 @@ import pytest
 import trimesh
 import yaml
 
-from focus_planner import cli
+from focus_planner.cli import main as cli
 from focus_planner.core.plans import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Lens, Rig
@@ -27,7 +27,11 @@ from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05)
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
 BALL.apply_translation([0.0, 0.0, 0.9])
-PROGRAM = [sys.executable, "-c", "import sys; from focus_planner.cli import main; sys.exit(main())"]
+PROGRAM = [
+    sys.executable,
+    "-c",
+    "import sys; from focus_planner.cli.main import main; sys.exit(main())",
+]
 
 
 @pytest.fixture

@@ -1,0 +1,256 @@
+"""``focus_planner plan``: planning for a surface and a rig that are in files."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from focus_planner.cli.progress import Interruptible, Tell, shown
+from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
+from focus_planner.core.checks import InputError
+
+if TYPE_CHECKING:
+    from focus_planner.core.plans import PlanRequest, SolvedPlan
+    from focus_planner.core.scene import Scene
+    from focus_planner.core.types import Rig
+    from focus_planner.recording.bag import BagMessage
+    from focus_planner.recording.run import Beginning
+
+_REQUEST_OPTIONS = (
+    *("method", "samples", "seed", "k", "scope", "tuples", "time_budget"),
+    *("shots", "depth_tolerance"),
+    *("fresh_samples", "standard_error"),
+    *("bound", "gap"),
+)
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    plan = commands.add_parser(
+        "plan",
+        help="plan focus distances for a surface and a rig",
+        description="Plan the focus distances of all cameras. Prints a summary on a terminal, and"
+        " plan.json where the output is piped.",
+    )
+    plan.set_defaults(command=run)
+    option = plan.add_argument
+    option("surface", type=Path, metavar="SURFACE", help="a mesh or point-cloud file, in metres")
+    option("--rig", type=Path, required=True, metavar="RIG.YAML", help="the cameras")
+    option(
+        "--importance",
+        type=Path,
+        metavar="FILE",
+        help="how much each vertex or point counts: a text, one number a line, or a .npy;"
+        " instead of the property importance, or weight, of SURFACE",
+    )
+    option("--quiet", action="store_true", help="no progress, no summary")
+    how = plan.add_argument_group("how to plan")
+    option = how.add_argument
+    option("--method", metavar="NAME", help="closest, average, em, k_view or optimal (k_view)")
+    option("--k", type=int, metavar="N", help="cameras that k_view moves together, 2 or 3 (2)")
+    option(
+        "--scope",
+        metavar="NAME",
+        help="samples that a k_view step may re-assign: all that its cameras see, or those"
+        " assigned to them (all)",
+    )
+    option(
+        "--tuples",
+        metavar="NAME",
+        help="k_view's tuples: overlap, of cameras that see the same, or grid, of neighbours on"
+        " the rig's grid (overlap)",
+    )
+    option(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="how many to plan on; 0 takes a cloud's points themselves, and on a mesh as many as"
+        " --standard-error asks for (4096)",
+    )
+    option("--seed", type=int, metavar="N", help="the same seed gives the same plan (0)")
+    option("--shots", type=int, metavar="N", help="pictures that each camera takes (1)")
+    option(
+        "--depth-tolerance",
+        type=float,
+        metavar="M",
+        help="how far depths may be off either way, metres: what is then still in focus counts (0)",
+    )
+    option(
+        "--time-budget",
+        type=float,
+        metavar="S",
+        help="end after S seconds with the best plan so far and its bound; samples that half of"
+        " them do not suffice for are left out (none)",
+    )
+    option(
+        "--fresh-samples",
+        type=int,
+        metavar="N",
+        help="how many to judge the plan on, which the solver does not see (4096)",
+    )
+    option(
+        "--standard-error",
+        type=float,
+        metavar="X",
+        help="with --samples 0 on a mesh, the standard error that the cost is to have; both"
+        " numbers of samples are then chosen for it (2)",
+    )
+    option(
+        "--bound",
+        metavar="NAME",
+        help="what to spend on proving how near the plan is to the best: none, quick or tight;"
+        " optimal always proves it (quick)",
+    )
+    option(
+        "--gap",
+        type=float,
+        metavar="X",
+        help="how near the best is near enough for optimal, and for a tight bound, as a part of"
+        " the cost (1e-4)",
+    )
+    what = plan.add_argument_group("what to write")
+    option = what.add_argument
+    option("--output", type=Path, metavar="PLAN.JSON", help="the plan")
+    option("--problem", type=Path, metavar="PROBLEM.NPZ", help="the discrete problem, to check it")
+    option("--record", type=Path, metavar="DIR", help="a run below this folder, for replay")
+    option("--markers", action="store_true", help="with --record, 3D markers of the plan too")
+    option("--picture", type=Path, metavar="PLAN.PNG", help="what the plan costs on the surface")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Plan, and write what was asked for."""
+    from focus_planner.io.files import check_writable
+
+    paths = [p for p in (options.output, options.problem, options.picture) if p is not None]
+    for path in paths:
+        check_writable(path)
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise InputError("--output, --problem, --picture", "different files", "the same twice")
+    read = {p.resolve() for p in (options.surface, options.rig, options.importance) if p}
+    for path in paths:
+        if path.resolve() in read:
+            raise InputError(str(path), "a file to write that is not read as well", "one of both")
+    recorder = CommandRecorder(options.record, options.markers)
+    with shown(options.quiet) as tell:
+        scene, rig, request = _read(options, tell)
+        plan = _solve(scene, rig, request, tell, recorder)
+        _write(options, scene, rig, plan, tell)
+    _show(options, plan)
+    return NOT_RECORDED if recorder.failed else 0
+
+
+# --- planning ----------------------------------------------------------------------------------
+
+
+def _read(options: argparse.Namespace, tell: Tell) -> tuple[Scene, Rig, PlanRequest]:
+    tell("loading the planner")
+    from focus_planner.core.plans import PlanRequest
+    from focus_planner.core.scene import Scene
+    from focus_planner.io.rigs import load_rig
+    from focus_planner.io.surfaces import load_surface
+
+    given = {name: getattr(options, name) for name in _REQUEST_OPTIONS}
+    request = PlanRequest(**{name: value for name, value in given.items() if value is not None})
+    tell(f"reading {options.rig}")
+    rig = load_rig(options.rig)
+    tell(f"reading {options.surface}")
+    return Scene(load_surface(options.surface, options.importance)), rig, request
+
+
+def _solve(
+    scene: Scene, rig: Rig, request: PlanRequest, tell: Tell, recorder: CommandRecorder
+) -> SolvedPlan:
+    from focus_planner.core.planning import plan_focus
+
+    def beginning() -> tuple[list[BagMessage], Beginning]:
+        from focus_planner.recording.run import beginning_of, inputs_of, new_run_id
+        from focus_planner.recording.software import software
+
+        begun = beginning_of(new_run_id(), PLANNER, request, rig.frame_id, software())
+        return inputs_of(begun, scene.surface, rig), begun
+
+    interruptible = Interruptible(tell)
+    tell(f"finding what {len(rig)} cameras see")
+    watch, end = recorder.begin(beginning, interruptible)
+    try:
+        plan = plan_focus(scene, rig, request, watch=watch)
+    except InputError as error:
+        end(False, str(error))
+        raise
+    interruptible.check()
+    end(True, plan.summary(), plan, rig)
+    return plan
+
+
+def _write(
+    options: argparse.Namespace, scene: Scene, rig: Rig, plan: SolvedPlan, tell: Tell
+) -> None:
+    from focus_planner.io.plans import save_plan
+    from focus_planner.io.problems import save_problem
+
+    if options.output is not None:
+        save_plan(plan, options.output)
+    if options.problem is not None:
+        tell(f"writing {options.problem}")
+        save_problem(plan.problem, options.problem)
+    if options.picture is not None:
+        tell(f"drawing {options.picture}")
+        from focus_planner.io.picture import draw_plans
+
+        draw_plans(scene, rig, {plan.method: plan}, options.picture)
+
+
+def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
+    """Show a person the summary, and a program on stdout the plan that is in no file."""
+    stream: TextIO = sys.stdout if options.output is None else sys.stderr
+    if stream.isatty() and not options.quiet:
+        _print_summary(plan, stream)
+    elif options.output is None:
+        from focus_planner.io.plans import plan_to_json
+
+        sys.stdout.write(plan_to_json(plan))
+
+
+def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{plan.method}, {len(plan.cameras)} cameras", show_header=False)
+    table.add_column()
+    table.add_column(justify="right")
+    table.add_column()
+    for name, value, note in _summary(plan):
+        table.add_row(name, value, note)
+    Console(file=stream).print(table)
+
+
+def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
+    """Yield rows: what, how much, a note."""
+    from collections import Counter
+
+    def area(part: float) -> str:
+        return f"{part:.3f} m²"
+
+    def share(part: float) -> str:
+        return f"{part / plan.surface_area:.1%} of the surface"
+
+    yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples of seed {plan.seed}"
+    if plan.lower_bound is not None and plan.gap is not None:
+        note = f"no plan costs less on those: within {100 * plan.gap:.3g} % of the best"
+        yield "lower bound", f"{plan.lower_bound:.2f}", note
+    fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
+    yield "fresh cost", fresh, f"on {plan.fresh_samples} samples that the solver did not see"
+    yield "surface", area(plan.surface_area), ""
+    yield "seen", area(plan.covered_area), share(plan.covered_area)
+    in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
+    yield "in focus", in_focus, share(plan.in_focus_area)
+    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "ended early"
+    yield "all in", f"{plan.total_seconds:.3f} s", ""
+    if plan.shots > 1:
+        used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
+        yield "shots", str(plan.shots * len(plan.cameras)), f"{used} of use"
+    for status, count in sorted(Counter(c.status for c in plan.cameras).items()):
+        yield "cameras", str(count), status.name.lower().replace("_", " ")

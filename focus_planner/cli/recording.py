@@ -1,0 +1,98 @@
+"""Recording what a command plans."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from focus_planner.core.plans import SolvedPlan
+    from focus_planner.core.solvers import Watch
+    from focus_planner.core.types import Rig
+    from focus_planner.recording.bag import BagMessage
+    from focus_planner.recording.run import Beginning
+
+#: The name that runs of commands are recorded under, the node's default one.
+PLANNER = "/focus_planner"
+#: The exit status where all is done but the recording.
+NOT_RECORDED = 1
+
+
+class End(Protocol):
+    """Ends a run."""
+
+    def __call__(
+        self,
+        success: bool,
+        message: str,
+        plan: SolvedPlan | None = None,
+        rig: Rig | None = None,
+        /,
+    ) -> Path | None:
+        """Write the run's end, wait for it, and return its folder, if there is one."""
+
+
+class CommandRecorder:
+    """Records one run after another; what goes wrong is told, and costs no plan.
+
+    Parameters
+    ----------
+    directory : Path or None
+        None to record nothing.
+    markers : bool
+
+    Attributes
+    ----------
+    failed : bool
+        Whether a run was not recorded.
+    """
+
+    def __init__(self, directory: Path | None, markers: bool = False) -> None:
+        self.failed = False
+        self._directory = directory
+        self._markers = markers
+
+    def begin(
+        self, what: Callable[[], tuple[Sequence[BagMessage], Beginning]], watch: Watch
+    ) -> tuple[Watch, End]:
+        """Begin to record; return the watch to plan with, and what to call in the end."""
+        if self._directory is None:
+            return watch, _no_end
+        from focus_planner.messages.parameters import Recording
+        from focus_planner.recording.recorder import Recorder
+
+        inputs, beginning = what()
+        recorder = Recorder(_Silent())
+        record = recorder.begin(Recording(self._directory, self._markers), inputs, beginning)
+
+        def end(
+            success: bool,
+            message: str,
+            plan: SolvedPlan | None = None,
+            rig: Rig | None = None,
+            /,
+        ) -> Path | None:
+            record.finish(success, message, plan, rig)
+            recorder.close()
+            if record.failure:
+                self.failed = True
+                print("focus_planner: error: not recorded:", record.failure, file=sys.stderr)
+            return record.path
+
+        return record.watch(watch), end
+
+
+def _no_end(*_: object) -> None:
+    """End a run that is not recorded."""
+
+
+class _Silent:
+    """A log: the failure is told once, at the end."""
+
+    def warning(self, message: str) -> None:
+        pass
+
+    def error(self, message: str) -> None:
+        pass

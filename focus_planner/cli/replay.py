@@ -1,0 +1,381 @@
+"""``focus_planner replay``: planning recorded runs again, as they were or with changes."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from focus_planner.cli.progress import Interruptible, Tell, shown
+from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
+from focus_planner.core.checks import InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from focus_planner.core.plans import FocusPlan
+    from focus_planner.messages.parameters import Value
+    from focus_planner.recording.replay import Difference
+    from focus_planner.recording.run import Run
+
+_REPRODUCED, _PLANNED, _DIFFERS = "reproduced", "planned", "differs"
+_UNREADABLE, _REFUSED = "unreadable", "refused"
+_STATUS = {_REPRODUCED: 0, _PLANNED: 0, _DIFFERS: 1, _UNREADABLE: 2, _REFUSED: 2}
+_COLOURS = {
+    _REPRODUCED: "green",
+    _PLANNED: "cyan",
+    _DIFFERS: "yellow",
+    _UNREADABLE: "red",
+    _REFUSED: "red",
+}
+_CAMERAS_SHOWN = 10
+_WIDTH = 150  # where there is no terminal to fit
+
+
+@dataclass
+class _Replay:
+    """One run and what became of it."""
+
+    path: Path
+    outcome: str
+    why: str = ""
+    run: Run | None = None
+    now: FocusPlan | None = None
+    differences: list[Difference] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+    recorded_as: Path | None = None
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    replay = commands.add_parser(
+        "replay",
+        help="plan recorded runs again and compare",
+        description="Plan what recorded runs asked for again, on the inputs that they had, and"
+        " compare bit for bit; ROS is not needed. Exit status 0: all reproduced; 1: one differs;"
+        " 2: one cannot be read.",
+    )
+    replay.set_defaults(command=run)
+    option = replay.add_argument
+    option(
+        "runs",
+        type=Path,
+        nargs="+",
+        metavar="RUN",
+        help="the folder of a run, its .mcap file, or a folder of such folders",
+    )
+    option(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="what if: plan with another parameter (method=optimal, samples=65536) or with other"
+        " lenses on all cameras (f_number=8, lens.max_focus=2), and compare with what was"
+        " recorded; as often as wanted",
+    )
+    option("--record", type=Path, metavar="DIR", help="the answers, as runs below this folder")
+    option("--markers", action="store_true", help="with --record, 3D markers of the plans too")
+    option(
+        "--live",
+        action="store_true",
+        help="play the inputs into a running node and compare its answer",
+    )
+    option(
+        "--node",
+        default="/focus_planner",
+        metavar="NAME",
+        help="the full name of that node (/focus_planner)",
+    )
+    option("--json", action="store_true", help="print JSON")
+    option("--quiet", action="store_true", help="no progress")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Replay; return the exit status."""
+    from focus_planner.recording.what_if import parse_changes
+
+    if options.live and (options.set or options.record):
+        raise InputError("--live", "no --set and no --record", "one of them")
+    changes = parse_changes(options.set)
+    paths = list(_runs(options.runs))
+    recorder = CommandRecorder(options.record, options.markers)
+    replays: list[_Replay] = []
+    with shown(options.quiet) as tell:
+        for number, path in enumerate(paths, 1):
+            place = f"{number} of {len(paths)}: " if len(paths) > 1 else ""
+            replays.append(_replay(path, changes, options, recorder, tell, place))
+    if options.json:
+        print(json.dumps([_as_json(replay) for replay in replays], indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        _show(replays)
+    status = max(_STATUS[replay.outcome] for replay in replays)
+    return max(status, NOT_RECORDED) if recorder.failed else status
+
+
+def _runs(paths: list[Path]) -> Iterator[Path]:
+    """Yield the runs; a folder of runs stands for all in it."""
+    for path in paths:
+        within = []
+        if path.is_dir() and not list(path.glob("*.mcap")):
+            within = sorted({file.parent for file in path.glob("*/*.mcap")})
+        yield from within or [path]
+
+
+def _replay(
+    path: Path,
+    changes: dict[str, Value],
+    options: argparse.Namespace,
+    recorder: CommandRecorder,
+    tell: Tell,
+    place: str,
+) -> _Replay:
+    tell(f"{place}reading {path}")
+    try:
+        recorded = _read(path, whole=not (changes or options.record))
+    except InputError as error:
+        return _Replay(path, _UNREADABLE, " ".join(str(error).split()))
+    try:
+        if options.live:
+            return _replay_live(recorded, options.node, tell)
+        return _replay_here(recorded, changes, recorder, tell, place)
+    except InputError as error:
+        return _Replay(path, _REFUSED, " ".join(str(error).split()), recorded)
+
+
+def _read(path: Path, whole: bool) -> Run:
+    from focus_planner.recording.run import read_run
+
+    recorded = read_run(path)
+    if whole and recorded.ending is None:
+        raise InputError(
+            str(path),
+            "a whole run",
+            f"a partial one: {recorded.fault}",
+            "--set or --record plan from its inputs",
+        )
+    return recorded
+
+
+def _replay_here(
+    recorded: Run,
+    changes: dict[str, Value],
+    recorder: CommandRecorder,
+    tell: Tell,
+    place: str,
+) -> _Replay:
+    from dataclasses import replace
+
+    from focus_planner.recording.replay import differences, plan_run
+    from focus_planner.recording.run import new_run_id
+    from focus_planner.recording.software import software
+    from focus_planner.recording.what_if import with_changes
+
+    changed = with_changes(recorded, changes)
+    again = changed.run
+    beginning = replace(again.beginning, run_id=new_run_id(), software=software())
+    interruptible = Interruptible(tell, place)
+    watch, end = recorder.begin(lambda: (again.inputs, beginning), interruptible)
+    tell(f"{place}finding what the cameras see")
+    as_it_was = not changes and recorded.ending is not None
+    replayed = plan_run(again, watch, as_it_was=as_it_was)
+    interruptible.check()
+    now = replayed.ending
+    folder = end(now.success, now.message, replayed.plan, replayed.rig)
+    if as_it_was:
+        found = differences(recorded, replayed)
+        outcome = _DIFFERS if found else _REPRODUCED
+    else:
+        found, outcome = [], _PLANNED if now.success else _DIFFERS
+    return _Replay(
+        recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder
+    )
+
+
+def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
+    try:
+        from focus_planner.ros.live import replay_live
+    except ImportError as error:
+        raise InputError("--live", "ROS 2 (rclpy) and focus_planner_msgs", str(error)) from None
+    from focus_planner.recording.replay import outcome_differences
+
+    ending = replay_live(recorded, node, tell)
+    found = outcome_differences(recorded, ending)
+    outcome = _DIFFERS if found else _REPRODUCED
+    return _Replay(recorded.path, outcome, ending.message, recorded, ending.plan, found)
+
+
+# --- showing -----------------------------------------------------------------------------------
+
+
+def _show(replays: list[_Replay]) -> None:
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else _WIDTH
+    console = Console(file=sys.stdout, highlight=False, width=width)
+    for replay in replays:
+        if replay.outcome in (_UNREADABLE, _REFUSED):
+            # Where a person, and a program that reads stdout only for results, look for it.
+            print(f"focus_planner: error: {replay.why}", file=sys.stderr)
+        elif replay.outcome == _PLANNED or len(replays) == 1 or replay.differences:
+            _show_one(console, replay)
+    if len(replays) > 1:
+        _show_all(console, replays)
+
+
+def _show_one(console: Console, replay: _Replay) -> None:
+    from rich.markup import escape
+
+    assert replay.run is not None
+    run_id = replay.run.beginning.run_id
+    console.print(f"[bold]{run_id}[/] [{_COLOURS[replay.outcome]}]{replay.outcome}[/]")
+    for note in replay.notes:
+        console.print(f"  note: {escape(note)}")
+    if replay.outcome == _PLANNED:
+        _show_comparison(console, replay)
+    elif replay.differences:
+        for difference in replay.differences:
+            console.print(f"  [bold]{difference.stage}[/]: {escape(difference.what)}")
+        for name, (then, now) in _software(replay).items():
+            console.print(f"  {name}: {escape(then)} then, {escape(now)} now")
+    elif replay.now is not None:
+        console.print(f"  {escape(replay.now.summary())}")
+    else:
+        console.print(f"  no plan, then as now: {escape(replay.why)}")
+    if replay.recorded_as is not None:
+        console.print(f"  recorded: {escape(str(replay.recorded_as))}")
+
+
+def _show_comparison(console: Console, replay: _Replay) -> None:
+    from rich.table import Table
+
+    from focus_planner.recording.comparison import quantities
+
+    before, after = _plans(replay)
+    assert after is not None
+    table = Table("", "recorded", "", "now", "", "change")
+    for column in (1, 3, 5):
+        table.columns[column].justify = "right"
+    old = {name: (value, unit) for name, value, unit in quantities(before)} if before else {}
+    for name, value, unit in quantities(after):
+        then, unit_then = old.get(name, (None, ""))
+        row = (_text(then), unit_then if then is not None else "", _text(value), unit)
+        table.add_row(name.replace("_", " "), *row, _change(then, value))
+    console.print(table)
+    if before is not None:
+        _show_cameras(console, before, after)
+
+
+def _show_cameras(console: Console, before: FocusPlan, after: FocusPlan) -> None:
+    from rich.table import Table
+
+    from focus_planner.recording.comparison import camera_changes, median_moved
+
+    changes = camera_changes(before, after)
+    console.print(f"{len(changes)} of {len(before.cameras)} cameras are focused elsewhere", end="")
+    if not changes:
+        console.print()
+        return
+    console.print(f", by {1e3 * median_moved(changes):.3g} mm in the median")
+    table = Table("farthest", "recorded", "now", "change", "samples", "now")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for change in changes[:_CAMERAS_SHOWN]:
+        moved = 1e3 * (change.after - change.before)
+        distances = (f"{change.before:.4f} m", f"{change.after:.4f} m", f"{moved:+.1f} mm")
+        samples = (str(change.samples_before), str(change.samples_after))
+        table.add_row(change.name, *distances, *samples)
+    console.print(table)
+
+
+def _show_all(console: Console, replays: list[_Replay]) -> None:
+    from rich.table import Table
+
+    table = Table("run", "outcome", "method", "samples", "cost", "now", "s", "")
+    for column in (3, 4, 5, 6):
+        table.columns[column].justify = "right"
+    for replay in replays:
+        before, after = _plans(replay)
+        cost, cost_now = (_text(plan.cost) if plan else "" for plan in (before, after))
+        of = before or after
+        what = replay.differences[0].stage if replay.differences else ""
+        table.add_row(
+            replay.run.beginning.run_id if replay.run else replay.path.name,
+            f"[{_COLOURS[replay.outcome]}]{replay.outcome}[/]",
+            of.method if of else "",
+            str(of.samples) if of else "",
+            cost,
+            cost_now,
+            f"{after.total_seconds:.2f}" if after else "",
+            what or ("" if of or not replay.run else "no plan"),
+        )
+    console.print(table)
+    counts = {name: sum(r.outcome == name for r in replays) for name in _STATUS}
+    console.print(", ".join(f"{count} {name}" for name, count in counts.items() if count))
+
+
+def _plans(replay: _Replay) -> tuple[FocusPlan | None, FocusPlan | None]:
+    ending = replay.run.ending if replay.run else None
+    return ending.plan if ending else None, replay.now
+
+
+def _software(replay: _Replay) -> dict[str, tuple[str, str]]:
+    """Return the versions that differ: then and now."""
+    from focus_planner.recording.software import software
+
+    assert replay.run is not None
+    then, now = replay.run.beginning.software, software()
+    return {
+        name: (then.get(name, "none"), now.get(name, "none"))
+        for name in {**then, **now}
+        if then.get(name) != now.get(name)
+    }
+
+
+def _text(value: float | str | bool | None) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.3f}" if isinstance(value, float) else str(value)
+
+
+def _change(then: float | str | bool | None, now: float | str | bool | None) -> str:
+    if not (isinstance(then, float) and isinstance(now, float)):
+        return ""
+    share = f" ({100 * (now - then) / then:+.2f} %)" if then else ""
+    return f"{now - then:+.3f}{share}"
+
+
+def _as_json(replay: _Replay) -> dict[str, Any]:
+    from focus_planner.io.plans import plan_to_json
+    from focus_planner.recording.comparison import camera_changes
+
+    before, after = _plans(replay)
+    ending = replay.run.ending if replay.run else None
+    return {
+        "run": replay.run.beginning.run_id if replay.run else None,
+        "path": str(replay.path),
+        "outcome": replay.outcome,
+        "message": replay.why,
+        "recorded_message": ending.message if ending else None,
+        "differences": [vars(difference) for difference in replay.differences],
+        "notes": list(replay.notes),
+        "software": (
+            {
+                name: {"recorded": then, "now": now}
+                for name, (then, now) in _software(replay).items()
+            }
+            if replay.run
+            else {}
+        ),
+        "recorded": json.loads(plan_to_json(before)) if before else None,
+        "now": json.loads(plan_to_json(after)) if after else None,
+        "cameras": (
+            [vars(change) for change in camera_changes(before, after)] if before and after else []
+        ),
+        "recorded_as": str(replay.recorded_as) if replay.recorded_as else None,
+    }

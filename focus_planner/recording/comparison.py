@@ -1,0 +1,71 @@
+"""How two plans for one surface compare."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from focus_planner.core.plans import FocusPlan
+
+
+@dataclass(frozen=True)
+class CameraChange:
+    """What became of one camera.
+
+    Attributes
+    ----------
+    name : str
+    before, after : float
+        Focus distances, metres.
+    samples_before, samples_after : int
+        Assigned to it.
+    """
+
+    name: str
+    before: float
+    after: float
+    samples_before: int
+    samples_after: int
+
+    @property
+    def moved(self) -> float:
+        """By how much, metres."""
+        return abs(self.after - self.before)
+
+
+def camera_changes(before: FocusPlan, after: FocusPlan) -> list[CameraChange]:
+    """Return the cameras of both plans whose focus distances differ, the farthest first."""
+    now = {camera.name: camera for camera in after.cameras}
+    changes = [
+        CameraChange(
+            camera.name,
+            camera.focus_distance,
+            now[camera.name].focus_distance,
+            camera.assigned_samples,
+            now[camera.name].assigned_samples,
+        )
+        for camera in before.cameras
+        if camera.name in now and camera.focus_distance != now[camera.name].focus_distance
+    ]
+    return sorted(changes, key=lambda change: (-change.moved, change.name))
+
+
+def median_moved(changes: list[CameraChange]) -> float:
+    """Return the median of how far those that moved did, metres."""
+    return float(np.median([change.moved for change in changes]))
+
+
+def quantities(plan: FocusPlan) -> Iterator[tuple[str, float | str | bool | None, str]]:
+    """Yield what plans are compared by: name, value, and unit or error."""
+    yield "method", plan.method, ""
+    yield "samples", plan.samples, ""
+    yield "cost", plan.cost, ""
+    yield "lower_bound", plan.lower_bound, ""
+    yield "fresh_cost", plan.fresh_cost, f"± {plan.fresh_standard_error:.2f}"
+    yield "covered_area", plan.covered_area, "m²"
+    yield "in_focus_area", plan.in_focus_area, f"± {plan.in_focus_standard_error:.3f} m²"
+    yield "converged", plan.converged, ""
+    yield "solve_seconds", plan.solve_seconds, "s"
+    yield "total_seconds", plan.total_seconds, "s"
