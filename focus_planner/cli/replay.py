@@ -109,7 +109,14 @@ def run(options: argparse.Namespace) -> int:
             place = f"{number} of {len(paths)}: " if len(paths) > 1 else ""
             replays.append(_replay(path, changes, options, recorder, tell, place))
     if options.json:
-        print(json.dumps([_as_json(replay) for replay in replays], indent=2, ensure_ascii=False, allow_nan=False))
+        print(
+            json.dumps(
+                [_as_json(replay) for replay in replays],
+                indent=2,
+                ensure_ascii=False,
+                allow_nan=False,
+            )
+        )
     else:
         _show(replays)
     status = max(_STATUS[replay.outcome] for replay in replays)
@@ -230,8 +237,9 @@ def _show_one(console: Console, replay: _Replay) -> None:
     from rich.markup import escape
 
     assert replay.run is not None
-    run_id = replay.run.beginning.run_id
-    console.print(f"[bold]{run_id}[/] [{_COLOURS[replay.outcome]}]{replay.outcome}[/]")
+    console.print(
+        f"[bold]{escape(replay.path.name)}[/] [{_COLOURS[replay.outcome]}]{replay.outcome}[/]"
+    )
     for note in replay.notes:
         console.print(f"  note: {escape(note)}")
     if replay.outcome == _PLANNED:
@@ -303,7 +311,7 @@ def _show_all(console: Console, replays: list[_Replay]) -> None:
         of = before or after
         what = replay.differences[0].stage if replay.differences else ""
         table.add_row(
-            replay.run.beginning.run_id if replay.run else replay.path.name,
+            replay.path.name,
             f"[{_COLOURS[replay.outcome]}]{replay.outcome}[/]",
             of.method if of else "",
             str(of.samples) if of else "",

@@ -9,6 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 _PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy", "open3d-cpu", "trimesh")
+# Those that ray casting comes in several versions for.
+_INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 
 
 @cache
@@ -18,9 +20,10 @@ def software() -> dict[str, str]:
     return {
         **versions,
         "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.release()}",
+        "system": " ".join((platform.system(), *platform.libc_ver())),
         "machine": platform.machine(),
-        "processor": _processor(),
+        "processor": _processor("model name"),
+        "instructions": " ".join(sorted(set(_processor("flags").split()) & _INSTRUCTIONS)),
     }
 
 
@@ -31,10 +34,10 @@ def _version(package: str) -> str:
         return "not installed as a package"
 
 
-def _processor() -> str:
+def _processor(what: str) -> str:
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return platform.processor()
-    name = re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
-    return name.group(1) if name else platform.processor()
+        return "unknown"
+    found = re.search(rf"^{what}\s*:\s*(.+)$", text, re.MULTILINE)
+    return found.group(1) if found else "unknown"
