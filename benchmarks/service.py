@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from rich.console import Console
@@ -22,6 +24,13 @@ _CASES = (("k_view", 1000), ("k_view", 4096), ("em", 1000))
 
 def run(console: Console) -> None:
     """Print the table."""
+    with running_node() as client:
+        _measure(console, client)
+
+
+@contextmanager
+def running_node() -> Iterator[PlannerClient]:
+    """Run the node in a process of its own; yield a client of it."""
     os.environ.setdefault("ROS_DOMAIN_ID", "89")
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     namespace = f"/bench_{os.getpid()}"
@@ -31,7 +40,8 @@ def run(console: Console) -> None:
     )
     try:
         with PlannerClient(f"{namespace}/focus_planner") as client:
-            _measure(console, client)
+            client.wait_for_node(120)
+            yield client
         node.send_signal(signal.SIGINT)
         node.wait(30)
     finally:
@@ -42,7 +52,6 @@ def run(console: Console) -> None:
 def _measure(console: Console, client: PlannerClient) -> None:
     surface = next(iter(body_scenes().values())).surface
     assert isinstance(surface, Mesh)
-    client.wait_for_node(120)
     client.publish_rig(rig())
     client.publish_mesh(surface)
     table = Table(

@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from textwrap import indent
 from typing import IO, Any, BinaryIO, cast
 
 import yaml
@@ -150,14 +151,12 @@ class BagWriter:
         """Write indices and ``metadata.yaml``, and give the folder its name; return it."""
         assert self._folder is not None
         partial, folder = self._partial, self._folder
-        information = self._information()
-        self._writer.add_metadata(
-            "rosbag2", {"serialized_metadata": yaml.safe_dump(information, sort_keys=False)}
-        )
+        information = yaml.safe_dump(self._information(), sort_keys=False)
+        self._writer.add_metadata("rosbag2", {"serialized_metadata": information})
         self._writer.finish()
         self._stream.sync()
         with (partial / METADATA).open("xb") as file:
-            text = yaml.safe_dump({"rosbag2_bagfile_information": information}, sort_keys=False)
+            text = "rosbag2_bagfile_information:\n" + indent(information, "  ")
             file.write(text.encode())
             file.flush()
             os.fsync(file.fileno())

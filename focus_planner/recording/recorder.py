@@ -1,4 +1,4 @@
-"""Recording runs beside the planning, in a thread of its own.
+"""Recording runs beside the planning, in threads of its own.
 
 What it costs the planner: inputs are compressed when they come, not when they are planned with;
 a run's beginning is written, and waited for, while rays are cast; its steps are noted, and written
@@ -36,10 +36,12 @@ from focus_planner.recording.run import (
 )
 
 _SECONDS_BETWEEN_WRITES = 1.0
+# The caller, probably on this machine, is reading its answer meanwhile.
+_SECONDS_TO_DELIVER = 0.03
 
 
 class Recorder:
-    """Writes runs, one thread for all.
+    """Writes runs, in two threads: one for what a planner waits for, one for all else.
 
     Parameters
     ----------
@@ -49,13 +51,14 @@ class Recorder:
 
     def __init__(self, log: Log) -> None:
         self._log = log
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording")
+        self._now = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording")
+        self._later = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording, later")
         self._jobs: set[Future[None]] = set()
         self._ready: tuple[tuple[BagMessage, ...], BagWriter] | None = None
 
     def prepare(self, inputs: Sequence[BagMessage]) -> None:
         """Compress what the next run will probably begin with."""
-        self.do(lambda: self._prepare(tuple(inputs)), lambda _: None)
+        self.do_later(lambda: self._prepare(tuple(inputs)), lambda _: None)
 
     def begin(
         self, how: Recording, inputs: Sequence[BagMessage], beginning: Beginning
@@ -65,11 +68,26 @@ class Recorder:
 
     def close(self, timeout: float | None = None) -> bool:
         """Write what is still to be written; return whether all of it was, in time."""
-        self._thread.shutdown(wait=False)
+        self._now.shutdown(wait=False)
+        self._later.shutdown(wait=False)
         return not wait(self._jobs.copy(), timeout).not_done
 
-    def do(self, job: Callable[[], None], failed: Callable[[Exception], None]) -> Future[None]:
-        """Do a job on the thread, after all others, and what is to be done if it fails."""
+    def do_now(self, job: Callable[[], None], failed: Callable[[Exception], None]) -> Future[None]:
+        """Do a job that a planner waits for; call ``failed`` if it raises."""
+        return self._do(self._now, job, failed)
+
+    def do_later(
+        self, job: Callable[[], None], failed: Callable[[Exception], None]
+    ) -> Future[None]:
+        """Do a job after all others of the kind; call ``failed`` if it raises."""
+        return self._do(self._later, job, failed)
+
+    def _do(
+        self,
+        thread: ThreadPoolExecutor,
+        job: Callable[[], None],
+        failed: Callable[[Exception], None],
+    ) -> Future[None]:
 
         def guarded() -> None:
             try:
@@ -78,7 +96,7 @@ class Recorder:
                 failed(error)
 
         try:
-            future = self._thread.submit(guarded)
+            future = thread.submit(guarded)
         except RuntimeError:  # after close
             failed(InterruptedError(errno.EINTR, "the planner is shutting down"))
             return _done()
@@ -87,20 +105,14 @@ class Recorder:
         return future
 
     def take_prepared(self, inputs: tuple[BagMessage, ...]) -> BagWriter:
-        """Return a bag, still in memory, with these inputs; for the thread's jobs."""
-        self._prepare(inputs)
-        assert self._ready is not None
-        bag, self._ready = self._ready[1], None
-        return bag
+        """Return a bag, still in memory, with these inputs."""
+        ready, self._ready = self._ready, None
+        return ready[1] if ready and ready[0] == inputs else _bag_of(inputs)
 
     def _prepare(self, inputs: tuple[BagMessage, ...]) -> None:
-        if self._ready is not None and self._ready[0] == inputs:
-            return
-        bag = BagWriter()
-        for message in inputs:
-            bag.add(message)
-        bag.flush()
-        self._ready = inputs, bag
+        ready = self._ready
+        if ready is None or ready[0] != inputs:
+            self._ready = inputs, _bag_of(inputs)
 
 
 class RunRecorder:
@@ -134,7 +146,7 @@ class RunRecorder:
         self._began = self._written = time.perf_counter()
         self._steps: list[tuple[float, Progress]] = []
         self._bag: BagWriter | None = None
-        self._on_disk = self._do(self._begin)
+        self._on_disk = recorder.do_now(self._begin, self._fail)
 
     def watch(self, watch: Watch) -> Watch:
         """Return a watch that notes every step, and has all inputs on disk before solving."""
@@ -186,7 +198,12 @@ class RunRecorder:
             return
 
     def _do(self, job: Callable[[], None]) -> Future[None]:
-        return self._recorder.do(lambda: None if self.failure else job(), self._fail)
+        def after_the_beginning() -> None:
+            self._on_disk.result()
+            if not self.failure:
+                job()
+
+        return self._recorder.do_later(after_the_beginning, self._fail)
 
     def _fail(self, error: Exception) -> None:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else repr(error)
@@ -211,6 +228,7 @@ class RunRecorder:
         self._bag.flush()
 
     def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
+        time.sleep(_SECONDS_TO_DELIVER)
         self._write_steps()
         assert self._bag is not None
         if plan is not None:
@@ -229,6 +247,15 @@ class RunRecorder:
             prune(self._directory, self._how.max_runs, self._how.max_bytes)
         except OSError as error:
             self._log.error(f"old runs in {self._directory} cannot be deleted: {error}")
+
+
+def _bag_of(inputs: tuple[BagMessage, ...]) -> BagWriter:
+    """Return a bag in memory, compressed."""
+    bag = BagWriter()
+    for message in inputs:
+        bag.add(message)
+    bag.flush()
+    return bag
 
 
 def _done() -> Future[None]:
