@@ -61,7 +61,7 @@ def run(output_directory: Path) -> int:
     Parameters
     ----------
     output_directory : Path
-        Gets the picture, the best plan, the rig and the node's log.
+        Gets the picture, the best plan, the rig, the recorded runs and the node's log.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def run(output_directory: Path) -> int:
     log = output_directory / "node.log"
     try:
         with _status(console, "starting the node; its first time, it compiles for a minute"):
-            results = _run_node(log, mesh, rig)
+            results = _run_node(log, mesh, rig, output_directory / "runs")
     except _NodeFailed as error:
         console.print(f"{error}; its log is {log}, and ends:", style="red")
         console.print("\n".join(log.read_text().splitlines()[-5:]), markup=False)
@@ -133,8 +133,11 @@ def _stop(process: subprocess.Popen[bytes]) -> int:
         return process.wait()
 
 
-def _run_node(log: Path, mesh: Mesh, rig: Rig) -> dict[str, _Result]:
-    """Start the node, publish the body and the rig, and call for a plan with every method."""
+def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]:
+    """Start the node, publish the body and the rig, and call for a plan with every method.
+
+    These calls are recorded, in place of those of an earlier demonstration.
+    """
     with (
         log.open("w") as stream,
         _node(stream) as (process, name),
@@ -145,6 +148,7 @@ def _run_node(log: Path, mesh: Mesh, rig: Rig) -> dict[str, _Result]:
         client.publish_rig(rig)
         # The first call also waits for the node to get ready: not to be timed.
         client.plan(method="closest", samples=100)
+        client.set_parameters(record_directory=str(runs.resolve()), record_max_runs=len(METHODS))
         return {method: _plan(client, method) for method in METHODS}
 
 
@@ -261,8 +265,11 @@ def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
     console.print(
         f"\nThe picture: {directory / 'plans.png'}"
         f"\nThe plan:    {directory / 'plan.json'}, for the rig {directory / 'rig.yaml'}"
+        f"\nThe runs:    {directory / 'runs'}"
         "\n\nNext, without ROS:"
         f"\n  {command} plan {os.path.relpath(path)} --rig {directory / 'rig.yaml'} --method k_view"
+        f"\n  {command} replay {directory / 'runs'}"
+        f"\n  {command} replay {directory / 'runs'} --set f_number=8"
         "\nor start the node, publish a surface on /focus_planner/mesh and a rig on"
         " /focus_planner/rig, and call it:"
         f"\n  {command} node"

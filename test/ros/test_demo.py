@@ -3,8 +3,10 @@ from __future__ import annotations
 import pytest
 
 from focus_planner import demo
+from focus_planner.core.plans import METHODS
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig
+from focus_planner.recording.run import read_run
 
 
 def test_the_demonstration(tmp_path, capsys, monkeypatch):
@@ -21,6 +23,9 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch):
     assert len(load_rig(tmp_path / "new" / "rig.yaml")) == len(plan.cameras) == 168
     assert plan.cost < drawn["closest (autofocus)"].cost
     assert f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f}" in shown
+    runs = [read_run(run) for run in sorted((tmp_path / "new" / "runs").iterdir())]
+    assert [run.ending.plan.method for run in runs] == list(METHODS)
+    assert [run.ending.plan for run in runs if run.ending.plan.method == plan.method] == [plan]
     for camera in plan.cameras:
         assert f"{100 * camera.focus_distance:.0f}" in shown
 
