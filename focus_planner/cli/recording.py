@@ -63,7 +63,11 @@ class CommandRecorder:
         from focus_planner.messages.parameters import Recording
         from focus_planner.recording.recorder import Recorder
 
-        inputs, beginning = what()
+        try:
+            inputs, beginning = what()
+        except Exception as error:  # noqa: BLE001 - no message has room for a seed of 2^64
+            self._fail(str(error) or repr(error))
+            return watch, _no_end
         recorder = Recorder(_Silent())
         record = recorder.begin(Recording(self._directory, self._markers), inputs, beginning)
 
@@ -77,11 +81,14 @@ class CommandRecorder:
             record.finish(success, message, plan, rig)
             recorder.close()
             if record.failure:
-                self.failed = True
-                print("focus_planner: error: not recorded:", record.failure, file=sys.stderr)
+                self._fail(record.failure)
             return record.path
 
         return record.watch(watch), end
+
+    def _fail(self, why: str) -> None:
+        self.failed = True
+        print("focus_planner: error: not recorded:", " ".join(why.split()), file=sys.stderr)
 
 
 def _no_end(*_: object) -> None:
