@@ -152,9 +152,14 @@ class Input(Generic[Said, Value]):
         )
 
     def arrivals(self) -> list[Arrival[Said]]:
-        """Return what plans, or the lack of them, rest on: what is in force, what was refused."""
-        held = [self.in_force.arrival] if self.in_force else []
-        return held + ([self._refused[0]] if self._refused else [])
+        """Return what the next plan, or the lack of one, rests on.
+
+        What is in force, and what was refused if the next caller is told so instead of a plan.
+        """
+        if self.in_force is None:
+            return [self._refused[0]] if self._refused else []
+        objected = self._refused is not None and not self._told
+        return [self.in_force.arrival] + ([self._refused[0]] if objected and self._refused else [])
 
     def reminder(self) -> str | None:
         """Return what a caller has to be told with a plan: that the newest is not in it."""

@@ -335,3 +335,58 @@ def test_whoever_plans_while_the_newest_is_refused_is_reminded(ready):
         )
     ready.surface(OTHER)
     assert ready.reminder() == ""
+
+
+def arrived(bench):
+    return [(arrival.topic, arrival.payload) for arrival in bench.planner.arrivals()]
+
+
+def test_what_a_plan_rests_on_is_what_is_in_force_in_the_order_of_arrival(bench):
+    assert arrived(bench) == []
+    bench.rig(RIG, b"rig")
+    assert arrived(bench) == [("~/rig", b"rig")]
+    bench.surface(BOX, b"box")
+    assert arrived(bench) == [("~/rig", b"rig"), ("~/mesh", b"box")]
+    bench.surface(OTHER, b"other")
+    assert arrived(bench) == [("~/rig", b"rig"), ("~/mesh", b"other")]
+
+
+def test_what_an_objection_rests_on_is_what_was_refused_too(ready):
+    before = arrived(ready)
+    ready.surface(BAD, b"bad")
+    assert arrived(ready) == [*before, ("~/mesh", b"bad")]
+    with pytest.raises(NotReady):
+        ready.plan()
+    # The next plan is made without it.
+    assert arrived(ready) == before
+    ready.plan()
+    assert arrived(ready) == before
+
+
+def test_without_a_good_one_every_objection_rests_on_the_bad_one(bench):
+    bench.surface(BAD, b"bad")
+    for _ in range(2):
+        assert arrived(bench) == [("~/mesh", b"bad")]
+        with pytest.raises(NotReady):
+            bench.plan()
+
+
+def test_a_first_plan_may_start_from_one_made_elsewhere(ready):
+    first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
+    one = plan_focus(Scene(BOX), RIG, first)
+    planner = Planner(Log(), warmth=one.warmth)
+    for of, into in ((ready.planner.surface, planner.surface), (ready.planner.rig, planner.rig)):
+        into.receive(of.in_force.arrival)
+    two = planner.plan(second, Optics(), warm_start=True)[0]
+    expected = plan_focus(Scene(BOX), RIG, second, before=one.warmth)
+    assert what_shows_its_start(two) == what_shows_its_start(expected)
+    assert planner.warmth.prices is two.prices
+
+
+def test_a_plan_is_made_again_from_its_answers(ready):
+    steps = iter([True] * 3 + [False] * 99)
+    ended = ready.planner.plan(REQUEST, Optics(), watch=lambda _: next(steps))[0]
+    again = ready.planner.plan(REQUEST, Optics(), answers=ended.answers)[0]
+    assert again.cameras == ended.cameras
+    assert not ended.converged
+    assert not again.converged
