@@ -349,6 +349,9 @@ def read_run(path: Path) -> Run:
         return _run(path, bag, messages)
     except InputError as error:
         raise InputError(str(path), "a recorded run", f"one with a bad {error}") from None
+    except (TypeError, ValueError, AttributeError) as error:  # values of other kinds than known
+        why = " ".join(f"one with a bad value: {error}".split())
+        raise InputError(str(path), "a recorded run", why, "update focus_planner") from None
 
 
 def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
