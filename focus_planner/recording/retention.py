@@ -14,7 +14,9 @@ _RUN_NAME = re.compile(r"\d{8}T\d{6}\.\d{6}Z-[0-9a-f]{8}")
 
 
 def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
-    """Delete the oldest runs until no more are left than wanted, never the newest; return them.
+    """Delete the oldest runs until no more are left than wanted; return them.
+
+    Never the newest, and never the newest whole one, if the newest is partial.
 
     Only folders that are named, and filled, as runs are count and are deleted. One that is being
     written counts, and is not deleted.
@@ -29,13 +31,15 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
     if not max_runs and not max_bytes:
         return []
     newest_first = sorted(_runs(directory), key=lambda run: run.name, reverse=True)
+    whole = [run for run in newest_first if run.suffix != PARTIAL]
+    kept = newest_first[:1] + whole[:1]
     deleted = []
     count = size = 0
-    for k, run in enumerate(newest_first):
+    for run in newest_first:
         count += 1
         size += bag_size(run)
         too_much = (max_runs and count > max_runs) or (max_bytes and size > max_bytes)
-        if k > 0 and too_much and not being_written(run):
+        if run not in kept and too_much and not being_written(run):
             count -= 1
             size -= bag_size(run)
             shutil.rmtree(run)
