@@ -119,12 +119,14 @@ def outcome_differences(run: Run, now: Ending) -> list[Difference]:
 
 
 def _feed(planner: Planner, run: Run) -> None:
-    """Let a planner receive what was recorded, in the order in which it came."""
-    arrivals: list[tuple[datetime, Callable[[], None]]] = [
-        *((a.at, partial(planner.surface.receive, a)) for a in run.surfaces()),
-        *((a.at, partial(planner.rig.receive, a)) for a in run.rigs()),
+    """Let a planner receive what was recorded."""
+    # Where there are two of a kind the older is in force, and the newer was refused beside it,
+    # whatever came between.
+    arrivals: list[tuple[int, datetime, Callable[[], None]]] = [
+        *((k, a.at, partial(planner.surface.receive, a)) for k, a in enumerate(run.surfaces())),
+        *((k, a.at, partial(planner.rig.receive, a)) for k, a in enumerate(run.rigs())),
     ]
-    for _, receive in sorted(arrivals, key=lambda arrival: arrival[0]):
+    for _, _, receive in sorted(arrivals, key=lambda arrival: arrival[:2]):
         receive()
         planner.digest(run.beginning.settings.optics)
 
