@@ -10,6 +10,7 @@ import fcntl
 import os
 import struct
 from collections import Counter
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -18,10 +19,22 @@ from textwrap import indent
 from typing import IO, Any, BinaryIO, cast
 
 import yaml
-from mcap.exceptions import McapError
-from mcap.records import Channel, Footer, Schema
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile, McapError
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    Channel,
+    Chunk,
+    DataEnd,
+    Header,
+    McapRecord,
+    MessageIndex,
+    Metadata,
+    Schema,
+)
 from mcap.records import Message as MessageRecord
-from mcap.stream_reader import StreamReader
+from mcap.stream_reader import breakup_chunk, read_magic
 from mcap.writer import CompressionType, Writer
 
 from focus_planner.core.checks import InputError
@@ -31,9 +44,17 @@ from focus_planner.messages.typestore import definition_of, deserialize, type_ha
 PARTIAL = ".partial"
 METADATA = "metadata.yaml"
 _ROSBAG2_VERSION = 9  # of ROS 2 Jazzy
-# A record of more is taken for a broken length. The inputs of 10,000 cameras and a mesh of
-# 20,000,000 triangles are a third of it.
-_MAX_RECORD = 2**31
+# Records that a file's data is made of, except messages.
+_READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
+    Opcode.HEADER: Header.read,
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.CHUNK: Chunk.read,
+    Opcode.MESSAGE_INDEX: MessageIndex.read,
+    Opcode.ATTACHMENT: Attachment.read,
+    Opcode.METADATA: Metadata.read,
+    Opcode.DATA_END: DataEnd.read,
+}
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
 #: What the planner's topics offer: a bag is played back so that late subscribers get all of it.
 _LATCHED = {
@@ -137,7 +158,7 @@ class BagWriter:
         file = (partial / _mcap_name(folder)).open("xb")
         # Says to all other processes, as long as this one lives, that this is being written.
         with suppress(OSError):  # some file systems have no locks
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, fcntl.LOCK_EX)  # waits for whoever is trying it just now
         self._stream.go_on_in(file)
 
     def sync(self) -> None:
@@ -258,7 +279,7 @@ def read_bag(path: Path) -> Bag:
     Raises
     ------
     InputError
-        If it is neither, or is no MCAP file at all.
+        If it is neither. A file of something else is a bag without messages, with its fault.
     """
     file = _mcap_file(path)
     messages: list[BagMessage] = []
@@ -330,26 +351,79 @@ def _read_into(messages: list[BagMessage], stream: BinaryIO) -> bool:
     """Append the messages of a stream; return whether it has an end."""
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    reader = StreamReader(stream, validate_crcs=True, record_size_limit=_MAX_RECORD)
-    for record in reader.records:
-        if isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel):
-            channels[record.id] = record
-        elif isinstance(record, MessageRecord):
-            channel = channels[record.channel_id]
-            schema = schemas[channel.schema_id]
-            text = schema.data.decode()
-            messages.append(
-                BagMessage(channel.topic, schema.name, record.data, record.log_time, text)
-            )
-        elif isinstance(record, Footer):
-            return True
-    return False
+    chunked = ended = False
+    for opcode, body, checksum in _records(stream):
+        if ended:  # all but messages comes again
+            continue
+        record = _record(opcode, body)
+        if isinstance(record, MessageRecord) and chunked:
+            raise ValueError("a message outside of a chunk")
+        if isinstance(record, DataEnd):
+            if record.data_section_crc not in {0, checksum}:
+                raise ValueError("not the bytes that the checksum of all is of")
+            ended = True
+        elif isinstance(record, Chunk):
+            chunked = True
+            for each in breakup_chunk(record, validate_crc=True):
+                _collect(each, schemas, channels, messages)
+        else:
+            _collect(record, schemas, channels, messages)
+    return ended
+
+
+def _collect(
+    record: McapRecord,
+    schemas: dict[int, Schema],
+    channels: dict[int, Channel],
+    messages: list[BagMessage],
+) -> None:
+    if isinstance(record, Schema):
+        schemas[record.id] = record
+    elif isinstance(record, Channel):
+        channels[record.id] = record
+    elif isinstance(record, MessageRecord):
+        channel = channels[record.channel_id]
+        schema = schemas[channel.schema_id]
+        text = schema.data.decode()
+        messages.append(BagMessage(channel.topic, schema.name, record.data, record.log_time, text))
+
+
+def _records(stream: BinaryIO) -> Iterator[tuple[int, bytes, int]]:
+    """Yield opcode and body of each record, and the checksum of what is before it.
+
+    The library's own reader goes on after what it does not know and after what is longer than it
+    should be: what is damaged there would be missed, and a chunk with it.
+    """
+    size = os.fstat(stream.fileno()).st_size
+    data = ReadDataStream(stream, calculate_crc=True)
+    read_magic(data)
+    opcode = 0
+    while opcode != Opcode.FOOTER:
+        checksum = data.checksum()
+        opcode, length = data.read1(), data.read8()
+        if length > size - data.count:
+            raise EndOfFile
+        yield opcode, data.read(length), checksum
+    read_magic(data)
+
+
+def _record(opcode: int, body: bytes) -> McapRecord:
+    """Return a record of those that may stand before the end of the data."""
+    data = ReadDataStream(BytesIO(body))
+    record: McapRecord
+    if opcode == Opcode.MESSAGE:
+        record = MessageRecord.read(data, len(body))
+    elif opcode in _READERS:
+        record = _READERS[opcode](data)
+    else:
+        raise ValueError(f"a record of unknown kind {opcode}")
+    if data.count != len(body):
+        raise ValueError("a record that is not as long as it says")
+    return record
 
 
 def _fault(error: Exception) -> str:
-    if isinstance(error, struct.error) or type(error).__name__ == "EndOfFile":
+    if isinstance(error, (EndOfFile, struct.error)):
         return "it is cut off"
     kind = "" if isinstance(error, (McapError, ValueError)) else f"{type(error).__name__}: "
     return " ".join(f"it is damaged: {kind}{error}".split())[:200]
