@@ -206,6 +206,8 @@ class RunRecorder:
         return self._recorder.do_later(after_the_beginning, self._fail)
 
     def _fail(self, error: Exception) -> None:
+        if self.failure:
+            return
         reason = error.strerror if isinstance(error, OSError) and error.strerror else repr(error)
         self.failure = f"run {self._beginning.run_id} in {self._directory}: {reason}"
         self._log.error(f"not recorded: {self.failure}")
@@ -213,9 +215,8 @@ class RunRecorder:
             self._bag.abandon()
 
     def _begin(self) -> None:
-        bag = self._recorder.take_prepared(self._inputs)
+        self._bag = bag = self._recorder.take_prepared(self._inputs)
         bag.open(self._directory / self._beginning.run_id)
-        self._bag = bag
         for message in beginning_messages(self._beginning):
             bag.add(message)
         bag.sync()

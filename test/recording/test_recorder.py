@@ -1,0 +1,420 @@
+"""Recording beside a planner: in time, and never at the plan's cost."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import resource
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from recording.runs import RIG, TORUS, Log, begun, record, solved
+
+from focus_planner.core.solvers import Progress, go_on
+from focus_planner.messages.parameters import Recording
+from focus_planner.recording import recorder as module
+from focus_planner.recording.bag import BagWriter, read_bag
+from focus_planner.recording.recorder import Recorder
+from focus_planner.recording.run import inputs_of, read_run
+
+NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+STEPS = [Progress("em", k, 700.0 - k) for k in range(4)]
+
+
+@pytest.fixture
+def log():
+    return Log()
+
+
+@pytest.fixture
+def recorder(log):
+    recorder = Recorder(log)
+    yield recorder
+    assert recorder.close(30)
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return solved(begun())
+
+
+def begin(recorder, folder, beginning, **how):
+    return recorder.begin(Recording(folder, **how), inputs_of(beginning, TORUS, RIG), beginning)
+
+
+def waited(condition, patience=20.0):
+    until = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def partial_of(folder, beginning):
+    return folder / f"{beginning.run_id}.partial"
+
+
+def same_plan(plan, other):
+    return plan.cameras == other.cameras and plan.cost == other.cost
+
+
+def raise_no_space(*_, **__):
+    raise NO_SPACE
+
+
+class FullDisk:
+    """A file on a disk that takes no more."""
+
+    def __init__(self, file):
+        self._file = file
+
+    def write(self, _):
+        raise NO_SPACE
+
+    def __getattr__(self, name):
+        return getattr(self._file, name)
+
+
+# --- in time -----------------------------------------------------------------------------------
+
+
+def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_path, monkeypatch):
+    beginning = begun()
+    sync = BagWriter.sync
+
+    def slow_sync(bag):
+        time.sleep(0.5)
+        sync(bag)
+
+    monkeypatch.setattr(BagWriter, "sync", slow_sync)
+    heard = []
+
+    def watch(progress):
+        if progress.stage not in ("fresh", "visibility", "solving") and not heard:
+            heard.append(read_run(partial_of(tmp_path, beginning)))
+        return True
+
+    run = begin(recorder, tmp_path, beginning)
+    plan = solved(beginning, watch=run.watch(watch))
+    assert len(heard) == 1
+    assert [m.payload for m in heard[0].inputs] == [
+        m.payload for m in inputs_of(beginning, TORUS, RIG)
+    ]
+    assert heard[0].beginning.request == beginning.request
+    assert heard[0].ending is None
+    run.finish(True, "", plan, RIG).result(30)
+    assert run.path == tmp_path / beginning.run_id
+    assert read_run(run.path).ending.plan.cameras == plan.cameras
+    assert log.errors == []
+
+
+def test_the_progress_of_a_long_run_is_written_while_it_goes(recorder, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "_SECONDS_BETWEEN_WRITES", 0.05)
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    watch = run.watch(go_on)
+    for step in STEPS:
+        assert watch(step)
+        time.sleep(0.06)
+
+    def on_disk():
+        partial = partial_of(tmp_path, beginning)
+        return read_run(partial).progress if list(partial.glob("*.mcap")) else ()
+
+    waited(lambda: len(on_disk()) >= 3)
+    assert on_disk() == tuple(STEPS[: len(on_disk())])
+    run.finish(False, "stopped").result(30)
+    assert read_run(run.path).progress == tuple(STEPS)
+
+
+def test_no_step_of_a_short_run_is_lost_or_waited_for(recorder, tmp_path):
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    told = []
+    watch = run.watch(lambda progress: told.append(progress) or len(told) < 3)
+    assert [watch(step) for step in STEPS] == [True, True, False, False]
+    assert told == STEPS
+    run.finish(False, "").result(30)
+    assert read_run(run.path).progress == tuple(STEPS)
+
+
+def test_the_end_comes_after_the_answer(recorder, tmp_path, expected):
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    began = time.perf_counter()
+    done = run.finish(True, "told", expected, RIG, (5, 6))
+    assert time.perf_counter() - began < 0.02
+    assert not done.done()
+    assert run.path is None
+    done.result(30)
+    ending = read_run(run.path).ending
+    assert (ending.success, ending.message, ending.stamp) == (True, "told", (5, 6))
+    assert ending.answers == expected.answers
+    assert [f.stage for f in ending.fingerprints][-1] == "costs"
+
+
+def test_a_run_may_begin_while_the_last_one_is_written(recorder, log, tmp_path, expected):
+    runs = [begin(recorder, tmp_path, begun()) for _ in range(3)]
+    for run in runs:
+        run.finish(True, "", expected, RIG)
+    waited(lambda: all(run.path for run in runs))
+    assert {path.name for path in tmp_path.iterdir()} == {run.path.name for run in runs}
+    assert log.errors == []
+
+
+def test_prepared_inputs_are_those_of_the_run(recorder, tmp_path):
+    one, other = begun(), begun()
+    inputs = inputs_of(one, TORUS, RIG)
+    recorder.prepare(inputs[:1])
+    recorder.prepare(inputs)
+    recorder.prepare(inputs)
+    for beginning, given in ((one, inputs), (other, inputs[:1])):
+        run = recorder.begin(Recording(tmp_path), given, beginning)
+        run.finish(False, "").result(30)
+        payloads = [m.payload for m in read_run(run.path).inputs]
+        assert payloads == [m.payload for m in given]
+
+
+def test_markers_are_written_only_where_they_are_wanted(tmp_path):
+    for markers in (False, True):
+        path = record(tmp_path, markers=markers)
+        topics = {message.topic: message for message in read_bag(path).messages}
+        assert ("/focus_planner/markers" in topics) is markers
+    assert topics["/focus_planner/markers"].read().markers
+
+
+def test_a_run_that_failed_has_no_plan_and_no_markers(recorder, tmp_path):
+    run = begin(recorder, tmp_path, begun(), markers=True)
+    run.finish(False, "no plan").result(30)
+    topics = {message.topic for message in read_bag(run.path).messages}
+    assert not topics & {"/focus_planner/markers", "/focus_planner/focus_plan"}
+
+
+# --- what fails --------------------------------------------------------------------------------
+
+
+def check_lost(run, log, reason):
+    assert run.failure.endswith(f": {reason}")
+    assert log.errors == [f"not recorded: {run.failure}"]
+    assert run.path is None
+
+
+def plan_with(run, beginning, expected):
+    plan = solved(beginning, watch=run.watch(go_on))
+    assert same_plan(plan, expected)
+    run.finish(True, plan.summary(), plan, RIG).result(30)
+
+
+@pytest.mark.parametrize("place", ["file/below", "/proc/focus_planner"])
+def test_where_nothing_can_be_written_only_the_run_is_lost(
+    recorder, log, tmp_path, expected, place
+):
+    (tmp_path / "file").write_text("no folder")
+    folder = tmp_path / place
+    beginning = begun()
+    run = begin(recorder, folder, beginning)
+    plan_with(run, beginning, expected)
+    reason = "Not a directory" if "file" in place else "No such file or directory"
+    check_lost(run, log, reason)
+    assert f"run {beginning.run_id} in {folder}: " in run.failure
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("suffix", ["", ".partial"])
+def test_nothing_is_overwritten(recorder, log, tmp_path, expected, suffix):
+    beginning = begun()
+    there = tmp_path / (beginning.run_id + suffix)
+    there.mkdir()
+    (there / "mine").write_text("mine")
+    run = begin(recorder, tmp_path, beginning)
+    plan_with(run, beginning, expected)
+    assert "xists" in run.failure
+    assert len(log.errors) == 1
+    assert (there / "mine").read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == [there.name]
+
+
+def test_a_disk_that_is_full_at_the_beginning_costs_no_plan(
+    recorder, log, tmp_path, expected, monkeypatch
+):
+    monkeypatch.setattr("focus_planner.recording.bag.os.fsync", raise_no_space)
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "No space left on device")
+    assert [path.name for path in tmp_path.iterdir()] == [f"{beginning.run_id}.partial"]
+
+
+def test_a_disk_that_has_no_room_for_the_inputs_costs_no_plan(
+    recorder, log, tmp_path, expected, monkeypatch
+):
+    beginning = begun()
+    opened = Path.open
+
+    def full(path, *mode):
+        return FullDisk(opened(path, *mode)) if "x" in str(mode) else opened(path, *mode)
+
+    monkeypatch.setattr(Path, "open", full)
+    run = begin(recorder, tmp_path, beginning)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "No space left on device")
+
+
+def test_a_disk_that_is_full_later_costs_no_plan(recorder, log, tmp_path, expected, monkeypatch):
+    monkeypatch.setattr(module, "_SECONDS_BETWEEN_WRITES", 0.0)
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    run._on_disk.result(30)
+    monkeypatch.setattr("focus_planner.recording.bag._Stream.write", raise_no_space)
+    watch = run.watch(go_on)
+    assert all(watch(step) for step in STEPS)
+    waited(lambda: run.failure)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "No space left on device")
+    partial = read_run(partial_of(tmp_path, beginning))
+    assert partial.ending is None
+    assert len(partial.inputs) == 2
+
+
+@pytest.mark.parametrize("where", ["bag._Stream.write", "bag.os.fsync", "bag.Path.rename"])
+def test_a_disk_that_is_full_in_the_end_costs_no_plan(
+    recorder, log, tmp_path, expected, monkeypatch, where
+):
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    run._on_disk.result(30)
+    monkeypatch.setattr(f"focus_planner.recording.{where}", raise_no_space)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "No space left on device")
+    assert [path.name for path in tmp_path.iterdir()] == [f"{beginning.run_id}.partial"]
+
+
+def test_the_next_run_is_recorded_when_there_is_room_again(
+    recorder, log, tmp_path, expected, monkeypatch
+):
+    with monkeypatch.context() as full:
+        full.setattr("focus_planner.recording.bag.os.fsync", raise_no_space)
+        lost = begin(recorder, tmp_path, begun())
+        lost.finish(True, "", expected, RIG).result(30)
+    run = begin(recorder, tmp_path, begun())
+    run.finish(True, "", expected, RIG).result(30)
+    assert run.failure == ""
+    assert read_run(run.path).fault == ""
+    check_lost(lost, log, "No space left on device")
+
+
+def test_a_mistake_in_recording_costs_no_plan(recorder, log, tmp_path, expected, monkeypatch):
+    def mistaken(*_):
+        raise ValueError("oh no")
+
+    monkeypatch.setattr(module, "fingerprints", mistaken)
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "ValueError('oh no')")
+
+
+def test_who_is_told_to_stop_does_not_wait_for_a_disk_that_hangs(recorder, tmp_path, monkeypatch):
+    hanging = threading.Event()
+    monkeypatch.setattr(BagWriter, "sync", lambda _: hanging.wait(30))
+    run = begin(recorder, tmp_path, begun())
+    asked = []
+    watch = run.watch(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
+    began = time.perf_counter()
+    assert not watch(Progress("solving", 0, float("nan")))
+    assert time.perf_counter() - began < 2.0
+    assert len(asked) >= 3
+    assert not run._on_disk.done()
+    hanging.set()
+    run.finish(False, "stopped").result(30)
+
+
+def test_who_is_not_told_to_stop_does_wait(recorder, tmp_path, monkeypatch):
+    hanging = threading.Event()
+    monkeypatch.setattr(BagWriter, "sync", lambda _: hanging.wait(30))
+    run = begin(recorder, tmp_path, begun())
+    threading.Timer(0.4, hanging.set).start()
+    began = time.perf_counter()
+    assert run.watch(go_on)(Progress("solving", 0, float("nan")))
+    assert time.perf_counter() - began > 0.3
+    assert run._on_disk.done()
+    run.finish(False, "no plan").result(30)
+
+
+def test_after_it_is_closed_nothing_begins(log, tmp_path, expected):
+    recorder = Recorder(log)
+    assert recorder.close(30)
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "the planner is shutting down")
+    assert list(tmp_path.iterdir()) == []
+    recorder.prepare([])
+    assert recorder.close(30)
+
+
+def test_what_ends_after_it_is_closed_is_left_partial(log, tmp_path, expected):
+    recorder = Recorder(log)
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    assert recorder.close(30)
+    plan_with(run, beginning, expected)
+    check_lost(run, log, "the planner is shutting down")
+    partial = read_run(partial_of(tmp_path, beginning))
+    assert partial.ending is None
+    assert len(partial.inputs) == 2
+
+
+def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
+    recorder = Recorder(log)
+    run = begin(recorder, tmp_path, begun())
+    run.finish(True, "", expected, RIG)
+    assert not recorder.close(0.0)
+    assert recorder.close(30)
+    assert read_run(run.path).fault == ""
+
+
+# --- a disk that is really full ----------------------------------------------------------------
+
+PLAN = """
+import json, resource, signal, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from focus_planner.messages.parameters import Recording
+from focus_planner.recording.recorder import Recorder
+from recording.runs import *
+log = Log()
+beginning = begun()
+solved(beginning)
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
+recorder = Recorder(log)
+run = recorder.begin(Recording(Path(sys.argv[2])), inputs_of(beginning, TORUS, RIG), beginning)
+plan = solved(beginning, watch=run.watch(go_on))
+run.finish(True, plan.summary(), plan, RIG)
+assert recorder.close(30)
+print(json.dumps([plan.cost, run.failure, log.errors]))
+"""
+
+
+@pytest.mark.parametrize("share", [0.2, 0.97])
+def test_the_system_refuses_to_write_more(tmp_path, expected, share):
+    assert hasattr(resource, "RLIMIT_FSIZE")
+    (file,) = record(tmp_path / "whole").glob("*.mcap")
+    limit = str(int(share * file.stat().st_size))
+    folder = tmp_path / "cut"
+    test = str(Path(__file__).parents[1])
+    words = [sys.executable, "-W", "error", "-c", PLAN, test, str(folder), limit]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    cost, failure, errors = json.loads(done.stdout)
+    assert cost == expected.cost
+    assert failure.endswith("File too large")
+    assert errors == [f"not recorded: {failure}"]
+    (left,) = folder.iterdir()
+    assert left.suffix == ".partial"
+    assert not (left / "metadata.yaml").exists()
