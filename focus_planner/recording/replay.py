@@ -105,7 +105,7 @@ def differences(run: Run, replayed: Replayed) -> list[Difference]:
         return outcomes
     return [
         *_of_fingerprints(run.ending.fingerprints, replayed.ending.fingerprints),
-        *_of_steps(run.progress, replayed.progress),
+        *_of_steps(run, replayed.progress),
         *outcomes,
     ]
 
@@ -177,8 +177,12 @@ def _how_much(before: Fingerprint, after: Fingerprint) -> str:
     return f"{cameras} of {len(before.counts)} cameras {what}; pairs: {totals}"
 
 
-def _of_steps(recorded: Sequence[Progress], now: Sequence[Progress]) -> Iterator[Difference]:
+def _of_steps(run: Run, now: Sequence[Progress]) -> Iterator[Difference]:
     """Yield the first step that differs."""
+    recorded = run.progress
+    if run.ending and len(run.ending.answers) > 1:
+        # A watch that had said no was told of no more steps.
+        now = now[: len(recorded)]
     for number, (before, after) in enumerate(zip_longest(recorded, now), 1):
         if _bits(before) != _bits(after):
             what = f"step {number}: {_step(before)} then, {_step(after)} now"
@@ -196,7 +200,8 @@ def _bits(step: Progress | None) -> object:
 def _step(step: Progress | None) -> str:
     if step is None:
         return "none"
-    return f"{step.stage} {step.iteration} of cost {step.cost!r}"
+    bound = "" if step.lower_bound is None else f", bound {step.lower_bound!r}"
+    return f"{step.stage} {step.iteration} of cost {step.cost!r}{bound}"
 
 
 def _of_plans(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
@@ -222,4 +227,6 @@ def _how_far(recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]) -> str
     moved = [(abs(b.focus_distance - a.focus_distance), a.name) for a, b in changed]
     farthest, name = max(moved)
     how_many = f"{len(changed)} of {len(recorded)} cameras"
+    if not farthest:
+        return f"{how_many}, at the same distances"
     return f"{how_many}; the farthest, {name}, by {1000 * farthest:.3g} mm"

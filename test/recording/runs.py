@@ -11,7 +11,7 @@ from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import go_on
-from focus_planner.core.types import PointCloud
+from focus_planner.core.types import Lens, PointCloud
 from focus_planner.messages.parameters import Recording, Settings
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
 from focus_planner.recording.recorder import Recorder
@@ -20,7 +20,8 @@ from focus_planner.recording.software import software
 
 PLANNER = "/focus_planner"
 TORUS = torus()
-RIG = around(8, 3.0)
+# Of so little depth of field that there is something to choose.
+RIG = around(8, 2.5, lens=Lens(0.085, 60.0))
 REQUEST = PlanRequest("em", 300, fresh_samples=300)
 
 

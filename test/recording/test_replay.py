@@ -1,0 +1,627 @@
+"""Runs planned again: the same to the bit, or what differs is named."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+from core.build import box
+from recording.runs import (
+    REQUEST,
+    RIG,
+    TORUS,
+    Log,
+    begun,
+    cloud,
+    partial_copy,
+    record,
+    rewritten,
+    solved,
+    with_payload,
+)
+
+from focus_planner.core import planning, posing
+from focus_planner.core.plans import METHODS, PlanRequest
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.scene import Scene
+from focus_planner.core.solvers import go_on
+from focus_planner.core.types import CostModel, Mesh, Rig
+from focus_planner.messages.inputs import Arrival
+from focus_planner.messages.parameters import Recording
+from focus_planner.messages.planner import NotReady, Planner
+from focus_planner.messages.reading import Optics, mesh_from_bytes
+from focus_planner.messages.typestore import deserialize, fields_of, serialize
+from focus_planner.messages.writing import mesh_to_bytes
+from focus_planner.recording.recorder import Recorder
+from focus_planner.recording.replay import differences, outcome_differences, plan_run
+from focus_planner.recording.run import input_message, inputs_of, read_run
+
+PLAN, RESULT = "focus_planner_msgs/msg/FocusPlan", "focus_planner_msgs/msg/RunResult"
+RIG_TYPE = "focus_planner_msgs/msg/CameraRig"
+STAGES = ["fresh samples", "fresh visibility", "fresh costs", "samples", "visibility", "costs"]
+
+
+def replayed(path, watch=go_on):
+    run = read_run(path)
+    return run, plan_run(run, watch)
+
+
+def found(path):
+    return differences(*replayed(path))
+
+
+def stages(differences_):
+    return [difference.stage for difference in differences_]
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A run, and its plan."""
+    return record(tmp_path_factory.mktemp("runs"))
+
+
+@pytest.fixture(scope="module")
+def run(path):
+    return read_run(path)
+
+
+# --- the same ----------------------------------------------------------------------------------
+
+SMALL = PlanRequest("em", 250, fresh_samples=200)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_reproduced(tmp_path, method):
+    path = record(tmp_path, replace(SMALL, method=method, seed=3))
+    run, again = replayed(path)
+    assert differences(run, again) == []
+    assert again.ending.plan.method == method
+    assert again.ending.plan.seed == 3
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        replace(SMALL, method="k_view", k=3),
+        replace(SMALL, method="k_view", scope="assigned"),
+        replace(SMALL, method="k_view", k=3, scope="assigned", bound="tight", gap=1e-3),
+        replace(SMALL, method="k_view", tuples="grid", bound="none"),
+        replace(SMALL, shots=2, depth_tolerance=0.01),
+        replace(SMALL, method="optimal", shots=3, gap=0.02),
+        replace(SMALL, samples=0, standard_error=6.0),
+    ],
+    ids=lambda request: f"{request.method}-{request.k}-{request.scope}-{request.shots}",
+)
+def test_every_kind_of_request_is_reproduced(tmp_path, request_):
+    rig = cylinder_rig(2, 5, radius=2.5, bottom=-0.3, top=0.3)
+    path = record(tmp_path, request_, rig=rig)
+    run, again = replayed(path)
+    assert differences(run, again) == []
+    assert run.beginning.request == request_
+    assert again.ending.plan.shots == request_.shots
+
+
+@pytest.mark.parametrize("normals", [False, True])
+@pytest.mark.parametrize("samples", [0, 300])
+def test_a_cloud_is_reproduced(tmp_path, normals, samples):
+    surface = cloud(normals, importance=normals)
+    path = record(tmp_path, replace(SMALL, samples=samples), surface)
+    run, again = replayed(path)
+    assert differences(run, again) == []
+    assert again.ending.plan.samples == (samples or len(surface.points))
+
+
+def test_a_mesh_with_normals_and_importance_is_reproduced(tmp_path):
+    random = np.random.default_rng(0)
+    normals = TORUS.vertices / np.linalg.norm(TORUS.vertices, axis=1)[:, None]
+    normals += random.normal(0, 0.1, normals.shape)
+    surface = Mesh(TORUS.vertices, TORUS.triangles, normals, random.random(len(normals)))
+    path = record(tmp_path, SMALL, surface)
+    run, again = replayed(path)
+    assert differences(run, again) == []
+    plain = plan_run(read_run(record(tmp_path, SMALL)))
+    assert plain.ending.plan.cost != again.ending.plan.cost
+
+
+def test_another_cost_model_is_reproduced(tmp_path):
+    values = {"cost__focus_weight": 0.8, "cost__projected_area_weight": 0.1}
+    path = record(tmp_path, SMALL, cost__axis_deviation_weight=0.05, **values)
+    run, again = replayed(path)
+    assert run.beginning.settings.model == CostModel(0.1, 0.05, 0.8)
+    assert differences(run, again) == []
+
+
+def stop_after(count, stages_=None):
+    """A watch that says no after so many steps of these stages."""
+    heard = []
+
+    def watch(progress):
+        if stages_ is None or progress.stage in stages_:
+            heard.append(progress)
+        return len(heard) < count
+
+    return watch
+
+
+@pytest.mark.parametrize(
+    ("method", "watch"),
+    [
+        ("em", stop_after(2, ["em"])),
+        ("k_view", stop_after(6, ["solving", "em", "2-view", "k_view"])),
+        ("optimal", stop_after(3, ["solving", "optimal", "prices"])),
+        ("em", stop_after(1, ["prices"])),
+        ("em", stop_after(1, ["fresh"])),
+        ("k_view", stop_after(2, ["visibility"])),
+        ("optimal", stop_after(1)),
+    ],
+)
+def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, method, watch):
+    path = record(tmp_path, PlanRequest(method, 3000, fresh_samples=3000, gap=0.01), watch=watch)
+    run, again = replayed(path)
+    assert len(run.ending.answers) > 1
+    assert differences(run, again) == []
+    # It really was ended, and would not be now.
+    to_its_end = plan_run(run, as_it_was=False)
+    assert differences(run, to_its_end) != []
+    assert len(to_its_end.ending.answers) == 1
+
+
+@pytest.mark.parametrize("seconds", [0.02, 0.2])
+def test_a_plan_that_its_time_budget_ended_is_reproduced(tmp_path, seconds):
+    request = PlanRequest("optimal", 20_000, time_budget=seconds, gap=0.0)
+    path = record(tmp_path, request)
+    run, again = replayed(path)
+    assert not run.ending.plan.converged
+    assert differences(run, again) == []
+
+
+def test_a_warm_start_is_reproduced(tmp_path):
+    first = solved(begun(SMALL))
+    assert first.prices is not None
+    path = record(tmp_path, replace(SMALL, seed=5), warmth=first.warmth)
+    run, again = replayed(path)
+    assert differences(run, again) == []
+    cold = plan_run(replace(run, beginning=replace(run.beginning, warmth=None)))
+    assert differences(run, cold) != []
+
+
+def test_replaying_notes_and_obeys_its_watch(run):
+    told = []
+    whole = plan_run(run, lambda step: told.append(step) or True)
+    assert repr(tuple(told)) == repr(whole.progress) == repr(run.progress)
+    ended = plan_run(run, stop_after(2, ["em"]))
+    assert len(ended.progress) < len(run.progress)
+    assert differences(run, ended) != []
+
+
+def test_a_replay_has_what_a_recorder_needs(run):
+    again = plan_run(run)
+    assert again.plan.problem.sample_count == REQUEST.samples
+    assert repr(again.rig) == repr(RIG)
+
+
+def test_a_partial_run_can_be_planned(path, tmp_path, run):
+    partial = read_run(partial_copy(path, tmp_path / path.name))
+    assert partial.ending is None
+    assert plan_run(partial).ending.plan.cameras == run.ending.plan.cameras
+
+
+# --- what had no plan --------------------------------------------------------------------------
+
+
+def record_failure(folder, beginning, inputs, message):
+    log = Log()
+    recorder = Recorder(log)
+    run = recorder.begin(Recording(folder), inputs, beginning)
+    run.finish(False, message)
+    assert recorder.close(30)
+    assert log.errors == []
+    return run.path
+
+
+class Bench:
+    """A planner, a clock that ticks with every message, and its recorder."""
+
+    def __init__(self):
+        self.planner = Planner(Log())
+        self._now = datetime(2026, 1, 1, tzinfo=timezone.utc)
+
+    def surface(self, mesh):
+        self.planner.surface.receive(self._arrival("mesh", mesh))
+        self.planner.digest(Optics())
+
+    def rig(self, rig):
+        message = inputs_of(begun(rig=rig), TORUS, rig)[-1]
+        read = read_run_rig(message)
+        self._now += timedelta(seconds=1)
+        topic = "/focus_planner/rig"
+        arrival = Arrival(topic, message.type_name, message.payload, read, self._now)
+        self.planner.rig.receive(arrival)
+        self.planner.digest(Optics())
+
+    def _arrival(self, name, mesh):
+        self._now += timedelta(seconds=1)
+        payload = mesh if isinstance(mesh, bytes) else mesh_to_bytes(mesh)
+        kind = "shape_msgs/msg/Mesh"
+        topic = f"/focus_planner/{name}"
+        return Arrival(topic, kind, payload, lambda _: mesh_from_bytes(payload), self._now)
+
+    def call(self, folder, request=SMALL):
+        """Plan and record, as the node does; return the run's folder."""
+        self.planner.digest(Optics())
+        inputs = [input_message(arrival) for arrival in self.planner.arrivals()]
+        recorder = Recorder(Log())
+        run = recorder.begin(Recording(folder), inputs, begun(request))
+        try:
+            plan, rig, _ = self.planner.plan(request, Optics(), CostModel(), run.watch(go_on))
+        except (NotReady, ValueError) as error:
+            run.finish(False, str(error))
+        else:
+            run.finish(True, plan.summary(), plan, rig)
+        assert recorder.close(30)
+        return run.path
+
+
+def read_run_rig(message):
+    from focus_planner.messages.reading import rig_from_message  # noqa: PLC0415 - beside its use
+
+    return lambda optics: rig_from_message(message.read(), optics, "world")
+
+
+FAR = box((0.3, 0.3, 0.3), (0.0, 0.0, 90.0))
+FAR_RIG = Rig(
+    tuple(replace(c, position=(*c.position[:2], c.position[2] + 90.0)) for c in RIG.cameras)
+)
+
+
+def test_where_there_was_nothing_to_plan_with_there_is_nothing_now(tmp_path):
+    bench = Bench()
+    nothing = bench.call(tmp_path)
+    bench.surface(TORUS)
+    no_rig = bench.call(tmp_path)
+    for path in (nothing, no_rig):
+        run, again = replayed(path)
+        assert not run.ending.success
+        assert "rig: expected poses on ~/camera_poses" in again.ending.message
+        assert differences(run, again) == []
+
+
+def test_what_was_refused_is_refused_again(tmp_path):
+    bench = Bench()
+    bench.surface(TORUS)
+    bench.rig(RIG)
+    bench.surface(b"no mesh")
+    run, again = replayed(bench.call(tmp_path))
+    assert "stays in force: call again to plan with that one" in again.ending.message
+    assert "at 00:00:03 UTC" in again.ending.message
+    assert differences(run, again) == []
+    # And the next caller got a plan for the old one.
+    run, again = replayed(bench.call(tmp_path))
+    assert run.ending.success
+    assert differences(run, again) == []
+
+
+def test_nothing_good_was_in_force(tmp_path):
+    bench = Bench()
+    bench.rig(RIG)
+    bench.surface(b"no mesh")
+    for _ in range(2):
+        run, again = replayed(bench.call(tmp_path))
+        assert "none that can be used: the surface received on" in again.ending.message
+        assert differences(run, again) == []
+
+
+@pytest.mark.parametrize("republished", [False, True])
+def test_what_did_not_fit_does_not_fit_again(tmp_path, republished):
+    bench = Bench()
+    bench.surface(TORUS)
+    bench.rig(RIG)
+    bench.surface(FAR)
+    if republished:
+        bench.rig(RIG)
+    for success in (False, True):
+        run, again = replayed(bench.call(tmp_path))
+        assert run.ending.success is success
+        assert differences(run, again) == []
+
+
+def test_a_surface_and_a_rig_that_never_fitted_do_not_fit_now(tmp_path):
+    bench = Bench()
+    bench.surface(TORUS)
+    bench.rig(FAR_RIG)
+    run, again = replayed(bench.call(tmp_path))
+    assert not run.ending.success
+    assert differences(run, again) == []
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        replace(SMALL, method="k_view", tuples="grid"),
+        replace(SMALL, depth_tolerance=9.0),
+        replace(SMALL, samples=0, standard_error=1e-9),
+    ],
+)
+def test_a_request_that_failed_fails_again(tmp_path, request_):
+    beginning = begun(request_)
+    with pytest.raises(ValueError, match="expected") as told:
+        solved(beginning)
+    inputs = inputs_of(beginning, TORUS, RIG)
+    run, again = replayed(record_failure(tmp_path, beginning, inputs, str(told.value)))
+    assert again.ending.message == str(told.value)
+    assert again.plan is None
+    assert differences(run, again) == []
+
+
+def test_a_request_that_says_what_there_is_not_fails_again(tmp_path):
+    beginning = replace(begun(), asked={"method": "best"})
+    with pytest.raises(ValueError, match="method: expected one of closest") as told:
+        _ = beginning.request
+    inputs = inputs_of(beginning, TORUS, RIG)
+    assert found(record_failure(tmp_path, beginning, inputs, str(told.value))) == []
+
+
+# --- what differs ------------------------------------------------------------------------------
+
+
+def test_a_failure_that_is_none_now_is_told(tmp_path):
+    beginning = begun()
+    inputs = inputs_of(beginning, TORUS, RIG)
+    (difference,) = found(record_failure(tmp_path, beginning, inputs, "no idea"))
+    assert difference.stage == "outcome"
+    assert difference.what.startswith("recorded: no idea; now: a plan of cost 8")
+
+
+def test_another_failure_is_told(tmp_path):
+    beginning = begun(replace(SMALL, depth_tolerance=9.0))
+    inputs = inputs_of(beginning, TORUS, RIG)
+    (difference,) = found(record_failure(tmp_path, beginning, inputs, "no idea"))
+    assert difference.stage == "outcome"
+    assert difference.what.startswith("recorded: no idea; now: depth_tolerance: expected")
+
+
+def test_a_plan_that_is_none_now_is_told(run):
+    beginning = replace(run.beginning, asked={**run.beginning.asked, "depth_tolerance": 9.0})
+    changed = replace(run, beginning=beginning)
+    (difference,) = differences(changed, plan_run(changed))
+    assert difference.stage == "outcome"
+    assert difference.what.startswith(f"recorded: a plan of cost {run.ending.plan.cost:.2f}; now:")
+    assert "depth_tolerance: expected" in difference.what
+
+
+def without_constants(value):
+    if isinstance(value, list):
+        return [without_constants(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    return {name: without_constants(item) for name, item in value.items() if not name.isupper()}
+
+
+def tampered(path, to, type_name, change):
+    """The run with the fields of one kind of message changed."""
+
+    def changed(message):
+        if message.type_name != type_name:
+            return message
+        fields = without_constants(fields_of(deserialize(type_name, message.payload)))
+        change(fields)
+        return with_payload(message, serialize(type_name, fields))
+
+    return rewritten(path, to, changed)
+
+
+def test_unchanged_it_is_the_same(path, tmp_path):
+    assert found(rewritten(path, tmp_path / "same", lambda message: message)) == []
+    assert found(tampered(path, tmp_path / "same too", PLAN, lambda _: None)) == []
+
+
+@pytest.mark.parametrize(("metres", "told"), [(0.0125, "12.5 mm"), (1e-9, "1e-06 mm")])
+def test_one_focus_distance_that_differs_is_told(path, tmp_path, metres, told):
+    def change(fields):
+        fields["cameras"][3]["focus_distance"] += metres
+
+    (difference,) = found(tampered(path, tmp_path / "x", PLAN, change))
+    assert difference.stage == "focus"
+    assert difference.what == f"1 of 8 cameras; the farthest, c3, by {told}"
+
+
+def test_the_least_bit_of_a_focus_distance_counts(path, tmp_path):
+    def change(fields):
+        one = fields["cameras"][0]
+        one["focus_distance"] = math.nextafter(one["focus_distance"], 9.0)
+        fields["cameras"][1]["shots"][0]["far_limit"] *= 1.5
+
+    (difference,) = found(tampered(path, tmp_path / "x", PLAN, change))
+    assert difference.stage == "focus"
+    assert difference.what.startswith("2 of 8 cameras; the farthest, c0, by ")
+
+
+def test_cameras_that_differ_in_samples_only_are_told_so(path, tmp_path):
+    def change(fields):
+        fields["cameras"][5]["assigned_samples"] += 1
+
+    (difference,) = found(tampered(path, tmp_path / "x", PLAN, change))
+    assert difference.stage == "focus"
+    assert difference.what == "1 of 8 cameras, at the same distances"
+
+
+def test_other_cameras_are_told(path, tmp_path):
+    (difference,) = found(tampered(path, tmp_path / "x", PLAN, lambda f: f["cameras"].pop()))
+    assert (difference.stage, difference.what) == ("focus", "other cameras")
+
+
+def test_a_cost_that_differs_is_told(path, tmp_path, run):
+    def change(fields):
+        fields["cost"] = math.nextafter(fields["cost"], 0.0)
+        fields["converged"] = False
+        fields["total_seconds"] = 99.0
+
+    (difference,) = found(tampered(path, tmp_path / "x", PLAN, change))
+    assert difference.stage == "plan"
+    cost = run.ending.plan.cost
+    assert difference.what == (
+        f"cost {math.nextafter(cost, 0.0)!r} then, {cost!r} now; converged False then, True now"
+    )
+
+
+def flip(visibility, camera=2):
+    """The same visibility, but that one camera does not see what it saw first."""
+    at = int(visibility.camera_offsets[camera])
+    offsets = visibility.camera_offsets.copy()
+    offsets[camera + 1 :] -= 1
+    return replace(
+        visibility, camera_offsets=offsets, sample_index=np.delete(visibility.sample_index, at)
+    )
+
+
+def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch):
+    visible_pairs = posing.visible_pairs
+    pairs = len(solved(begun()).problem.depth)
+    looks = []
+
+    def other(scene, rig, samples, *how):
+        looks.append(len(samples))
+        seen = visible_pairs(scene, rig, samples, *how)
+        return flip(seen) if len(looks) == 3 else seen  # trial, fresh, and then the samples
+
+    monkeypatch.setattr(posing, "visible_pairs", other)
+    (first, *others) = differences(run, plan_run(run))
+    assert looks[1:] == [300, 300]
+    assert first.stage == "visibility"
+    assert first.what == (f"1 of 8 cameras see other samples; pairs: {pairs} then, {pairs - 1} now")
+    assert others[0].stage == "costs"
+    assert others[0].what.startswith("1 of 8 cameras have other costs; pairs: ")
+
+
+def test_one_ray_that_hits_now_is_told(run, monkeypatch):
+    occluded = Scene.occluded
+    looks = []
+
+    def other(scene, rays):
+        hidden = occluded(scene, rays)
+        looks.append(len(rays))
+        if len(looks) == 2:
+            hidden[np.flatnonzero(~hidden)[5]] = True
+        return hidden
+
+    monkeypatch.setattr(Scene, "occluded", other)
+    found_ = differences(run, plan_run(run))
+    assert stages(found_)[:2] == ["fresh visibility", "fresh costs"]
+    assert found_[0].what.startswith("1 of 8 cameras see other samples; pairs: ")
+    # The plan itself does not know the fresh samples.
+    assert set(stages(found_)[2:]) <= {"plan"}
+
+
+def test_other_samples_are_told(run):
+    changed = replace(
+        run, beginning=replace(run.beginning, asked={**run.beginning.asked, "seed": 4})
+    )
+    found_ = differences(changed, plan_run(changed))
+    assert stages(found_)[:6] == STAGES
+    assert found_[0].what == "not the same bits; 300 then, 300 now"
+    assert stages(found_)[6:] == ["steps", "plan", "focus"]
+    assert "seed 0 then, 4 now" in found_[7].what
+
+
+def test_more_samples_are_told(run):
+    asked = {**run.beginning.asked, "samples": 310}
+    changed = replace(run, beginning=replace(run.beginning, asked=asked))
+    found_ = differences(changed, plan_run(changed))
+    assert stages(found_)[:3] == ["samples", "visibility", "costs"]
+    assert found_[0].what == "not the same bits; 300 then, 310 now"
+
+
+def test_other_costs_are_told(run, monkeypatch):
+    build_problem = posing.build_problem
+
+    def other(samples, visibility, rig, model, tolerance):
+        return build_problem(samples, visibility, rig, CostModel(focus_weight=0.3), tolerance)
+
+    monkeypatch.setattr(posing, "build_problem", other)
+    found_ = differences(run, plan_run(run))
+    # What is out of focus costs something else: the plan tells, no stage before the solver does.
+    assert found_[0].stage == "steps"
+
+    def others(samples, visibility, rig, model, tolerance):
+        model = CostModel(axis_deviation_limit=0.8)
+        return build_problem(samples, visibility, rig, model, tolerance)
+
+    monkeypatch.setattr(posing, "build_problem", others)
+    found_ = differences(run, plan_run(run))
+    assert stages(found_)[:2] == ["fresh costs", "costs"]
+    assert "of 8 cameras have other costs; pairs: " in found_[1].what
+
+
+def test_another_rig_is_told(path, tmp_path):
+    def change(fields):
+        fields["cameras"][6]["pose"]["position"]["x"] += 1e-6
+
+    first, *_ = found(tampered(path, tmp_path / "x", RIG_TYPE, change))
+    assert first.stage in ("fresh costs", "fresh visibility")
+    assert "1 of 8 cameras" in first.what
+
+
+def test_one_step_that_differs_is_told(run):
+    k = len(run.progress) - 1
+    steps = list(run.progress)
+    steps[k] = replace(steps[k], cost=123.5)
+    (difference,) = differences(replace(run, progress=tuple(steps)), plan_run(run))
+    assert difference.stage == "steps"
+    last = run.progress[k]
+    assert difference.what == (
+        f"step {k + 1}: {last.stage} {last.iteration} of cost 123.5, bound {last.lower_bound!r}"
+        f" then, {last.stage} {last.iteration} of cost {last.cost!r}, bound {last.lower_bound!r}"
+        " now"
+    )
+
+
+def test_one_bound_that_differs_is_told(run):
+    k = next(k for k, step in enumerate(run.progress) if step.lower_bound is not None)
+    steps = list(run.progress)
+    steps[k] = replace(steps[k], lower_bound=1.5)
+    (difference,) = differences(replace(run, progress=tuple(steps)), plan_run(run))
+    assert difference.stage == "steps"
+    assert "bound 1.5 then" in difference.what
+
+
+def test_steps_that_are_missing_are_told(run):
+    again = plan_run(run)
+    count = len(run.progress)
+    (fewer,) = differences(replace(run, progress=run.progress[:-1]), again)
+    assert fewer.what.startswith(f"step {count}: none then, ")
+    (more,) = differences(replace(run, progress=(*run.progress, run.progress[-1])), again)
+    assert more.what.startswith(f"step {count + 1}: ")
+    assert more.what.endswith(" then, none now")
+
+
+def test_a_solver_that_does_something_else_is_told(run, monkeypatch):
+    # As another version of the package would.
+    monkeypatch.setattr(
+        planning, "spread_start", lambda problem: np.full(problem.camera_count, 9.9)
+    )
+    found_ = differences(run, plan_run(run))
+    assert stages(found_)[0] == "steps"
+    assert found_[0].what.startswith("step ")
+
+
+def test_a_stage_that_is_not_there_now_is_told(run):
+    from focus_planner.core.fingerprint import Fingerprint  # noqa: PLC0415 - beside its use
+
+    prints = (*run.ending.fingerprints, Fingerprint("cells", (1,), (2,)))
+    changed = replace(run, ending=replace(run.ending, fingerprints=prints))
+    (difference,) = differences(changed, plan_run(run))
+    assert (difference.stage, difference.what) == ("cells", "no such stage now")
+
+
+def test_an_outcome_from_elsewhere_is_compared_by_its_plan(run):
+    again = plan_run(run)
+    ending = replace(again.ending, fingerprints=(), answers=())
+    assert outcome_differences(run, ending) == []
+    plan = ending.plan
+    moved = replace(plan.cameras[0], focus_distance=plan.cameras[0].focus_distance + 0.5)
+    other = replace(ending, plan=replace(plan, cameras=(moved, *plan.cameras[1:])))
+    (difference,) = outcome_differences(run, other)
+    assert difference.what == "1 of 8 cameras; the farthest, c0, by 500 mm"
