@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from focus_planner.recording.bag import METADATA, PARTIAL, bag_size, being_written
@@ -31,19 +32,20 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
     if not max_runs and not max_bytes:
         return []
     newest_first = sorted(_runs(directory), key=lambda run: run.name, reverse=True)
-    whole = [run for run in newest_first if run.suffix != PARTIAL]
-    kept = newest_first[:1] + whole[:1]
     deleted = []
     count = size = 0
-    for run in newest_first:
-        count += 1
-        size += bag_size(run)
-        too_much = (max_runs and count > max_runs) or (max_bytes and size > max_bytes)
-        if run not in kept and too_much and not being_written(run):
-            count -= 1
-            size -= bag_size(run)
-            shutil.rmtree(run)
-            deleted.append(run)
+    for k, run in enumerate(newest_first):
+        # Another planner may record here: what it deletes, or renames as it is whole, is gone.
+        with suppress(FileNotFoundError):
+            size_of_run = bag_size(run)
+            count += 1
+            size += size_of_run
+            too_much = (max_runs and count > max_runs) or (max_bytes and size > max_bytes)
+            if k > 0 and too_much and not being_written(run):
+                count -= 1
+                size -= size_of_run
+                shutil.rmtree(run)
+                deleted.append(run)
     return deleted
 
 
@@ -52,5 +54,8 @@ def _runs(directory: Path) -> Iterator[Path]:
         name = folder.name.removesuffix(PARTIAL)
         if not _RUN_NAME.fullmatch(name) or not folder.is_dir() or folder.is_symlink():
             continue
-        if {file.name for file in folder.iterdir()} <= {f"{name}_0.mcap", METADATA}:
-            yield folder
+        with suppress(FileNotFoundError):
+            files = {file.name for file in folder.iterdir()}
+            # One without any is about to be written.
+            if files and files <= {f"{name}_0.mcap", METADATA}:
+                yield folder

@@ -50,15 +50,15 @@ from focus_planner.messages.reading import (
     request_from_message,
     rig_from_message,
 )
+from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder, RunRecorder
-from focus_planner.recording.run import Beginning, input_message, new_run_id
+from focus_planner.recording.run import CLOUD, POSES, RIG, Beginning, input_message, new_run_id
 from focus_planner.recording.software import software
 from focus_planner.ros.cameras import LATCHED, CameraTopics
 from focus_planner.ros.conversions import (
     fields_from_ros,
-    message_from_ros,
     message_to_ros,
     type_name_of,
 )
@@ -242,18 +242,20 @@ class PlannerNode(Node):
         for one in sorted(taken, key=lambda one: one.at):
             one.receive(one.payload)
 
+    # By the functions that a replay reads with, so that what is refused is refused alike.
+
     def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
         return mesh_from_bytes(payload)
 
     def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
-        return cloud_from_message(message_from_ros(payload, PointCloud2), self._frame_id)
+        return cloud_from_message(deserialize(CLOUD, payload), self._frame_id)
 
     def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
-        message = message_from_ros(payload, PoseArray)
+        message = deserialize(POSES, payload)
         return self._cameras.check(poses_from_message(message, optics, self._frame_id))
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
-        message = message_from_ros(payload, CameraRig)
+        message = deserialize(RIG, payload)
         rig = self._cameras.check(rig_from_message(message, optics, self._frame_id))
         self._warn_of_distortion(distorted_cameras(message))
         return rig
@@ -321,7 +323,9 @@ class PlannerNode(Node):
     # What follows runs on the planning thread.
 
     def _warm_up(self) -> None:
-        software()  # takes some time, once
+        # They take some time, once.
+        software()
+        serialize(RIG, {})
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         warm_up(lambda: not self._stopping.is_set())
         if not self._stopping.is_set():
