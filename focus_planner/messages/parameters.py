@@ -352,7 +352,10 @@ def _group(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
 
 
 def _folder(name: str) -> Path | None:
-    return Path(name).expanduser() if name else None
+    try:
+        return Path(name).expanduser() if name else None
+    except RuntimeError:
+        raise InputError("record_directory", "a folder", f"{name!r}, of no known user") from None
 
 
 def _plain(value: Any) -> Value:

@@ -49,7 +49,7 @@ class Parameters:
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
             Settings.from_values(self._values | _ours(parameters))
-        except (InputError, RuntimeError) as error:  # pathlib's, of a ~ without a home
+        except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
