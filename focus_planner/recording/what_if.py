@@ -171,17 +171,16 @@ def _usual_circle(image: Image, focal_length: float, notes: list[str]) -> float:
 def _changed_lens(
     lens: Lens, changes: dict[str, Any], focal_length: float, circle: Callable[[], float]
 ) -> Lens:
-    f_number = changes.pop("f_number", 0.0)
-    given_circle = changes.pop("circle_of_confusion", 0.0)
-    if f_number or given_circle:
+    f_number = changes.pop("f_number", None)
+    given_circle = changes.pop("circle_of_confusion", None)
+    if f_number is not None or given_circle is not None:
         if changes.get("hyperfocal_distance"):
             raise InputError(
                 "--set", "hyperfocal_distance, or f_number and circle_of_confusion", "both"
             )
-        f_number = f_number or _f_number(lens, circle())
-        changes["hyperfocal_distance"] = hyperfocal_distance(
-            focal_length, f_number, given_circle or circle()
-        )
+        f_number = _f_number(lens, circle()) if f_number is None else f_number
+        blur = circle() if given_circle is None else given_circle
+        changes["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, blur)
     elif "hyperfocal_distance" not in changes:
         # The same f-number, and the same blur.
         ratio = focal_length / lens.focal_length
