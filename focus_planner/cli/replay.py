@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,8 +57,8 @@ def add(commands: Any) -> None:
         "replay",
         help="plan recorded runs again and compare",
         description="Plan what recorded runs asked for again, on the inputs that they had, and"
-        " compare bit for bit; ROS is not needed. Exit status 0: all reproduced; 1: one differs;"
-        " 2: one cannot be read.",
+        " compare bit for bit; ROS is not needed. Exit status 0: all reproduced, or planned with"
+        " what is set; 1: one differs; 2: one cannot be read, or not be planned with what is set.",
     )
     replay.set_defaults(command=run)
     option = replay.add_argument
@@ -127,8 +128,9 @@ def _runs(paths: list[Path]) -> Iterator[Path]:
     """Yield the runs; a folder of runs stands for all in it."""
     for path in paths:
         within = []
-        if path.is_dir() and not list(path.glob("*.mcap")):
-            within = sorted({file.parent for file in path.glob("*/*.mcap")})
+        with suppress(OSError):  # who reads it tells
+            if path.is_dir() and not list(path.glob("*.mcap")):
+                within = sorted({file.parent for file in path.glob("*/*.mcap")})
         yield from within or [path]
 
 
@@ -179,9 +181,10 @@ def _replay_here(
     from focus_planner.recording.replay import differences, plan_run
     from focus_planner.recording.run import new_run_id
     from focus_planner.recording.software import software
-    from focus_planner.recording.what_if import with_changes
+    from focus_planner.recording.what_if import Changed, with_changes
 
-    changed = with_changes(recorded, changes)
+    # As it was, a request that could not be planned with is told so by the planner.
+    changed = with_changes(recorded, changes) if changes else Changed(recorded, ())
     again = changed.run
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
     interruptible = Interruptible(tell, place)
@@ -196,7 +199,7 @@ def _replay_here(
         found = differences(recorded, replayed)
         outcome = _DIFFERS if found else _REPRODUCED
     else:
-        found, outcome = [], _PLANNED if now.success else _DIFFERS
+        found, outcome = [], _PLANNED if now.success else _REFUSED
     return _Replay(
         recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder
     )
@@ -226,35 +229,42 @@ def _show(replays: list[_Replay]) -> None:
     for replay in replays:
         if replay.outcome in (_UNREADABLE, _REFUSED):
             # Where a person, and a program that reads stdout only for results, look for it.
-            print(f"focus_planner: error: {replay.why}", file=sys.stderr)
-        elif replay.outcome == _PLANNED or len(replays) == 1 or replay.differences:
+            whose = f"{replay.path}: " if replay.outcome == _REFUSED and len(replays) > 1 else ""
+            print(f"focus_planner: error: {whose}{replay.why}", file=sys.stderr)
+        elif (
+            replay.outcome == _PLANNED
+            or len(replays) == 1
+            or replay.differences
+            or replay.recorded_as
+        ):
             _show_one(console, replay)
     if len(replays) > 1:
         _show_all(console, replays)
 
 
 def _show_one(console: Console, replay: _Replay) -> None:
+    from functools import partial
+
     from rich.markup import escape
 
+    say = partial(console.print, soft_wrap=True)
     assert replay.run is not None
-    console.print(
-        f"[bold]{escape(replay.path.name)}[/] [{_COLOURS[replay.outcome]}]{replay.outcome}[/]"
-    )
+    say(f"[bold]{escape(_name(replay))}[/] [{_COLOURS[replay.outcome]}]{replay.outcome}[/]")
     for note in replay.notes:
-        console.print(f"  note: {escape(note)}")
+        say(f"  note: {escape(note)}")
     if replay.outcome == _PLANNED:
         _show_comparison(console, replay)
     elif replay.differences:
         for difference in replay.differences:
-            console.print(f"  [bold]{difference.stage}[/]: {escape(difference.what)}")
+            say(f"  [bold]{difference.stage}[/]: {escape(difference.what)}")
         for name, (then, now) in _software(replay).items():
-            console.print(f"  {name}: {escape(then)} then, {escape(now)} now")
+            say(f"  {name}: {escape(then)} then, {escape(now)} now")
     elif replay.now is not None:
-        console.print(f"  {escape(replay.now.summary())}")
+        say(f"  {escape(replay.now.summary())}")
     else:
-        console.print(f"  no plan, then as now: {escape(replay.why)}")
+        say(f"  no plan, then as now: {escape(replay.why)}")
     if replay.recorded_as is not None:
-        console.print(f"  recorded: {escape(str(replay.recorded_as))}")
+        say(f"  recorded: {escape(str(replay.recorded_as))}")
 
 
 def _show_comparison(console: Console, replay: _Replay) -> None:
@@ -271,7 +281,8 @@ def _show_comparison(console: Console, replay: _Replay) -> None:
     for name, value, unit in quantities(after):
         then, unit_then = old.get(name, (None, ""))
         row = (_text(then), unit_then if then is not None else "", _text(value), unit)
-        table.add_row(name.replace("_", " "), *row, _change(then, value))
+        change = _change(then, value, share=unit != "s")
+        table.add_row(name.replace("_", " "), *row, change)
     console.print(table)
     if before is not None:
         _show_cameras(console, before, after)
@@ -300,6 +311,7 @@ def _show_cameras(console: Console, before: FocusPlan, after: FocusPlan) -> None
 
 
 def _show_all(console: Console, replays: list[_Replay]) -> None:
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table("run", "outcome", "method", "samples", "cost", "now", "s", "")
@@ -308,21 +320,30 @@ def _show_all(console: Console, replays: list[_Replay]) -> None:
     for replay in replays:
         before, after = _plans(replay)
         cost, cost_now = (_text(plan.cost) if plan else "" for plan in (before, after))
-        of = before or after
+        plans = [plan for plan in (before, after) if plan]
+        methods, samples = (
+            " → ".join(dict.fromkeys(str(getattr(plan, name)) for plan in plans))
+            for name in ("method", "samples")
+        )
         what = replay.differences[0].stage if replay.differences else ""
         table.add_row(
-            replay.path.name,
+            escape(_name(replay)),
             f"[{_COLOURS[replay.outcome]}]{replay.outcome}[/]",
-            of.method if of else "",
-            str(of.samples) if of else "",
+            methods,
+            samples,
             cost,
             cost_now,
             f"{after.total_seconds:.2f}" if after else "",
-            what or ("" if of or not replay.run else "no plan"),
+            what or ("" if plans or not replay.run else "no plan"),
         )
     console.print(table)
     counts = {name: sum(r.outcome == name for r in replays) for name in _STATUS}
     console.print(", ".join(f"{count} {name}" for name, count in counts.items() if count))
+
+
+def _name(replay: _Replay) -> str:
+    """Return the run's folder, or file, by its own name; that of "." is not "."."""
+    return replay.path.name or replay.path.resolve().name
 
 
 def _plans(replay: _Replay) -> tuple[FocusPlan | None, FocusPlan | None]:
@@ -351,11 +372,11 @@ def _text(value: float | str | bool | None) -> str:
     return f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
-def _change(then: float | str | bool | None, now: float | str | bool | None) -> str:
+def _change(then: float | str | bool | None, now: float | str | bool | None, *, share: bool) -> str:
     if not (isinstance(then, float) and isinstance(now, float)):
         return ""
-    share = f" ({100 * (now - then) / then:+.2f} %)" if then else ""
-    return f"{now - then:+.3f}{share}"
+    percent = f" ({100 * (now - then) / then:+.2f} %)" if then and share else ""
+    return f"{now - then:+.3f}{percent}"
 
 
 def _as_json(replay: _Replay) -> dict[str, Any]:
