@@ -84,6 +84,26 @@ def record(
     return run.path
 
 
+def record_failure(folder, beginning, inputs, message):
+    """Record that there was no plan; return the run's own folder."""
+    log = Log()
+    recorder = Recorder(log)
+    run = recorder.begin(Recording(folder), inputs, beginning)
+    run.finish(False, message)
+    assert recorder.close(30)
+    assert log.errors == []
+    return run.path
+
+
+def without_constants(value):
+    """Fields without a message's constants, which are read as fields too."""
+    if isinstance(value, list):
+        return [without_constants(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    return {name: without_constants(item) for name, item in value.items() if not name.isupper()}
+
+
 def rewritten(path, to, change):
     """Write a run again, elsewhere, every message as ``change`` returns it (None: left out)."""
     bag = BagWriter()

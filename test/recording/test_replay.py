@@ -18,9 +18,11 @@ from recording.runs import (
     cloud,
     partial_copy,
     record,
+    record_failure,
     rewritten,
     solved,
     with_payload,
+    without_constants,
 )
 
 from focus_planner.core import planning, posing
@@ -212,16 +214,6 @@ def test_a_partial_run_can_be_planned(path, tmp_path, run):
 # --- what had no plan --------------------------------------------------------------------------
 
 
-def record_failure(folder, beginning, inputs, message):
-    log = Log()
-    recorder = Recorder(log)
-    run = recorder.begin(Recording(folder), inputs, beginning)
-    run.finish(False, message)
-    assert recorder.close(30)
-    assert log.errors == []
-    return run.path
-
-
 class Bench:
     """A planner, a clock that ticks with every message, and its recorder."""
 
@@ -390,14 +382,6 @@ def test_a_plan_that_is_none_now_is_told(run):
     assert difference.stage == "outcome"
     assert difference.what.startswith(f"recorded: a plan of cost {run.ending.plan.cost:.2f}; now:")
     assert "depth_tolerance: expected" in difference.what
-
-
-def without_constants(value):
-    if isinstance(value, list):
-        return [without_constants(item) for item in value]
-    if not isinstance(value, dict):
-        return value
-    return {name: without_constants(item) for name, item in value.items() if not name.isupper()}
 
 
 def tampered(path, to, type_name, change):
