@@ -32,16 +32,18 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
     if not max_runs and not max_bytes:
         return []
     newest_first = sorted(_runs(directory), key=lambda run: run.name, reverse=True)
+    whole = [run for run in newest_first if run.suffix != PARTIAL]
+    kept = newest_first[:1] + whole[:1]
     deleted = []
     count = size = 0
-    for k, run in enumerate(newest_first):
+    for run in newest_first:
         # Another planner may record here: what it deletes, or renames as it is whole, is gone.
         with suppress(FileNotFoundError):
             size_of_run = bag_size(run)
             count += 1
             size += size_of_run
             too_much = (max_runs and count > max_runs) or (max_bytes and size > max_bytes)
-            if k > 0 and too_much and not being_written(run):
+            if run not in kept and too_much and not being_written(run):
                 count -= 1
                 size -= size_of_run
                 shutil.rmtree(run)
