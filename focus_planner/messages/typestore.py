@@ -97,8 +97,9 @@ def deserialize(type_name: str, payload: bytes, definition: str | None = None) -
 
 def fields_of(message: Message) -> Fields:
     """Return a message that :func:`deserialize` made as fields, and so what is within it."""
-    names = [field.name for field in dataclasses.fields(message)]
-    return {name: _plain(getattr(message, name)) for name in names if name != "__msgtype__"}
+    # Constants, and the type's name, are fields with a default to the library's classes.
+    fields = [each for each in dataclasses.fields(message) if each.default is dataclasses.MISSING]
+    return {each.name: _plain(getattr(message, each.name)) for each in fields}
 
 
 @cache
@@ -150,7 +151,7 @@ def _store_of(type_name: str, definition: str) -> Typestore:
     try:
         store.register(get_types_from_msg(definition, type_name))
         store.get_msgdef(type_name)
-    except (TypesysError, KeyError, ValueError, SyntaxError) as error:
+    except (TypesysError, LookupError, ValueError, SyntaxError, RecursionError) as error:
         raise InputError(type_name, "its definition", _short(error)) from None
     return store
 
@@ -158,7 +159,7 @@ def _store_of(type_name: str, definition: str) -> Typestore:
 def _deserialized(store: Typestore, type_name: str, payload: bytes) -> Message:
     try:
         return store.deserialize_cdr(payload, type_name)
-    except (SerdeError, MemoryError, IndexError, TypeError, KeyError) as error:
+    except (SerdeError, MemoryError, LookupError, TypeError, OverflowError) as error:
         raise InputError(
             f"{type_name} message", "its serialized form", f"other bytes ({_short(error)})"
         ) from None
