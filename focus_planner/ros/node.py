@@ -212,7 +212,10 @@ class PlannerNode(Node):
         ended = not wait(self._jobs, timeout).not_done
         while self._unfinished:
             self._finish_one()
-        return self._recorder.close(max(until - time.monotonic(), 0.0)) and ended
+        recorded = self._recorder.close(max(until - time.monotonic(), 0.0))
+        if not recorded:
+            self.get_logger().error("not recorded: runs that took too long to write stay partial")
+        return recorded and ended
 
     def _listen(
         self, message_type: type, topic: str, target: Input[Any, Any], read: Read
