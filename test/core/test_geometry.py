@@ -1,12 +1,14 @@
 import numpy as np
+import pytest
 import reference
-from core.build import around, forward
+from core.build import around, forward, looking_at
 from scipy.spatial.transform import Rotation
 
-from focus_planner import Rig
+from focus_planner import Image, Rig
 from focus_planner.core.geometry import (
     camera_positions,
     camera_rotations,
+    image_corners,
     rotation_from_quaternion,
 )
 
@@ -30,3 +32,45 @@ def test_a_camera_turned_nowhere_looks_along_z():
     rig = Rig((forward("a", (1, 2, 3)), forward("b")))
     np.testing.assert_array_equal(camera_rotations(rig), [np.eye(3), np.eye(3)])
     np.testing.assert_array_equal(camera_positions(rig), [[1, 2, 3], [0, 0, 0]])
+
+
+def test_corners_of_an_image_of_a_camera_turned_nowhere():
+    # Pixel 0 is centred at 0, so that the image begins half a pixel before.
+    image = Image(100, 80, 50.0, 40.0, 49.5, 39.5)
+    corners = image_corners(forward("a", (1.0, 2.0, 3.0), image=image), 2.0)
+    np.testing.assert_allclose(
+        corners, [[-1, 0, 5], [3, 0, 5], [3, 4, 5], [-1, 4, 5]], rtol=0, atol=1e-12
+    )
+
+
+def test_corners_of_an_image_whose_axis_is_not_in_its_middle():
+    image = Image(100, 80, 50.0, 40.0, -0.5, 79.5)
+    corners = image_corners(forward(image=image), 0.5)
+    np.testing.assert_allclose(
+        corners, [[0, -1, 0.5], [1, -1, 0.5], [1, 0, 0.5], [0, 0, 0.5]], rtol=0, atol=1e-12
+    )
+
+
+def test_corners_of_a_camera_that_looks_at_the_origin_upright():
+    image = Image(100, 80, 50.0, 40.0, 49.5, 39.5)
+    camera = looking_at("a", (2.0, 0.0, 0.0), (0.0, 0.0, 0.0), image=image)
+    # It looks along -x: its right is +y, its down is -z.
+    np.testing.assert_allclose(
+        image_corners(camera, 1.0),
+        [[1, -1, 1], [1, 1, 1], [1, 1, -1], [1, -1, -1]],
+        rtol=0,
+        atol=1e-12,
+    )
+
+
+@pytest.mark.parametrize("depth", [0.3, 1.0, 7.0])
+def test_corners_are_projected_onto_the_images_corners(depth):
+    image = Image(580, 870, 1190.0, 1200.0, 284.8, 434.4)
+    for camera in around(5, 1.0, image=image).cameras:
+        axes = np.array(reference.camera_axes(camera))
+        seen = (image_corners(camera, depth) - np.array(camera.position)) @ axes.T
+        np.testing.assert_allclose(seen[:, 2], depth, rtol=1e-12)
+        u = image.fx * seen[:, 0] / seen[:, 2] + image.cx
+        v = image.fy * seen[:, 1] / seen[:, 2] + image.cy
+        np.testing.assert_allclose(u, [-0.5, 579.5, 579.5, -0.5], atol=1e-9)
+        np.testing.assert_allclose(v, [-0.5, -0.5, 869.5, 869.5], atol=1e-9)
