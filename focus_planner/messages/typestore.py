@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import struct
 from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
@@ -25,6 +26,10 @@ from focus_planner.messages.reading import Message
 from focus_planner.messages.writing import Fields
 
 PACKAGE = "focus_planner_msgs"
+_ENCAPSULATION = 4
+_LITTLE_ENDIAN = {b"\x00\x00": False, b"\x00\x01": True}
+# What broken bytes make the library raise.
+_BROKEN = (SerdeError, MemoryError, LookupError, TypeError, OverflowError, ValueError, struct.error)
 # Between the definitions of a message and of those within it, as rosbag2 writes them.
 _RULER = "=" * 80
 _NUMBERS = {
@@ -157,9 +162,16 @@ def _store_of(type_name: str, definition: str) -> Typestore:
 
 
 def _deserialized(store: Typestore, type_name: str, payload: bytes) -> Message:
+    # Not the library's deserialize_cdr: it refuses bytes after the end, which rclpy leaves where it
+    # took a message for longer than it is, and does not mind.
+    little_endian = _LITTLE_ENDIAN.get(bytes(payload[:2]))
     try:
-        return store.deserialize_cdr(payload, type_name)
-    except (SerdeError, MemoryError, LookupError, TypeError, OverflowError) as error:
+        if little_endian is None or len(payload) < _ENCAPSULATION:
+            raise SerdeError("no plain CDR")
+        known = store.get_msgdef(type_name)
+        read = known.deserialize_cdr_le if little_endian else known.deserialize_cdr_be
+        return read(payload[_ENCAPSULATION:], 0, known.cls, store)[0]
+    except _BROKEN as error:
         raise InputError(
             f"{type_name} message", "its serialized form", f"other bytes ({_short(error)})"
         ) from None

@@ -1,4 +1,4 @@
-"""ROS messages from bytes and from fields.
+"""ROS messages from fields.
 
 What they say is read and written in :mod:`focus_planner.messages`.
 """
@@ -10,9 +10,6 @@ from functools import cache
 from importlib import import_module
 from typing import Any, TypeVar
 
-from rclpy.serialization import deserialize_message
-
-from focus_planner.core.checks import InputError
 from focus_planner.messages.writing import Fields
 
 # "std_msgs/Header", "sequence<geometry_msgs/Pose>"
@@ -24,23 +21,6 @@ Message = TypeVar("Message")
 def type_name_of(message_type: type) -> str:
     """Return the name of a message's type, such as ``"shape_msgs/msg/Mesh"``."""
     return f"{message_type.__module__.split('.')[0]}/msg/{message_type.__name__}"
-
-
-def message_from_ros(payload: bytes, message_type: type[Message]) -> Message:
-    """Return the message that these bytes serialize.
-
-    Raises
-    ------
-    InputError
-        If they do not.
-    """
-    try:
-        message: Message = deserialize_message(payload, message_type)
-    except (RuntimeError, ValueError, MemoryError) as error:
-        raise InputError(
-            f"{message_type.__name__} message", "its serialized form", f"other bytes ({error})"
-        ) from None
-    return message
 
 
 def message_to_ros(message_type: type[Message], fields: Fields) -> Message:
