@@ -35,6 +35,8 @@ _FARTHEST = 1e8
 MAX_CAMERAS = 250_000
 #: No focus motor has more; each is a candidate of every camera.
 MAX_FOCUS_STEPS = 65_536
+#: A topic's name, which has a camera's in it, has room for 247.
+MAX_NAME = 100
 _ROUNDING = 1e-15  # of the length of what was just normalised
 
 
@@ -212,6 +214,10 @@ class Camera:
                 "camera name",
                 "letters, digits and underscores, starting with a letter (it names a topic)",
                 repr(self.name),
+            )
+        if len(self.name) > MAX_NAME:
+            raise InputError(
+                "camera name", f"at most {MAX_NAME} characters (it names a topic)", repr(self.name)
             )
         position = check_array(f"camera {self.name}: position", self.position, (3,))
         if not (np.abs(position) <= _FARTHEST).all():

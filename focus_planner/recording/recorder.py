@@ -11,8 +11,7 @@ from __future__ import annotations
 import errno
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from concurrent.futures import TimeoutError as FutureTimeoutError
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,6 +37,9 @@ from focus_planner.recording.run import (
 _SECONDS_BETWEEN_WRITES = 1.0
 # The caller, probably on this machine, is reading its answer meanwhile.
 _SECONDS_TO_DELIVER = 0.03
+_MOST_JOBS = 16
+# For a disk, at most.
+_SECONDS_TO_WAIT = 20.0
 
 
 class Recorder:
@@ -63,7 +65,13 @@ class Recorder:
     def begin(
         self, how: Recording, inputs: Sequence[BagMessage], beginning: Beginning
     ) -> RunRecorder:
-        """Begin to write a run, in ``how.directory``."""
+        """Begin to write a run, in ``how.directory``.
+
+        Where runs come faster than they can be written this waits until few are left to finish.
+        """
+        until = time.monotonic() + _SECONDS_TO_WAIT
+        while len(self._jobs) > _MOST_JOBS and time.monotonic() < until:
+            wait(self._jobs.copy(), 0.05, FIRST_COMPLETED)
         return RunRecorder(self, self._log, how, tuple(inputs), beginning)
 
     def close(self, timeout: float | None = None) -> bool:
@@ -71,6 +79,11 @@ class Recorder:
         self._now.shutdown(wait=False)
         self._later.shutdown(wait=False)
         return not wait(self._jobs.copy(), timeout).not_done
+
+    @property
+    def busy(self) -> bool:
+        """Whether other jobs wait than the one that asks."""
+        return len(self._jobs) > 1
 
     def do_now(self, job: Callable[[], None], failed: Callable[[Exception], None]) -> Future[None]:
         """Do a job that a planner waits for; call ``failed`` if it raises."""
@@ -188,14 +201,15 @@ class RunRecorder:
         return self._do(lambda: self._finish(ending, plan, rig, at))
 
     def _wait_for_disk(self, watch: Watch, progress: Progress) -> None:
-        """Wait until the beginning is on disk, or the planner is told to stop."""
-        while True:
-            try:
-                self._on_disk.result(timeout=0.05)
-            except FutureTimeoutError:
-                if watch(progress):
-                    continue
-            return
+        """Wait until the beginning is on disk, or the planner is told to stop.
+
+        A disk that hangs costs the recording, not the plan.
+        """
+        until = time.monotonic() + _SECONDS_TO_WAIT
+        while not wait([self._on_disk], 0.05).done and watch(progress):
+            if time.monotonic() > until:
+                self._fail(TimeoutError(errno.ETIMEDOUT, "the disk does not answer"))
+                return
 
     def _do(self, job: Callable[[], None]) -> Future[None]:
         def after_the_beginning() -> None:
@@ -229,7 +243,8 @@ class RunRecorder:
         self._bag.flush()
 
     def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
-        time.sleep(_SECONDS_TO_DELIVER)
+        if not self._recorder.busy:
+            time.sleep(_SECONDS_TO_DELIVER)
         self._write_steps()
         assert self._bag is not None
         if plan is not None:
