@@ -20,7 +20,7 @@ from typing import IO, Any, BinaryIO, cast
 
 import yaml
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, McapError
+from mcap.exceptions import EndOfFile, InvalidMagic, McapError
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
@@ -292,10 +292,10 @@ def read_bag(path: Path) -> Bag:
         ) from None
     except Exception as error:  # noqa: BLE001 - broken bytes make the library raise anything
         if not messages and file.stat().st_size == 0:
-            return Bag((), False, "it is empty")
+            return Bag((), False, "an empty file")
         return Bag(tuple(messages), False, _fault(error))
     if not ended:
-        return Bag(tuple(messages), False, "it ends without its end mark")
+        return Bag(tuple(messages), False, "a file without its end")
     return Bag(tuple(messages), True)
 
 
@@ -423,10 +423,12 @@ def _record(opcode: int, body: bytes) -> McapRecord:
 
 
 def _fault(error: Exception) -> str:
+    if isinstance(error, InvalidMagic):
+        return "a file that is no MCAP file, or damaged"
     if isinstance(error, (EndOfFile, struct.error)):
-        return "it is cut off"
+        return "a file that is cut off"
     kind = "" if isinstance(error, (McapError, ValueError)) else f"{type(error).__name__}: "
-    return " ".join(f"it is damaged: {kind}{error}".split())[:200]
+    return " ".join(f"a damaged file: {kind}{error}".split())[:200]
 
 
 def _mcap_file(path: Path) -> Path:

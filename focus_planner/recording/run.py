@@ -358,7 +358,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     run, asked = (messages[name][0].read() for name in (_RUN, _REQUEST))
     values = {p.name: _parameter_from_message(p.value) for p in run.parameters}
     result, plan = messages.get(_RESULT), messages.get(_PLAN)
-    fault = bag.fault or ("" if result else "it has no result")
+    fault = bag.fault or ("" if result else "no result")
     return Run(
         path=path,
         inputs=tuple(

@@ -87,7 +87,7 @@ def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
     settings = Settings.from_values(values)
     beginning = replace(before, run_id=new_run_id(), settings=settings, asked=asked)
     _ = beginning.request
-    changed = replace(run, beginning=beginning, ending=None, fault="it was not planned")
+    changed = replace(run, beginning=beginning, ending=None, fault="not planned yet")
     if not of_cameras:
         return Changed(changed, ())
     notes: list[str] = []

@@ -363,7 +363,7 @@ def test_without_a_result_it_is_partial(run_path, tmp_path):
     )
     run = read_run(path)
     assert run.ending is None
-    assert run.fault == "it has no result"
+    assert run.fault == "no result"
     assert [m.payload for m in run.inputs] == [m.payload for m in read_run(run_path).inputs]
 
 
