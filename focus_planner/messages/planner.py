@@ -23,6 +23,11 @@ HeldScene = Held[Surface, Scene]
 HeldRig = Held[Rig, Rig]
 
 
+def internal_error(error: Exception) -> str:
+    """Return what a caller is told of what should not have happened."""
+    return f"internal error: {error!r}; the planner's log has the details"
+
+
 class NotReady(Exception):  # noqa: N818 - nothing went wrong here
     """There is nothing to plan with, or not what was sent last; its text is fit for the caller."""
 

@@ -13,7 +13,7 @@ from focus_planner.core.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.plans import CameraFocus, FocusPlan, SolvedPlan
 from focus_planner.core.solvers import Progress, Watch, go_on
 from focus_planner.core.types import Rig
-from focus_planner.messages.planner import NotReady, Planner
+from focus_planner.messages.planner import NotReady, Planner, internal_error
 from focus_planner.recording.run import Ending, Run
 
 # What differs from run to run.
@@ -90,6 +90,8 @@ def plan_run(run: Run, watch: Watch = go_on, *, as_it_was: bool = True) -> Repla
         )
     except (InputError, NotReady) as error:
         return Replayed(Ending(False, str(error)), tuple(progress))
+    except Exception as error:  # noqa: BLE001 - it may be what the run was recorded for
+        return Replayed(Ending(False, internal_error(error)), tuple(progress))
     ending = Ending(True, "", plan, plan.answers, fingerprints(plan))
     return Replayed(ending, tuple(progress), plan, rig)
 

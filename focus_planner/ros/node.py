@@ -40,7 +40,7 @@ from focus_planner.core.types import Rig, Surface
 from focus_planner.core.warm_up import warm_up
 from focus_planner.messages.inputs import Arrival, Input
 from focus_planner.messages.parameters import Settings
-from focus_planner.messages.planner import NotReady, Planner
+from focus_planner.messages.planner import NotReady, Planner, internal_error
 from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
@@ -354,8 +354,7 @@ class PlannerNode(Node):
             outcome = self._no_plan(str(error), record)
         except Exception as error:  # noqa: BLE001 - the caller is told, the log has the rest
             self.get_logger().error(traceback.format_exc())
-            told = f"internal error: {error!r}; the node's log has the details"
-            outcome = self._no_plan(told, record)
+            outcome = self._no_plan(internal_error(error), record)
         if answer.done():
             outcome.afterwards()
         else:

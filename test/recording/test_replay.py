@@ -33,7 +33,7 @@ from focus_planner.core.solvers import go_on
 from focus_planner.core.types import CostModel, Mesh, Rig
 from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.parameters import Recording
-from focus_planner.messages.planner import NotReady, Planner
+from focus_planner.messages.planner import NotReady, Planner, internal_error
 from focus_planner.messages.reading import Optics, mesh_from_bytes
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.messages.writing import mesh_to_bytes
@@ -609,3 +609,19 @@ def test_an_outcome_from_elsewhere_is_compared_by_its_plan(run):
     other = replace(ending, plan=replace(plan, cameras=(moved, *plan.cameras[1:])))
     (difference,) = outcome_differences(run, other)
     assert difference.what == "1 of 8 cameras; the farthest, c0, by 500 mm"
+
+
+def test_what_should_not_happen_is_replayed_too(tmp_path, monkeypatch):
+    path = record(tmp_path)
+    broken = ZeroDivisionError("a bug")
+
+    def fail(*_):
+        raise broken
+
+    monkeypatch.setattr("focus_planner.messages.planner.plan_focus", fail)
+    run, again = replayed(path)
+    assert not again.ending.success
+    (difference,) = differences(run, again)
+    assert "now: internal error: ZeroDivisionError('a bug')" in difference.what
+    run_of_it = replace(run, ending=replace(again.ending, message=internal_error(broken)))
+    assert differences(run_of_it, again) == []
