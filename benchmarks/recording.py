@@ -133,7 +133,7 @@ def _write_and_read(mesh: Mesh, folder: Path) -> list[str]:
         marks.append(time.perf_counter())
 
     recorder = Recorder(_Log())
-    recorder.prepare(inputs)
+    recorder.prepare(folder, inputs)
     recorder.do_later(mark, _fail).result()
     record = recorder.begin(Recording(folder), inputs, beginning)
     recorder.do_now(mark, _fail).result()

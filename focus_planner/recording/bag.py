@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shutil
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -144,6 +145,8 @@ class BagWriter:
     def open(self, folder: Path) -> None:
         """Go on in a file, in a new folder that ends in ``.partial`` for now.
 
+        A bag that has a folder already is moved.
+
         Raises
         ------
         FileExistsError
@@ -153,6 +156,9 @@ class BagWriter:
             raise FileExistsError(f"{folder} exists")
         partial = folder.with_name(folder.name + PARTIAL)
         folder.parent.mkdir(parents=True, exist_ok=True)
+        if self._folder is not None:
+            self._move(self._folder, folder)
+            return
         partial.mkdir()
         self._folder = folder
         file = (partial / _mcap_name(folder)).open("xb")
@@ -191,6 +197,30 @@ class BagWriter:
         """Leave the bag as it is, partial."""
         with suppress(OSError):  # what it could not write it cannot write now
             self._stream.close()
+
+    def discard(self) -> None:
+        """Delete what there is of the bag; it is not to be used any more."""
+        self.abandon()
+        if self._folder is not None and self.is_there:
+            shutil.rmtree(self._partial)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether its folder is where it was made."""
+        return self._folder is not None and self._partial.is_dir()
+
+    @property
+    def size(self) -> int:
+        """Bytes written so far."""
+        return self._stream.tell()
+
+    def _move(self, old: Path, new: Path) -> None:
+        partial = new.with_name(new.name + PARTIAL)
+        if partial.exists():
+            raise FileExistsError(f"{partial} exists")
+        (self._partial / _mcap_name(old)).rename(self._partial / _mcap_name(new))
+        self._partial.rename(partial)
+        self._folder = new
 
     @property
     def _partial(self) -> Path:

@@ -1,9 +1,9 @@
 """Recording runs beside the planning, in threads of its own.
 
-What it costs the planner: inputs are compressed when they come, not when they are planned with;
-a run's beginning is written, and waited for, while rays are cast; its steps are noted, and written
-once a second; its end is written after the caller has the answer. Nothing that goes wrong here
-reaches the planner: it is logged, and told with the plan.
+What it costs the planner: inputs are compressed, and large ones written, when they come, not when
+they are planned with; a run's beginning is written, and waited for, while rays are cast; its steps
+are noted, and written once a second; its end is written after the caller has the answer. Nothing
+that goes wrong here reaches the planner: it is logged, and told with the plan.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import errno
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Lock
 
 from focus_planner.core.fingerprint import fingerprints
 from focus_planner.core.plans import SolvedPlan
@@ -23,13 +24,14 @@ from focus_planner.messages.inputs import Log
 from focus_planner.messages.parameters import Recording
 from focus_planner.messages.writing import Stamp
 from focus_planner.recording.bag import BagMessage, BagWriter
-from focus_planner.recording.retention import prune
+from focus_planner.recording.retention import delete_leftovers, prune
 from focus_planner.recording.run import (
     Beginning,
     Ending,
     beginning_messages,
     ending_messages,
     markers_message,
+    new_run_id,
     progress_message,
     stamp_of,
 )
@@ -38,8 +40,24 @@ _SECONDS_BETWEEN_WRITES = 1.0
 # The caller, probably on this machine, is reading its answer meanwhile.
 _SECONDS_TO_DELIVER = 0.03
 _MOST_JOBS = 16
+# Bytes that take longer to write than a caller should wait.
+_LARGE = 1_000_000
 # For a disk, at most.
 _SECONDS_TO_WAIT = 20.0
+
+
+@dataclass(frozen=True)
+class _Ready:
+    """A bag with inputs, for the next run; below a directory, or in memory."""
+
+    directory: Path | None
+    inputs: tuple[BagMessage, ...]
+    bag: BagWriter
+
+    def serves(self, directory: Path, inputs: tuple[BagMessage, ...]) -> bool:
+        """Return whether the next run, if it has these inputs, can go on in it."""
+        there = self.directory is None or (self.directory == directory and self.bag.is_there)
+        return there and self.inputs == inputs
 
 
 class Recorder:
@@ -56,11 +74,15 @@ class Recorder:
         self._now = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording")
         self._later = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording, later")
         self._jobs: set[Future[None]] = set()
-        self._ready: tuple[tuple[BagMessage, ...], BagWriter] | None = None
+        self._ready: _Ready | None = None
+        self._taking = Lock()
 
-    def prepare(self, inputs: Sequence[BagMessage]) -> None:
-        """Compress what the next run will probably begin with."""
-        self.do_later(lambda: self._prepare(tuple(inputs)), lambda _: None)
+    def prepare(self, directory: Path, inputs: Sequence[BagMessage]) -> None:
+        """Compress what the next run will probably begin with.
+
+        What is large is written too, into a hidden folder that becomes the run's.
+        """
+        self.do_later(lambda: self._prepare(directory, tuple(inputs)), lambda _: None)
 
     def begin(
         self, how: Recording, inputs: Sequence[BagMessage], beginning: Beginning
@@ -76,6 +98,7 @@ class Recorder:
 
     def close(self, timeout: float | None = None) -> bool:
         """Write what is still to be written; return whether all of it was, in time."""
+        self.do_later(self._discard, lambda _: None)
         self._now.shutdown(wait=False)
         self._later.shutdown(wait=False)
         return not wait(self._jobs.copy(), timeout).not_done
@@ -117,15 +140,44 @@ class Recorder:
         future.add_done_callback(self._jobs.discard)
         return future
 
-    def take_prepared(self, inputs: tuple[BagMessage, ...]) -> BagWriter:
-        """Return a bag, still in memory, with these inputs."""
-        ready, self._ready = self._ready, None
-        return ready[1] if ready and ready[0] == inputs else _bag_of(inputs)
+    def take_prepared(self, directory: Path, inputs: tuple[BagMessage, ...]) -> BagWriter:
+        """Return a bag with these inputs, in memory or below the directory."""
+        ready = self._take()
+        if ready is not None and ready.serves(directory, inputs):
+            return ready.bag
+        if ready is not None:
+            ready.bag.discard()
+        return _bag_of(inputs)
 
-    def _prepare(self, inputs: tuple[BagMessage, ...]) -> None:
+    def _prepare(self, directory: Path, inputs: tuple[BagMessage, ...]) -> None:
         ready = self._ready
-        if ready is None or ready[0] != inputs:
-            self._ready = inputs, _bag_of(inputs)
+        if ready is not None and ready.serves(directory, inputs):
+            return
+        self._discard()
+        bag = _bag_of(inputs)
+        if bag.size < _LARGE:
+            self._ready = _Ready(None, inputs, bag)
+            return
+        directory.mkdir(parents=True, exist_ok=True)
+        delete_leftovers(directory)
+        try:
+            bag.open(directory / f".{new_run_id()}")
+            bag.sync()
+        except OSError:
+            bag.discard()
+            raise
+        self._ready = _Ready(directory, inputs, bag)
+
+    def _discard(self) -> None:
+        ready = self._take()
+        if ready is not None:
+            ready.bag.discard()
+
+    def _take(self) -> _Ready | None:
+        """Take what is ready, so that nobody else has it."""
+        with self._taking:
+            ready, self._ready = self._ready, None
+        return ready
 
 
 class RunRecorder:
@@ -229,7 +281,7 @@ class RunRecorder:
             self._bag.abandon()
 
     def _begin(self) -> None:
-        self._bag = bag = self._recorder.take_prepared(self._inputs)
+        self._bag = bag = self._recorder.take_prepared(self._directory, self._inputs)
         bag.open(self._directory / self._beginning.run_id)
         for message in beginning_messages(self._beginning):
             bag.add(message)
@@ -256,7 +308,7 @@ class RunRecorder:
         self._bag.flush()
         self.path = self._bag.close()
         self._keep_to_limits()
-        self._recorder.prepare(self._inputs)  # the next run may well have the same
+        self._recorder.prepare(self._directory, self._inputs)  # the next run may well have the same
 
     def _keep_to_limits(self) -> None:
         try:

@@ -51,6 +51,14 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
     return deleted
 
 
+def delete_leftovers(directory: Path) -> None:
+    """Delete bags that were prepared for runs by planners that are dead."""
+    for folder in directory.glob(f".*{PARTIAL}"):
+        name = folder.name.removeprefix(".").removesuffix(PARTIAL)
+        if _RUN_NAME.fullmatch(name) and not folder.is_symlink() and not being_written(folder):
+            shutil.rmtree(folder)
+
+
 def _runs(directory: Path) -> Iterator[Path]:
     for folder in directory.iterdir():
         name = folder.name.removesuffix(PARTIAL)

@@ -338,7 +338,7 @@ class PlannerNode(Node):
         settings = self._settings.current
         self._planner.digest(settings.optics)
         if settings.recording.directory is not None:
-            self._recorder.prepare(self._inputs())
+            self._recorder.prepare(settings.recording.directory, self._inputs())
 
     def _inputs(self) -> list[BagMessage]:
         return [input_message(arrival) for arrival in self._planner.arrivals()]

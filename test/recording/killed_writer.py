@@ -38,12 +38,13 @@ class Log:
 
 def with_the_recorder(directory: Path) -> None:
     recorder_module._SECONDS_BETWEEN_WRITES = 0.003
+    recorder_module._LARGE = 0
     recorder = Recorder(Log())
     pause = threading.Event()
     number = 0
     while True:
         number += 1
-        recorder.prepare(INPUTS)
+        recorder.prepare(directory, INPUTS)
         run = recorder.begin(Recording(directory), INPUTS, beginning(number))
         watch = run.watch(lambda _: True)
         watch(Progress("visibility", 0, 0.0))

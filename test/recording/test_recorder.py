@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import threading
@@ -20,7 +21,7 @@ from focus_planner.messages.parameters import Recording
 from focus_planner.recording import recorder as module
 from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.run import inputs_of, read_run
+from focus_planner.recording.run import inputs_of, new_run_id, read_run
 
 NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 STEPS = [Progress("em", k, 700.0 - k) for k in range(4)]
@@ -169,14 +170,108 @@ def test_a_run_may_begin_while_the_last_one_is_written(recorder, log, tmp_path, 
 def test_prepared_inputs_are_those_of_the_run(recorder, tmp_path):
     one, other = begun(), begun()
     inputs = inputs_of(one, TORUS, RIG)
-    recorder.prepare(inputs[:1])
-    recorder.prepare(inputs)
-    recorder.prepare(inputs)
+    recorder.prepare(tmp_path, inputs[:1])
+    recorder.prepare(tmp_path, inputs)
+    recorder.prepare(tmp_path, inputs)
     for beginning, given in ((one, inputs), (other, inputs[:1])):
         run = recorder.begin(Recording(tmp_path), given, beginning)
         run.finish(False, "").result(30)
         payloads = [m.payload for m in read_run(run.path).inputs]
         assert payloads == [m.payload for m in given]
+
+
+@pytest.fixture
+def large(monkeypatch):
+    """Has all inputs count as large, to be written when they come."""
+    monkeypatch.setattr("focus_planner.recording.recorder._LARGE", 0)
+
+
+def hidden(folder):
+    return sorted(path for path in folder.iterdir() if path.name.startswith("."))
+
+
+def prepared(recorder, folder, inputs):
+    """Prepare inputs; return the folder that they are written to."""
+    recorder.prepare(folder, inputs)
+    recorder.do_later(lambda: None, lambda _: None).result(30)
+    (there,) = hidden(folder)
+    return there
+
+
+def test_large_inputs_are_written_when_they_come_and_become_the_runs(large, recorder, tmp_path):
+    beginning = begun()
+    inputs = inputs_of(beginning, TORUS, RIG)
+    there = prepared(recorder, tmp_path, inputs)
+    assert there.name.endswith(".partial")
+    assert [m.payload for m in read_bag(there).messages] == [m.payload for m in inputs]
+    (file,) = there.iterdir()
+    inode = file.stat().st_ino
+    run = recorder.begin(Recording(tmp_path), inputs, beginning)
+    run.finish(False, "").result(30)
+    assert not there.exists()
+    assert run.path.name == beginning.run_id
+    assert (run.path / f"{beginning.run_id}_0.mcap").stat().st_ino == inode
+    assert [m.payload for m in read_run(run.path).inputs] == [m.payload for m in inputs]
+    # The next ones are ready again, and go when nobody wants them.
+    recorder.do_later(lambda: None, lambda _: None).result(30)
+    assert len(hidden(tmp_path)) == 1
+    assert recorder.close(30)
+    assert [path.name for path in tmp_path.iterdir()] == [beginning.run_id]
+
+
+@pytest.mark.parametrize("why", ["other inputs", "another folder", "deleted"])
+def test_what_was_prepared_for_another_run_is_not_used(large, recorder, tmp_path, why):
+    beginning = begun()
+    inputs = inputs_of(beginning, TORUS, RIG)
+    there = prepared(recorder, tmp_path, inputs[:1] if why == "other inputs" else inputs)
+    if why == "deleted":
+        shutil.rmtree(there)
+    folder = tmp_path / "other" if why == "another folder" else tmp_path
+    run = recorder.begin(Recording(folder), inputs, beginning)
+    run.finish(False, "").result(30)
+    assert run.failure == ""
+    assert not there.exists()
+    assert [m.payload for m in read_run(run.path).inputs] == [m.payload for m in inputs]
+
+
+def test_what_the_dead_prepared_is_deleted_and_what_the_living_did_is_not(large, log, tmp_path):
+    inputs = inputs_of(begun(), TORUS, RIG)
+    living, dead = Recorder(log), Recorder(log)
+    of_the_living = prepared(living, tmp_path, inputs)
+    of_the_dead = tmp_path / f".{new_run_id()}.partial"
+    shutil.copytree(of_the_living, of_the_dead)
+    foreign = tmp_path / ".mine.partial"
+    foreign.mkdir()
+    dead.prepare(tmp_path, inputs)
+    assert dead.close(30)
+    assert hidden(tmp_path) == sorted([of_the_living, foreign])
+    assert living.close(30)
+    assert hidden(tmp_path) == [foreign]
+
+
+def test_what_cannot_be_prepared_is_tried_again_by_the_run(large, recorder, log, tmp_path):
+    beginning = begun()
+    inputs = inputs_of(beginning, TORUS, RIG)
+    folder = tmp_path / "file"
+    folder.write_text("")
+    recorder.prepare(folder, inputs)
+    recorder.do_later(lambda: None, lambda _: None).result(30)
+    assert log.errors == []
+    folder.unlink()
+    run = recorder.begin(Recording(folder), inputs, beginning)
+    run.finish(False, "").result(30)
+    assert run.path == folder / beginning.run_id
+
+
+def test_a_full_disk_leaves_nothing_that_was_prepared(large, recorder, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "no space")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(BagWriter, "sync", full)
+        recorder.prepare(tmp_path, inputs_of(begun(), TORUS, RIG))
+        recorder.do_later(lambda: None, lambda _: None).result(30)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_markers_are_written_only_where_they_are_wanted(tmp_path):
@@ -353,7 +448,7 @@ def test_after_it_is_closed_nothing_begins(log, tmp_path, expected):
     plan_with(run, beginning, expected)
     check_lost(run, log, "the planner is shutting down")
     assert list(tmp_path.iterdir()) == []
-    recorder.prepare([])
+    recorder.prepare(tmp_path, [])
     assert recorder.close(30)
 
 
