@@ -107,7 +107,7 @@ def _fail(error: Exception) -> None:
 def _large(console: Console, meshes: dict[str, Mesh], folder: Path) -> None:
     table = Table(
         "triangles",
-        "compress",
+        "prepare",
         "write beginning",
         "write end",
         "read",
