@@ -30,8 +30,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0: done; 2: bad input, told in one line on stderr; 130: interrupted; 141: the reader of
-        stdout has gone.
+        0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, told in one line
+        on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
     try:
         status = _run(list(sys.argv[1:] if argv is None else argv))

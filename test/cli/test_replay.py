@@ -28,7 +28,6 @@ from recording.runs import (
     rewritten,
     solved,
     with_payload,
-    without_constants,
 )
 
 from focus_planner.cli import main as cli
@@ -86,14 +85,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     def other_cost(message: Any) -> Any:
         if not message.topic.endswith("focus_plan"):
             return message
-        fields = without_constants(fields_of(deserialize(message.type_name, message.payload)))
+        fields = fields_of(deserialize(message.type_name, message.payload))
         fields["cameras"][3]["focus_distance"] += 0.25
         return with_payload(message, serialize(message.type_name, fields))
 
     def other_software(message: Any) -> Any:
         if message.type_name != RUN:
             return message
-        fields = without_constants(fields_of(deserialize(message.type_name, message.payload)))
+        fields = fields_of(deserialize(message.type_name, message.payload))
         for entry in fields["software"]:
             if entry["key"] == "numpy":
                 entry["value"] = "0.[bold]1"

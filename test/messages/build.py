@@ -290,3 +290,16 @@ plans = st.builds(
     total_seconds=positive,
     cameras=st.lists(camera_foci, max_size=3).map(tuple),
 )
+
+
+class Log:
+    """Keeps what it is told."""
+
+    def __init__(self):
+        self.warnings, self.errors = [], []
+
+    def warning(self, message):
+        self.warnings.append(message)
+
+    def error(self, message):
+        self.errors.append(message)

@@ -8,6 +8,7 @@ from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
+from messages.build import Log
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import plan_focus
@@ -33,17 +34,6 @@ def box(size, centre=(0.0, 0.0, 0.0)):
 
 BOX, OTHER = box(0.3), box(0.4)
 FAR_BOX = box(0.3, (0.0, 0.0, 9.05))
-
-
-class Log:
-    def __init__(self):
-        self.warnings, self.errors = [], []
-
-    def warning(self, message):
-        self.warnings.append(message)
-
-    def error(self, message):
-        self.errors.append(message)
 
 
 class Bench:

@@ -6,6 +6,7 @@ import shutil
 from dataclasses import replace
 
 from core.build import around, torus
+from messages.build import Log
 
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import PlanRequest
@@ -23,17 +24,6 @@ TORUS = torus()
 # Of so little depth of field that there is something to choose.
 RIG = around(8, 2.5, lens=Lens(0.085, 60.0))
 REQUEST = PlanRequest("em", 300, fresh_samples=300)
-
-
-class Log:
-    def __init__(self):
-        self.warnings, self.errors = [], []
-
-    def warning(self, message):
-        self.warnings.append(message)
-
-    def error(self, message):
-        self.errors.append(message)
 
 
 def cloud(normals=False, importance=False):
@@ -93,15 +83,6 @@ def record_failure(folder, beginning, inputs, message):
     assert recorder.close(30)
     assert log.errors == []
     return run.path
-
-
-def without_constants(value):
-    """Fields without a message's constants, which are read as fields too."""
-    if isinstance(value, list):
-        return [without_constants(item) for item in value]
-    if not isinstance(value, dict):
-        return value
-    return {name: without_constants(item) for name, item in value.items() if not name.isupper()}
 
 
 def rewritten(path, to, change):

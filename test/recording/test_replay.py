@@ -22,7 +22,6 @@ from recording.runs import (
     rewritten,
     solved,
     with_payload,
-    without_constants,
 )
 
 from focus_planner.core import planning, posing
@@ -390,7 +389,7 @@ def tampered(path, to, type_name, change):
     def changed(message):
         if message.type_name != type_name:
             return message
-        fields = without_constants(fields_of(deserialize(type_name, message.payload)))
+        fields = fields_of(deserialize(type_name, message.payload))
         change(fields)
         return with_payload(message, serialize(type_name, fields))
 
