@@ -309,16 +309,18 @@ def test_what_an_older_definition_lacks_is_zero_or_empty():
 
 def test_what_an_older_definition_lacks_deep_within_is_zero_or_empty():
     older = definition_of(RIG).replace("uint32 focus_steps\n", "")
-    older = older.replace("float64[] focus_distances\n", "")
+    older = older.replace("float64[] focus_distances\n", "").replace("LensTable table\n", "")
     cameras = [{"name": "a", "lens": {"focal_length": 0.05, "max_focus": 3.0}}]
     payload = serialize(RIG, {"cameras": cameras, "grid_rows": 1, "grid_columns": 1})
-    # Two fields of four bytes, both zero, at the end of the only lens.
+    # Two fields of four bytes, both zero, at the end of the only lens, and an empty table.
     end = payload[-8:]
-    assert payload[-16:-8] == bytes(8)
-    read = deserialize(RIG, payload[:-16] + end, older)
+    table = b"\1" + bytes(15)
+    assert payload[-32:-8] == bytes(8) + table
+    read = deserialize(RIG, payload[:-32] + end, older)
     (camera,) = read.cameras
     assert (camera.lens.focal_length, camera.lens.max_focus) == (0.05, 3.0)
     assert len(camera.lens.focus_distances) == camera.lens.focus_steps == 0
+    assert camera.lens.table.unit == ""
     assert (read.grid_rows, read.grid_columns) == (1, 1)
 
 
@@ -328,7 +330,7 @@ def test_a_newer_definition_is_told_to_need_a_newer_version():
     with pytest.raises(InputError, match=r"PlanRequest.*got 'colour'; update focus_planner$") as e:
         deserialize(REQUEST, payload, newer)
     assert "\n" not in str(e.value)
-    newer = definition_of(RIG).replace("uint32 focus_steps", "uint32 focus_steps\nbool zoom")
+    newer = definition_of(RIG).replace("LensTable table", "LensTable table\nbool zoom")
     payload = serialize(RIG, {})
     with_camera = serialize(RIG, {"cameras": [{}]})[:-8] + bytes(4) + bytes(8)
     assert len(deserialize(RIG, payload, newer).cameras) == 0
