@@ -105,7 +105,9 @@ class MovingLens:
     def _motor_at(self, now: float) -> float:
         if now >= self.arrives():
             return self._target
-        travelled = self._mechanics.speed * max(now - self._since, 0.0)
+        if now <= self._since:
+            return self._motor
+        travelled = self._mechanics.speed * (now - self._since)
         return self._motor + math.copysign(travelled, self._target - self._motor)
 
     def _lens_behind(self, motor: float) -> float:
