@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.messages.lens_driver import (
     DriverProfile,
     FocusOrder,
     LensCommand,
     LensReport,
     LensStatus,
-    Table,
     Time,
     Tolerance,
     Value,
@@ -97,7 +97,7 @@ class LensControl:
         The time for the reports.
     patience : Patience
     tolerance : Tolerance
-    table : Table, optional
+    table : LensTable, optional
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class LensControl:
         now: Callable[[], Time],
         patience: Patience | None = None,
         tolerance: Tolerance | None = None,
-        table: Table | None = None,
+        table: LensTable | None = None,
     ) -> None:
         self._driver = driver
         self._profile = profile

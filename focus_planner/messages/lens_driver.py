@@ -6,12 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import Any
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import DIOPTRES, METRES, LensTable
 from focus_planner.messages.writing import Fields
 
-METRES, DIOPTRES, DEVICE = "m", "dioptres", "device"
+DEVICE = "device"
 UNITS = (METRES, DIOPTRES, DEVICE)
 
 Value = bool | int | float
@@ -21,20 +22,6 @@ _NAN = math.nan
 _NO_TIME = (0, 0)
 # Messages say 1 / distance in 64 bits; more than this is a table's doing.
 _ROUNDING = 1e-9
-
-
-class Table(Protocol):
-    """The part of a lens table that is needed here."""
-
-    @property
-    def unit(self) -> str:
-        """Name of the driver's unit."""
-
-    def value_at(self, distance: float) -> float:
-        """Return the device value at a focus distance [m]."""
-
-    def distance_at(self, value: float) -> float:
-        """Return the focus distance [m] at a device value."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +184,7 @@ def report_to_fields(report: LensReport, name: str, stamp: Time) -> Fields:
 
 
 def command_for(
-    order: FocusOrder, profile: DriverProfile, table: Table | None = None
+    order: FocusOrder, profile: DriverProfile, table: LensTable | None = None
 ) -> LensCommand:
     """Return what to tell a driver.
 
@@ -208,7 +195,7 @@ def command_for(
     ----------
     order : FocusOrder
     profile : DriverProfile
-    table : Table, optional
+    table : LensTable, optional
         The lens's, if the adapter has one.
 
     Raises
@@ -223,7 +210,7 @@ def command_for(
     return LensCommand(round(value) if profile.whole else float(value), unit, calibrated)
 
 
-def distance_of(command: LensCommand, value: float, table: Table | None = None) -> float:
+def distance_of(command: LensCommand, value: float, table: LensTable | None = None) -> float:
     """Return the focus distance [m] of a value that was read back, NaN where it is not known."""
     if table is not None and table.unit == command.unit:
         try:
@@ -250,9 +237,8 @@ def _check_planned(order: FocusOrder) -> None:
 
 
 def _device_value(
-    order: FocusOrder, profile: DriverProfile, table: Table | None
+    order: FocusOrder, profile: DriverProfile, table: LensTable | None
 ) -> tuple[float, str]:
-    device = profile.unit == DEVICE
     if table is not None and order.device_unit not in ("", table.unit):
         raise InputError(
             "device_unit",
@@ -260,19 +246,24 @@ def _device_value(
             repr(order.device_unit),
             "give the planner and the adapter the same lens tables",
         )
-    if order.device_value is not None and (device or order.device_unit == profile.unit):
+    if order.device_value is not None and _speaks(profile, order.device_unit):
         return order.device_value, order.device_unit
-    if table is not None and (device or table.unit == profile.unit):
+    if table is not None and _speaks(profile, table.unit):
         return table.value_at(order.focus_distance), table.unit
     plain = _plain_value(order.focus_distance, profile.unit)
     if plain is None:
         raise InputError(
             "device_value",
-            "a value in the driver's own unit",
-            "none",
+            f"a value for {profile.parameter} in the driver's own unit",
+            f"one in {order.device_unit}" if order.device_unit else "none",
             "give the planner or this adapter lens tables",
         )
     return plain, profile.unit
+
+
+def _speaks(profile: DriverProfile, unit: str) -> bool:
+    """Return whether a table's unit is the driver's."""
+    return unit not in (METRES, DIOPTRES) if profile.unit == DEVICE else unit == profile.unit
 
 
 def _plain_value(distance: float, unit: str) -> float | None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from focus_planner.core.checks import InputError, check_choice
 from focus_planner.core.lens_motion import LensMechanics
+from focus_planner.core.lens_table import LensTable
+from focus_planner.io.lens_tables import load_lens_tables
 from focus_planner.messages.lens_control import Patience
 from focus_planner.messages.lens_driver import (
     CUSTOM,
@@ -41,7 +43,7 @@ def _one_of(choices: Sequence[str]) -> str:
 def _declare(
     name: str, default: Any, description: str, low: float = 0.0, high: float = 1e9
 ) -> Declaration:
-    return Declaration(name, default, description, low, high, read_only=True)
+    return Declaration(name, default, description, low=low, high=high, read_only=True)
 
 
 _DRIVER = (
@@ -167,8 +169,8 @@ class AdapterSettings:
     nodes : mapping of str to str
         Full names of the driver nodes by camera.
     profile : DriverProfile
-    lens_tables : str
-        Path of a file; "" for none.
+    tables : mapping of str to LensTable
+        Of the cameras that have one.
     tolerance : Tolerance
     patience : Patience
     """
@@ -176,7 +178,7 @@ class AdapterSettings:
     planner: str
     nodes: Mapping[str, str]
     profile: DriverProfile
-    lens_tables: str
+    tables: Mapping[str, LensTable]
     tolerance: Tolerance
     patience: Patience
 
@@ -187,17 +189,18 @@ class AdapterSettings:
         Raises
         ------
         InputError
-            If they contradict each other.
+            If they contradict each other, or the lens tables cannot be read.
         """
         values = {d.name: d.default for d in ADAPTER_DECLARATIONS} | dict(values)
         unit = _custom(values, "unit", values["unit"])
         if values["driver"] == CUSTOM:
             check_choice("unit", unit, UNITS)
+        nodes = _nodes(values)
         return cls(
             planner=_full_name("planner", values["planner"]),
-            nodes=_nodes(values),
+            nodes=nodes,
             profile=_profile(values, unit),
-            lens_tables=values["lens_tables"],
+            tables=_tables(values["lens_tables"], nodes),
             tolerance=Tolerance(values["tolerance"], values["relative_tolerance"]),
             patience=Patience(
                 timeout=values["timeout"],
@@ -302,6 +305,14 @@ def _mechanics(values: Mapping[str, Any]) -> LensMechanics:
         backlash=values["backlash"],
         step=values["step"],
     )
+
+
+def _tables(path: str, cameras: Iterable[str]) -> dict[str, LensTable]:
+    if not path:
+        return {}
+    tables = load_lens_tables(path)
+    found = {camera: tables.cameras.get(camera, tables.default) for camera in cameras}
+    return {camera: table for camera, table in found.items() if table is not None}
 
 
 def _nodes(values: Mapping[str, Any]) -> dict[str, str]:

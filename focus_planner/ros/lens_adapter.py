@@ -20,7 +20,6 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
-from focus_planner.core.checks import InputError
 from focus_planner.messages.lens_control import LensControl
 from focus_planner.messages.lens_driver import (
     LensReport,
@@ -139,19 +138,12 @@ class LensAdapter(Node):
             self._time,
             settings.patience,
             settings.tolerance,
+            settings.tables.get(camera),
         )
 
     def _listen(self, camera: str, topic: str) -> None:
-        try:
-            self.create_subscription(
-                CameraFocus,
-                topic,
-                partial(self._receive, camera),
-                LATCHED,
-                event_callbacks=_NO_EVENTS,
-            )
-        except ValueError as error:
-            raise InputError("cameras", "names of cameras", f"{camera!r} ({error})") from None
+        receive = partial(self._receive, camera)
+        self.create_subscription(CameraFocus, topic, receive, LATCHED, event_callbacks=_NO_EVENTS)
 
     # What follows runs on the executor's thread.
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import InvalidNodeNameException, InvalidParameterException, ParameterException
+from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -21,13 +21,7 @@ from focus_planner.messages.parameters import Declaration
 from focus_planner.ros.parameters import describe
 
 _BAD_INPUT = 2
-_NOT_FOR_US = (
-    InputError,
-    InvalidNodeNameException,
-    InvalidParameterException,
-    ParameterException,
-    RuntimeError,
-)
+_BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
 
 
 def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
@@ -61,7 +55,7 @@ def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[s
             _refuse_others(program, args)
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
             serve(signals)
-        except _NOT_FOR_US as error:
+        except _BAD as error:
             what = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
             line = " ".join(f"{program}: {what}{error}".split())
             print(line, file=sys.stderr)  # noqa: T201 - no logger yet
