@@ -43,32 +43,33 @@ class SimulatedLens(Node):
     """
 
     def __init__(self, node: str, settings: SimulationSettings, stuck: bool, number: int) -> None:
-        namespace, _, name = node.rpartition("/")
-        super().__init__(
-            name, namespace=namespace or "/", use_global_arguments=False, enable_rosout=False
-        )
         self._settings = settings
-        self._parameter = settings.profile.parameter
+        self._focus = settings.profile.parameter
         self._chance = np.random.default_rng([settings.seed, number])
         self._lens = MovingLens(settings.mechanics, settings.mechanics.low, stuck)
         self._switches = [name for name, _ in settings.profile.manual if name in _ON]
+        namespace, _, name = node.rpartition("/")
+        # Its parameters are not those of the process, and the base class asks for some already.
+        super().__init__(
+            name, namespace=namespace or "/", use_global_arguments=False, enable_rosout=False
+        )
         for switch in self._switches:
             self.declare_parameter(switch, _ON[switch] if settings.autofocus else _off(switch))
         self.declare_parameter(
-            self._parameter, self._number(settings.mechanics.low), self._descriptor()
+            self._focus, self._number(settings.mechanics.low), self._descriptor()
         )
         self.add_on_set_parameters_callback(self._check)
         self.add_post_set_parameters_callback(self._move)
 
     def get_parameter(self, name: str) -> Parameter:
         """Return a parameter; for that of the lens where the lens is, if that is reported."""
-        if name == self._parameter and self._settings.reports_position:
+        if name == self._focus and self._settings.reports_position:
             return Parameter(name, value=self._number(self._lens.position(time.monotonic())))
         return super().get_parameter(name)
 
     def _check(self, parameters: Iterable[Parameter]) -> SetParametersResult:
         for parameter in parameters:
-            if parameter.name != self._parameter:
+            if parameter.name != self._focus:
                 continue
             if self._chance.random() < self._settings.failure_rate:
                 return SetParametersResult(successful=False, reason="simulated failure")
@@ -78,7 +79,7 @@ class SimulatedLens(Node):
 
     def _move(self, parameters: Iterable[Parameter]) -> None:
         for parameter in parameters:
-            if parameter.name == self._parameter and not self._autofocus():
+            if parameter.name == self._focus and not self._autofocus():
                 value = self._settings.mechanics.clamp(parameter.value)
                 self._lens.command(value, time.monotonic())
 
