@@ -17,10 +17,9 @@ import numpy as np
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan
+from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Mesh, PointCloud, Rig, Surface
-from focus_planner.core.warm_start import Warmth
 from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.parameters import Settings, Value

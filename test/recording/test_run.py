@@ -18,10 +18,9 @@ from recording.runs import TORUS, begun, cloud, record, rewritten, with_payload
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import FocusPlan, PlanRequest
+from focus_planner.core.plans import FocusPlan, PlanRequest, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Camera, Grid, Image, Lens, Mesh, Rig
-from focus_planner.core.warm_start import Warmth
 from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import deserialize, serialize
