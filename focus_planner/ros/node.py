@@ -339,6 +339,7 @@ class PlannerNode(LifecycleNode):
         for listener in self._listeners:
             self.destroy_subscription(listener.subscription)
         self._listeners = []
+        self.destroy_subscription(self._lenses)
         self.destroy_service(self._service)
         if self._action:
             self._action.destroy()
@@ -395,7 +396,7 @@ class PlannerNode(LifecycleNode):
             self._listen(PoseArray, "~/camera_poses", rig, self._read_poses),
             self._listen(CameraRig, "~/rig", rig, self._read_rig),
         ]
-        self._lenses = self.create_subscription(
+        self._lenses: Subscription = self.create_subscription(
             LensState,
             "~/lens_states",
             self._receive_lens_state,
