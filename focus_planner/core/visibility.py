@@ -64,6 +64,7 @@ def visible_pairs(
     samples: Samples,
     go_on: Callable[[], bool] | None = None,
     order: NDArray[np.int64] | None = None,
+    enough: Callable[[], float] = lambda: np.inf,
 ) -> Visibility:
     """Return the pairs of a camera and a sample that it sees.
 
@@ -85,6 +86,9 @@ def visible_pairs(
         order.
     order : (N,) array of int64, optional
         In which to take the samples; as they stand when absent.
+    enough : callable, optional
+        Asked, when not to go on, how many of the samples taken are enough: parts beyond are left
+        out.
     """
     views = _views(rig)
     order = np.arange(len(samples)) if order is None else order
@@ -100,7 +104,15 @@ def visible_pairs(
             break
         size = min(2 * size, size * _RAYS_BETWEEN_QUESTIONS // max(rays, 1))
         size = max(size, _FEWEST_SAMPLES)
+    if low < len(samples):
+        parts = _first(parts, enough())
     return _ascending(parts[0] if len(parts) == 1 else _joined(parts))
+
+
+def _first(parts: list[Visibility], enough: float) -> list[Visibility]:
+    """Return the first parts, with at least as many samples as are enough."""
+    before = np.cumsum([0] + [len(part.taken) for part in parts[:-1]])
+    return [part for part, count in zip(parts, before, strict=True) if count < enough]
 
 
 def _views(rig: Rig) -> _Views:
