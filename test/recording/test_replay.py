@@ -465,9 +465,9 @@ def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch):
     pairs = len(solved(begun()).problem.depth)
     looks = []
 
-    def other(scene, rig, samples, *how):
+    def other(scene, rig, samples, *how, **more):
         looks.append(len(samples))
-        seen = visible_pairs(scene, rig, samples, *how)
+        seen = visible_pairs(scene, rig, samples, *how, **more)
         return flip(seen) if len(looks) == 3 else seen  # trial, fresh, and then the samples
 
     monkeypatch.setattr(posing, "visible_pairs", other)
