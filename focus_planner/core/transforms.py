@@ -92,7 +92,7 @@ def pose(argument: str, translation: ArrayLike, quaternion: ArrayLike) -> Simila
             "a unit quaternion x, y, z, w",
             f"{tuple(turned.tolist())} of length {length:g}",
         )
-    return Similarity(Rotation.from_quat(turned), moved)
+    return Similarity(Rotation.from_quat(turned), moved.copy())  # SciPy turns what it may write to
 
 
 def quaternion_from_angles(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
@@ -126,7 +126,7 @@ def similarity_from_matrix(argument: str, matrix: ArrayLike) -> Similarity:
     with np.errstate(over="ignore", under="ignore"):
         scale = float(np.cbrt(np.linalg.det(values[:3, :3])))
     _check_turns(argument, values[:3, :3], scale)
-    return Similarity(Rotation.from_matrix(values[:3, :3] / scale), values[:3, 3], scale)
+    return Similarity(Rotation.from_matrix(values[:3, :3] / scale), values[:3, 3].copy(), scale)
 
 
 def _check_turns(argument: str, matrix: FloatArray, scale: float) -> None:
