@@ -5,8 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from os import PathLike
 from pathlib import Path
@@ -17,10 +16,11 @@ import yaml
 from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
-from focus_planner.io.files import read_text, whole_file
-
-# The C parser reads 10,000 cameras in a second, the Python one in ten.
-_Loader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+from focus_planner.io.files import whole_file
+from focus_planner.io.yaml_values import load_yaml
+from focus_planner.io.yaml_values import number as _number
+from focus_planner.io.yaml_values import shown as _shown
+from focus_planner.io.yaml_values import within as _within
 
 _RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
@@ -49,11 +49,7 @@ def load_rig(path: str | PathLike[str]) -> Rig:
         Names the file, the camera, the key, and a key that was probably meant.
     """
     path = Path(path)
-    text = read_text(path, "a rig.yaml")
-    try:
-        data = yaml.load(text, _Loader)  # noqa: S506
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
-        raise InputError(str(path), "YAML", _syntax_error(error)) from None
+    data = load_yaml(path, "a rig.yaml")
     top = _mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
@@ -201,18 +197,6 @@ def _vector(where: str, data: Any, length: int) -> list[float]:
     return [_number(f"{where}[{i}]", value) for i, value in enumerate(data)]
 
 
-def _number(where: str, value: Any) -> Any:
-    """Return the number; YAML 1.1 takes 1e-5, without a point, for text."""
-    if isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            pass
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(where, "a number", _shown(value))
-    return value
-
-
 def _numbers(where: str, value: Any) -> tuple[Any, ...] | None:
     if value is None:
         return None
@@ -226,33 +210,6 @@ def _number_or_none(where: str, value: Any) -> Any:
 
 
 _READERS = {"focus_distances": _numbers, "focus_steps": _number_or_none}
-
-
-@contextmanager
-def _within(where: str) -> Iterator[None]:
-    """Say where in the file the core found fault."""
-    try:
-        yield
-    except InputError as error:
-        if error.argument.startswith(where):
-            raise
-        raise InputError(
-            f"{where}: {error.argument}", error.expected, error.got, error.remedy
-        ) from None
-
-
-def _syntax_error(error: Exception) -> str:
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        mark = error.problem_mark
-        return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-    return " ".join(str(error).split())
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "nothing"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
