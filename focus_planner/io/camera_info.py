@@ -26,10 +26,10 @@ def load_camera_info(path: Path) -> Image:
         Names the file and the key; if a value is missing, or the matrix has a skew.
     """
     data = load_yaml(path, "the YAML of a camera_calibration")
-    where = str(path)
-    fx, fy, cx, cy = _pinhole(f"{where}: camera_matrix", value_at(where, data, "camera_matrix"))
+    where = f"{path}: "
+    fx, fy, cx, cy = _pinhole(f"{where}camera_matrix", value_at(where, data, "camera_matrix"))
     model, coefficients = _distortion(where, data)
-    with within(where):
+    with within(str(path)):
         return Image(
             value_at(where, data, "image_width"),
             value_at(where, data, "image_height"),
@@ -78,10 +78,10 @@ def _pinhole(where: str, matrix: Any) -> tuple[float, float, float, float]:
 def _distortion(where: str, data: Any) -> tuple[str, tuple[float, ...]]:
     if "distortion_coefficients" not in data:
         return "", ()
-    coefficients = _data(f"{where}: distortion_coefficients", data["distortion_coefficients"])
+    coefficients = _data(f"{where}distortion_coefficients", data["distortion_coefficients"])
     model = value_at(where, data, "distortion_model")
     if not isinstance(model, str):
-        raise InputError(f"{where}: distortion_model", "a name", shown(model))
+        raise InputError(f"{where}distortion_model", "a name", shown(model))
     return model, tuple(coefficients)
 
 

@@ -49,6 +49,13 @@ def parse_yaml_documents(path: Path, text: str) -> list[Any]:
 def value_at(where: str, data: Any, *keys: str) -> Any:
     """Return ``data[key][key]...``.
 
+    Parameters
+    ----------
+    where : str
+        What ``data`` is called in errors; one that ends in a space gets the key without a point.
+    data : Any
+    *keys : str
+
     Raises
     ------
     InputError
@@ -56,10 +63,11 @@ def value_at(where: str, data: Any, *keys: str) -> Any:
     """
     for key in keys:
         if not isinstance(data, Mapping):
-            raise InputError(where, f"keys and values, {key} among them", shown(data))
+            raise InputError(where.rstrip(": "), f"{key} and its value", shown(data))
+        where = where + key if where.endswith(" ") else f"{where}.{key}"
         if key not in data:
-            raise InputError(f"{where}.{key}", "a value", "none")
-        where, data = f"{where}.{key}", data[key]
+            raise InputError(where, "a value", "none")
+        data = data[key]
     return data
 
 
