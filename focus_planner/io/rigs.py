@@ -25,6 +25,7 @@ from focus_planner.io.yaml_values import within as _within
 _RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
 _IMAGE_KEYS = tuple(field.name for field in fields(Image))
+_PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
 _LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
@@ -79,7 +80,7 @@ def rig_to_yaml(rig: Rig) -> str:
     told = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
     lines = [
         f"frame_id: {_scalar(rig.frame_id)}",
-        f"image: {_flow(asdict(image))}   # pixels",
+        f"image: {_flow(_image_values(image))}   # pixels",
         f"lens: {_flow(told | _beyond(lens, Lens()))}   # metres",
     ]
     if rig.grid:
@@ -205,11 +206,24 @@ def _numbers(where: str, value: Any) -> tuple[Any, ...] | None:
     return tuple(_number(f"{where}[{i}]", number) for i, number in enumerate(value))
 
 
+def _text(where: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(where, "a name", _shown(value))
+    return value
+
+
 def _number_or_none(where: str, value: Any) -> Any:
     return None if value is None else _number(where, value)
 
 
-_READERS = {"focus_distances": _numbers, "focus_steps": _number_or_none}
+_READERS = {
+    "focus_distances": _numbers,
+    "focus_steps": _number_or_none,
+    "distortion_model": _text,
+    "distortion": _numbers,
+    "binning": _numbers,
+    "region": _numbers,
+}
 
 
 def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
@@ -221,6 +235,13 @@ def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
         "lens": _beyond(camera.lens, lens),
     }
     return {key: value for key, value in values.items() if value}
+
+
+def _image_values(image: Image) -> dict[str, Any]:
+    """Return size and intrinsics, and what else is not as in a plain image."""
+    plain = Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+    pinhole = {key: value for key, value in asdict(image).items() if key in _PINHOLE_KEYS}
+    return pinhole | _beyond(image, plain)
 
 
 def _beyond(own: Image | Lens, shared: Image | Lens) -> dict[str, Any]:

@@ -44,7 +44,6 @@ from focus_planner.messages.planner import NotReady, Planner, internal_error
 from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
-    distorted_cameras,
     mesh_from_bytes,
     poses_from_message,
     request_from_message,
@@ -177,7 +176,6 @@ class PlannerNode(Node):
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
-        self._distorted: list[str] = []
         self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
         self._do_next(self._warm_up)
         self._listeners = [
@@ -259,20 +257,11 @@ class PlannerNode(Node):
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
         message = deserialize(RIG, payload)
-        rig = self._cameras.check(rig_from_message(message, optics, self._frame_id))
-        self._warn_of_distortion(distorted_cameras(message))
-        return rig
+        return self._cameras.check(rig_from_message(message, optics, self._frame_id))
 
     @property
     def _frame_id(self) -> str:
         return self._settings.current.frame_id
-
-    def _warn_of_distortion(self, names: list[str]) -> None:
-        if names and names != self._distorted:
-            self.get_logger().warning(
-                f"distortion is ignored, images are taken to be rectified: {', '.join(names)}"
-            )
-        self._distorted = names
 
     async def _plan_focus(
         self, request: PlanFocus.Request, response: PlanFocus.Response
