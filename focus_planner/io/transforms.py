@@ -162,7 +162,7 @@ def _optical_leaves(path: Path, tree: FrameTree, root: str, notes: list[str]) ->
     joined = [frame for frame in leaves if tree.root_of(frame) == tree.root_of(root)]
     chosen = [frame for frame in joined if _OPTICAL.search(frame)] or joined
     if not chosen:
-        raise InputError(f"{path}: root {root}", "a frame that others hang from", "one by itself")
+        raise InputError(f"{path}: root {root}", "cameras in its tree", "none")
     left = [frame for frame in leaves if frame not in set(chosen)]
     if left:
         notes.append(f"not taken for cameras: {_listed(left)}; --cameras says which frames are")
