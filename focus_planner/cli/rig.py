@@ -129,6 +129,7 @@ def _add_colmap(kinds: Any) -> None:
 
 
 def _colmap(options: argparse.Namespace) -> int:
+    from focus_planner.core.geometry import camera_positions
     from focus_planner.io.colmap import load_colmap
 
     rig = load_colmap(
@@ -139,8 +140,10 @@ def _colmap(options: argparse.Namespace) -> int:
         frame_id=options.frame_id,
     )
     if options.scale is None and options.transform is None:
+        places = camera_positions(rig)
+        span = (places.max(axis=0) - places.min(axis=0)).max()
         _note(
-            f"COLMAP knows no metres; taken as such, the cameras span {_span(rig)} m;"
+            f"COLMAP knows no metres; taken as such, the cameras span {span:.3g} m;"
             " --scale says how many metres one unit is"
         )
     return _print(rig)
@@ -155,14 +158,6 @@ def _rig_from_model(options: argparse.Namespace) -> Similarity:
     if options.scale is None:
         return aligned
     return aligned @ Similarity(scale=check_number("--scale", options.scale, above=0))
-
-
-def _span(rig: Rig) -> str:
-    import numpy as np
-
-    from focus_planner.core.geometry import camera_positions
-
-    return " × ".join(f"{side:.3g}" for side in np.ptp(camera_positions(rig), axis=0))
 
 
 # --- of transforms -----------------------------------------------------------------------------

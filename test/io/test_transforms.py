@@ -19,6 +19,9 @@ from focus_planner.io.transforms import load_transforms
 
 RIG = cylinder_rig(2, 6)
 HALF = math.sqrt(0.5)
+COMMAND = "static_transform_publisher"
+XYZ = "--x 1 --y 2 --z 3"
+QZ = f"--qz {HALF} --qw {HALF}"
 # As ros2 topic echo /tf_static prints it.
 ECHOED = """transforms:
 - header:
@@ -137,9 +140,8 @@ def test_what_ros_echoes_is_read(tmp_path: Path) -> None:
         "1 2 3 0 0 0.7071067811865476 0.7071067811865476 rig cam",
         "1 2 3 1.5707963267948966 0 0 rig cam",
         "--x 1 --y 2e0 --z 3 --yaw 1.5707963267948966 --frame-id rig --child-frame-id cam",
-        "ros2 run tf2_ros static_transform_publisher --child-frame-id cam --frame-id /rig --qw"
-        + " 0.7071067811865476 --qz 0.7071067811865476 --x 1 --y 2 --z 3 &",
-        "static_transform_publisher 1 2 3 0 0 0.7071067811865476 0.7071067811865476 rig cam # it",
+        f"ros2 run tf2_ros {COMMAND} --child-frame-id cam --frame-id /rig {XYZ} {QZ} &",
+        f"{COMMAND} 1 2 3 0 0 0.7071067811865476 0.7071067811865476 rig cam # it",
     ],
 )
 def test_lines_and_commands_are_read(tmp_path: Path, line: str) -> None:
