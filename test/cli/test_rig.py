@@ -117,6 +117,20 @@ def test_a_model_without_a_scale_says_so(here: Path, capsys: Any) -> None:
     assert (len(rig), rig.frame_id) == (6, "booth")
 
 
+def test_distorted_images_stay_so(here: Path, capsys: Any) -> None:
+    write_model(Path("model"), 1.0)
+    Path("model/cameras.txt").write_text(
+        "1 OPENCV 580 870 1190 1191 285 435 -0.1 0.2 0.003 0.004\n"
+    )
+    rig, _ = made(capsys, "colmap", "model", "--scale", "1")
+    image = Image(
+        *(580, 870, 1190, 1191, 284.5, 434.5),
+        distortion_model="plumb_bob",
+        distortion=(-0.1, 0.2, 0.003, 0.004, 0),
+    )
+    assert {camera.image for camera in rig.cameras} == {image}
+
+
 def test_a_model_can_be_aligned(here: Path, capsys: Any) -> None:
     write_model(Path("model"), 0.01)
     Path("to_rig.txt").write_text("0 -10 0 1\n10 0 0 2\n0 0 10 3\n0 0 0 1\n")
