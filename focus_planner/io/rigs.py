@@ -5,8 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from os import PathLike
 from pathlib import Path
@@ -17,14 +16,16 @@ import yaml
 from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
-from focus_planner.io.files import read_text, whole_file
-
-# The C parser reads 10,000 cameras in a second, the Python one in ten.
-_Loader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+from focus_planner.io.files import whole_file
+from focus_planner.io.yaml_values import load_yaml
+from focus_planner.io.yaml_values import number as _number
+from focus_planner.io.yaml_values import shown as _shown
+from focus_planner.io.yaml_values import within as _within
 
 _RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
 _IMAGE_KEYS = tuple(field.name for field in fields(Image))
+_PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
 _LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
@@ -49,11 +50,7 @@ def load_rig(path: str | PathLike[str]) -> Rig:
         Names the file, the camera, the key, and a key that was probably meant.
     """
     path = Path(path)
-    text = read_text(path, "a rig.yaml")
-    try:
-        data = yaml.load(text, _Loader)  # noqa: S506
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
-        raise InputError(str(path), "YAML", _syntax_error(error)) from None
+    data = load_yaml(path, "a rig.yaml")
     top = _mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
@@ -83,7 +80,7 @@ def rig_to_yaml(rig: Rig) -> str:
     told = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
     lines = [
         f"frame_id: {_scalar(rig.frame_id)}",
-        f"image: {_flow(asdict(image))}   # pixels",
+        f"image: {_flow(_image_values(image))}   # pixels",
         f"lens: {_flow(told | _beyond(lens, Lens()))}   # metres",
     ]
     if rig.grid:
@@ -201,18 +198,6 @@ def _vector(where: str, data: Any, length: int) -> list[float]:
     return [_number(f"{where}[{i}]", value) for i, value in enumerate(data)]
 
 
-def _number(where: str, value: Any) -> Any:
-    """Return the number; YAML 1.1 takes 1e-5, without a point, for text."""
-    if isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            pass
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(where, "a number", _shown(value))
-    return value
-
-
 def _numbers(where: str, value: Any) -> tuple[Any, ...] | None:
     if value is None:
         return None
@@ -221,38 +206,24 @@ def _numbers(where: str, value: Any) -> tuple[Any, ...] | None:
     return tuple(_number(f"{where}[{i}]", number) for i, number in enumerate(value))
 
 
+def _text(where: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(where, "a name", _shown(value))
+    return value
+
+
 def _number_or_none(where: str, value: Any) -> Any:
     return None if value is None else _number(where, value)
 
 
-_READERS = {"focus_distances": _numbers, "focus_steps": _number_or_none}
-
-
-@contextmanager
-def _within(where: str) -> Iterator[None]:
-    """Say where in the file the core found fault."""
-    try:
-        yield
-    except InputError as error:
-        if error.argument.startswith(where):
-            raise
-        raise InputError(
-            f"{where}: {error.argument}", error.expected, error.got, error.remedy
-        ) from None
-
-
-def _syntax_error(error: Exception) -> str:
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        mark = error.problem_mark
-        return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-    return " ".join(str(error).split())
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "nothing"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+_READERS = {
+    "focus_distances": _numbers,
+    "focus_steps": _number_or_none,
+    "distortion_model": _text,
+    "distortion": _numbers,
+    "binning": _numbers,
+    "region": _numbers,
+}
 
 
 def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
@@ -264,6 +235,13 @@ def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
         "lens": _beyond(camera.lens, lens),
     }
     return {key: value for key, value in values.items() if value}
+
+
+def _image_values(image: Image) -> dict[str, Any]:
+    """Return size and intrinsics, and what else is not as in a plain image."""
+    plain = Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+    pinhole = {key: value for key, value in asdict(image).items() if key in _PINHOLE_KEYS}
+    return pinhole | _beyond(image, plain)
 
 
 def _beyond(own: Image | Lens, shared: Image | Lens) -> dict[str, Any]:

@@ -56,7 +56,6 @@ from focus_planner.messages.outcome import Reason
 from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
-    distorted_cameras,
     mesh_from_bytes,
     poses_from_message,
     rig_from_message,
@@ -102,7 +101,7 @@ _SECONDS_TO_FINISH = 3.0
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
 _INACTIVE = Outcome(
-    Reason.INACTIVE, "the planner is not active; activate it, for instance: ros2 lifecycle set"
+    Reason.INACTIVE, "the planner is not active; activate it, by its service ~/change_state"
 )
 
 Read = Callable[[bytes, Optics], Any]
@@ -207,7 +206,6 @@ class PlannerNode(LifecycleNode):
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
-        self._distorted: list[str] = []
         self._changing = threading.Lock()
         self._guard_transitions()
         # The node's own clock may be one of a simulation, and stand.
@@ -461,20 +459,11 @@ class PlannerNode(LifecycleNode):
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
         message = deserialize(RIG, payload)
-        rig = self._cameras.check(rig_from_message(message, optics, self._frame_id))
-        self._warn_of_distortion(distorted_cameras(message))
-        return rig
+        return self._cameras.check(rig_from_message(message, optics, self._frame_id))
 
     @property
     def _frame_id(self) -> str:
         return self._settings.current.frame_id
-
-    def _warn_of_distortion(self, names: list[str]) -> None:
-        if names and names != self._distorted:
-            self.get_logger().warning(
-                f"distortion is ignored, images are taken to be rectified: {', '.join(names)}"
-            )
-        self._distorted = names
 
     def _receive_lens_state(self, payload: bytes) -> None:
         try:

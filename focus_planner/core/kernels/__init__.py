@@ -8,6 +8,15 @@ from focus_planner.core.kernels.branching import confine
 from focus_planner.core.kernels.cells import cell_ranges, maximal_cells
 from focus_planner.core.kernels.compiling import threads_for
 from focus_planner.core.kernels.cost import UNSEEN, base_costs, best_cameras, focus_room
+from focus_planner.core.kernels.distortion import (
+    COEFFICIENTS,
+    FISHEYE,
+    PINHOLE,
+    POLYNOMIAL,
+    PROJECTION,
+    distort,
+    keep_imaged,
+)
 from focus_planner.core.kernels.k_view import (
     CAMERA_BITS,
     NEVER,
@@ -48,8 +57,13 @@ from focus_planner.core.kernels.visibility import (
 
 __all__ = [
     "CAMERA_BITS",
+    "COEFFICIENTS",
+    "FISHEYE",
     "NEVER",
+    "PINHOLE",
     "PLACES",
+    "POLYNOMIAL",
+    "PROJECTION",
     "UNSEEN",
     "activate",
     "assign",
@@ -68,11 +82,13 @@ __all__ = [
     "count_near_view",
     "count_shared",
     "descend",
+    "distort",
     "fill_rays",
     "focus_room",
     "gains_by_sample",
     "gather",
     "improve_tuples",
+    "keep_imaged",
     "keep_seen",
     "list_gains",
     "list_in_view",
