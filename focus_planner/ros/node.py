@@ -24,7 +24,7 @@ import rclpy
 from focus_planner_msgs.msg import CameraRig, FocusPlan, LensState, PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import PoseArray
-from rclpy._rclpy_pybind11 import RCLError
+from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -98,6 +98,9 @@ _LENSES = QoSProfile(
 _TICK = 0.1
 # Less than what launch and systemd wait before they kill.
 _SECONDS_TO_FINISH = 3.0
+# Whoever is told in the midst of discovery may miss it, and waits for the middleware to ask again,
+# which Fast DDS does every three seconds.
+_SECONDS_TO_MEET = 0.3
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
 _INACTIVE = Outcome(
@@ -544,6 +547,7 @@ class PlannerNode(LifecycleNode):
             return
         plan = message_to_ros(FocusPlan, fields_of(last.message))
         self._cameras.follow([camera.name for camera in plan.cameras])
+        time.sleep(_SECONDS_TO_MEET)
         self._publish(plan, from_record=True)
         self.get_logger().info(
             f"the last plan, {plan.plan_id}, is in force again, from its record {last.run}"
@@ -602,6 +606,8 @@ class PlannerNode(LifecycleNode):
     def _guard(self, job: Callable[[], None]) -> None:
         try:
             job()
+        except InvalidHandle:
+            pass  # another thread destroyed what was being waited for
         except RCLError as error:  # whoever was to be answered has gone
             self.get_logger().warning(f"not sent: {error}", throttle_duration_sec=1.0)
         except Exception:  # noqa: BLE001 - one bad message or caller must not end the node
