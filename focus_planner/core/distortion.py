@@ -84,8 +84,6 @@ def bounding_frustum(image: Image) -> Row:
     rings = int(_reached(image, growth, angles).sum())  # farther out there is nothing
     angles = np.linspace(0.0, angles[rings], _RINGS + 1)
     kept = _touching(image, growth, angles)
-    if not kept.any():
-        return 1.0, 1.0, 0.0, 0.0, 0.0, 0.0
     low, high = _bounds(_tangents(angles), kept)
     margin = _MARGIN * (high - low)
     cx, cy = (-0.5 - (low - margin)).tolist()
