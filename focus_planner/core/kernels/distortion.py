@@ -37,6 +37,36 @@ def distort(x, y, kind, k):
 
 
 @kernel
+def bound_view(distances, bend, tangents, directions, sides):
+    """Return (2, 2) the least and the greatest x, and y, at depth 1 of what may be imaged.
+
+    Ring i of cells reaches from ``tangents[i]`` to ``tangents[i + 1]`` off the axis, and its radial
+    part from ``distances[i]`` to the next; cell j from ``directions[j, axis, 0]`` to ``[..., 1]``,
+    its least and greatest cosine and sine. ``sides`` (2, 2) are where pixels begin and end.
+    """
+    bounds = np.array([[np.inf, -np.inf], [np.inf, -np.inf]])
+    for i in range(len(tangents) - 1):
+        for j in range(len(directions)):
+            touches = True
+            for axis in range(2):
+                low, high = directions[j, axis]
+                touches &= min(distances[i] * low, distances[i + 1] * low) <= (
+                    sides[axis, 1] + bend[i + 1]
+                )
+                touches &= max(distances[i] * high, distances[i + 1] * high) >= (
+                    sides[axis, 0] - bend[i + 1]
+                )
+            if touches:
+                for axis in range(2):
+                    low, high = directions[j, axis]
+                    least = min(tangents[i] * low, tangents[i + 1] * low)
+                    most = max(tangents[i] * high, tangents[i + 1] * high)
+                    bounds[axis, 0] = min(bounds[axis, 0], least)
+                    bounds[axis, 1] = max(bounds[axis, 1], most)
+    return bounds
+
+
+@kernel
 def _images(point, position, rotation, projection):
     """Return whether a point before the camera falls on a pixel that is read out.
 
