@@ -74,7 +74,7 @@ def in_image(camera, point):
     image = camera.image
     x, y = float(offset @ x_axis) / z, float(offset @ y_axis) / z
     u, v = pixels(image, x, y)
-    return u, v, bool(grows(image, math.hypot(x, y)) and is_read(image, u, v))
+    return u, v, bool(is_read(image, u, v)) and grows(image, math.hypot(x, y))
 
 
 def coefficients(image):

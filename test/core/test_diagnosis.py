@@ -161,6 +161,27 @@ def test_importance_that_no_camera_sees_is_an_error(kind):
         expect(message, surface, rig, PlanRequest("em", samples=0))
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"region": (0, 0, 40, 40)},
+        {"distortion_model": "plumb_bob", "distortion": (1e9, 0.0, 0.0, 0.0), "cx": -9.0},
+    ],
+    ids=["region", "distortion"],
+)
+def test_images_that_leave_the_surface_out_are_suspected(changes):
+    cameras = around(4, 1.5).cameras
+    cameras = [
+        dataclasses.replace(c, image=dataclasses.replace(c.image, **changes)) for c in cameras
+    ]
+    expect(
+        r"image\.region, image\.distortion: expected images with some of the surface in them, got"
+        r" none \(\d+% of it would be seen in whole images, without distortion\); check the regions",
+        sphere(0.2),
+        Rig(tuple(cameras)),
+    )
+
+
 def test_another_frame_sees_nothing():
     expect("camera poses", sphere(0.4), moved(around(4, 1.2), offset=(0, 0, 20.0)))
 
