@@ -181,7 +181,7 @@ def test_a_step_at_infinity_counts_but_is_not_taken():
         ({"region": (0, 0.5, 7, 1)}, r"image.region\[1\]: expected a whole number .*, got 0.5"),
         (
             {"region": (80, 0, 501, 9)},
-            r"image.region: expected .* 580 × 870, got 501 × 9 from \(80, 0\) on; offsets and sizes",
+            r"image.region: expected .* 580 × 870, got 501 × 9 from \(80, 0\) on; offsets and",
         ),
     ],
 )
@@ -208,7 +208,7 @@ def test_an_image_is_a_plain_record_whatever_it_was_made_of():
     assert (image.distortion, image.binning) == ((0.25, 0.0, 0.0, 0.0), (2, 3))
     assert {type(number) for number in image.distortion} == {float}
     assert {type(number) for number in (*image.binning, *image.region)} == {int}
-    assert hash(image) == hash(replace(image))
+    assert hash(image) == hash(dataclasses.replace(image))
 
 
 def test_pixels_read_are_whole_bins_of_the_region():
