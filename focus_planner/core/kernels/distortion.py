@@ -27,9 +27,10 @@ def distort(x, y, kind, k):
         grown = angle * (1 + t * (k[0] + t * (k[1] + t * (k[2] + t * k[3]))))
         scale = grown / tangent if tangent > 0 else 1.0
         return scale * x, scale * y
-    scale = (1 + square * (k[0] + square * (k[1] + square * k[4]))) / (
-        1 + square * (k[5] + square * (k[6] + square * k[7]))
-    )
+    scale = 1 + square * (k[0] + square * (k[1] + square * k[4]))
+    divisor = 1 + square * (k[5] + square * (k[6] + square * k[7]))
+    # Within reach a divisor that is not above 0 is a pole's, rounded.
+    scale = scale / divisor if divisor > 0 else np.inf
     twice = 2 * x * y
     u = scale * x + k[2] * twice + k[3] * (square + 2 * x * x) + square * (k[8] + square * k[9])
     v = scale * y + k[2] * (square + 2 * y * y) + k[3] * twice + square * (k[10] + square * k[11])
