@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ Row = tuple[float, ...]
 # k₁, ..., k₆ in the order of OpenCV's coefficients.
 _RADIAL = [0, 1, 4, 5, 6, 7]
 # Of the cells that bound a view.
-_DIRECTIONS, _RINGS, _FIRST_RINGS = 128, 64, 1024
+_DIRECTIONS, _RINGS, _FIRST_RINGS = 256, 64, 1024
 # Instead of infinity, of which products with 0 are nothing.
 _ALL = 1e100
 # Of bounds: beyond what rounding does to them, and to sums with them.
@@ -66,48 +66,41 @@ class _Growth:
 
 
 @lru_cache(maxsize=MAX_CAMERAS)
-def bounding_frustum(image: Image) -> Row:
-    """Return a pinhole's fx, fy, cx, cy, width, height that has all in view that an image has.
+def view(image: Image) -> tuple[Row, Row]:
+    """Return a frustum that holds all that a distorted image shows, and its projection.
 
-    The view is cut into cells of a direction around the axis and an angle off it; the pinhole's
-    image is the rectangle around those whose image may touch the pixels that are read out. Of a
-    cell, the radial part lies between its values at the inner and the outer end, as it grows; its
-    direction is off the middle by half a cell at most; and other terms are at most ``bend``.
+    The view is cut into cells of a direction around the axis and an angle off it, and the frustum
+    is the rectangle at depth 1 around those whose image may touch the pixels that are read out:
+    of a cell, the radial part lies between its values at the inner and the outer end, as it
+    grows, and other terms add ``bend`` at most.
 
-    Parameters
-    ----------
-    image : Image
-        Distorted.
+    Returns
+    -------
+    frustum : tuple of 6 floats
+        fx, fy, cx, cy, width, height of a pinhole's image.
+    projection : tuple of floats
+        As :func:`focus_planner.core.kernels.keep_imaged` takes it.
     """
     growth = _growth(image)
+    return _frustum(image, growth), _projection(image, growth)
+
+
+def _frustum(image: Image, growth: _Growth) -> Row:
     angles = np.linspace(0.0, math.atan(growth.reach), _FIRST_RINGS + 1)
     rings = int(_reached(image, growth, angles).sum())  # farther out there is nothing
     angles = np.linspace(0.0, angles[rings], _RINGS + 1)
-    kept = _touching(image, growth, angles)
-    if not kept.any():
-        return 1.0, 1.0, 0.0, 0.0, 0.0, 0.0
-    low, high = _bounds(_tangents(angles), kept)
+    low, high = _bounds(image, growth, angles)
     margin = _MARGIN * (high - low)
     cx, cy = (-0.5 - (low - margin)).tolist()
     width, height = (high - low + 2 * margin).tolist()
     return 1.0, 1.0, cx, cy, width, height
 
 
-@lru_cache(maxsize=MAX_CAMERAS)
-def projection(image: Image) -> Row:
-    """Return an image's projection as the kernels take it; zeros for a pinhole's."""
-    numbers = np.zeros(kernels.PROJECTION + kernels.COEFFICIENTS)
-    if image.distortion_model:
-        growth = _growth(image)
-        x, y, width, height = image.pixels_read
-        kind = kernels.FISHEYE if growth.fisheye else kernels.POLYNOMIAL
-        numbers[:2] = kind, growth.reach
-        numbers[2 : kernels.PROJECTION] = (
-            *(image.fx, image.fy, image.cx - x, image.cy - y),
-            *(width, height),
-        )
-        numbers[kernels.PROJECTION :] = _coefficients(image)
-    return tuple(numbers.tolist())
+def _projection(image: Image, growth: _Growth) -> Row:
+    x, y, width, height = image.pixels_read
+    kind = kernels.FISHEYE if growth.fisheye else kernels.POLYNOMIAL
+    pinhole = (image.fx, image.fy, image.cx - x, image.cy - y, float(width), float(height))
+    return (float(kind), growth.reach, *pinhole, *_coefficients(image).tolist())
 
 
 @lru_cache(maxsize=MAX_CAMERAS)
@@ -172,12 +165,6 @@ def _first_zero(polynomial: NDArray[np.floating[Any]]) -> float:
     return float(1 / real.max()) if (real > 0).any() else math.inf
 
 
-def _tangents(angles: FloatArray) -> FloatArray:
-    """Return tan θ, very large at 90°."""
-    tangents: FloatArray = np.where(angles < math.pi / 2, np.tan(angles), _ALL)
-    return tangents
-
-
 def _reached(image: Image, growth: _Growth, angles: FloatArray) -> NDArray[np.bool_]:
     """Return whether what is that far off the axis may be as near the centre as some pixel is."""
     tangents = np.tan(angles[:-1])
@@ -186,18 +173,18 @@ def _reached(image: Image, growth: _Growth, angles: FloatArray) -> NDArray[np.bo
     return reached
 
 
-def _touching(image: Image, growth: _Growth, angles: FloatArray) -> NDArray[np.bool_]:
-    """Return (rings, directions) whether a cell's image may touch the pixels read out."""
+def _bounds(image: Image, growth: _Growth, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (2,) least and (2,) greatest x, y at depth 1 of cells that may be imaged."""
     tangents = np.tan(angles)
-    # At the very end there may be a pole.
-    inner = growth.distances(tangents[:-1])
-    outer = np.append(inner[1:], _ALL)
-    bend = polyval(tangents[1:], growth.bend)[:, None]
-    kept = np.tile(_reached(image, growth, angles), (_DIRECTIONS, 1)).T
-    for direction, (begin, end) in zip(_directions(), _sides(image), strict=True):
-        low, high = _extent(inner, outer, direction)
-        kept &= (low - bend <= end) & (high + bend >= begin)
-    return kept
+    distances = growth.distances(tangents[:-1])
+    bounds = kernels.bound_view(
+        np.append(distances, _ALL),  # at the very end there may be a pole
+        polyval(tangents, growth.bend),
+        np.where(angles < math.pi / 2, tangents, _ALL),
+        _directions(),
+        _sides(image),
+    )
+    return bounds[:, 0], bounds[:, 1]
 
 
 def _sides(image: Image) -> FloatArray:
@@ -210,28 +197,17 @@ def _sides(image: Image) -> FloatArray:
     return widened
 
 
-def _bounds(tangents: FloatArray, kept: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Return (2,) least and (2,) greatest x, y at depth 1 of the cells kept."""
-    extents = [_extent(tangents[:-1], tangents[1:], each) for each in _directions()]
-    low = np.array([low[kept].min() for low, _ in extents])
-    high = np.array([high[kept].max() for _, high in extents])
-    return low, high
+@cache
+def _directions() -> FloatArray:
+    """Return (directions, 2, 2) the least and the greatest cosine, and sine, in each cell.
 
-
-def _directions() -> tuple[FloatArray, FloatArray]:
-    """Return (directions,) the cosines and the sines of the cells' middles."""
-    angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    return np.cos(angles), np.sin(angles)
-
-
-def _extent(
-    inner: FloatArray, outer: FloatArray, direction: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return (rings, directions) the least and the greatest coordinate within each cell."""
-    half = np.pi / _DIRECTIONS * (1 + _SLACK)  # no cosine changes by more than its angle
-    low, high = direction - half, direction + half
-    least = np.minimum(np.outer(inner, low), np.outer(outer, low))
-    return least, np.maximum(np.outer(inner, high), np.outer(outer, high))
+    Where a cosine turns there is a cell's middle, so the ends and the middle tell.
+    """
+    middles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    at = middles + np.pi / _DIRECTIONS * np.array([[-1], [0], [1]])
+    values = np.stack([np.cos(at), np.sin(at)])
+    extremes = [values.min(axis=1) - _SLACK, values.max(axis=1) + _SLACK]
+    return np.ascontiguousarray(np.moveaxis(np.array(extremes), 2, 0).swapaxes(1, 2))
 
 
 def _undistorted(image: Image, growth: _Growth, target: FloatArray) -> FloatArray:

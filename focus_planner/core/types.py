@@ -226,7 +226,7 @@ class Image:
         object.__setattr__(self, "region", _region(self))
         object.__setattr__(self, "binning", _binning(self))
 
-    @property
+    @cached_property
     def pixels_read(self) -> tuple[int, int, int, int]:
         """x_offset, y_offset, width, height of the pixels that reach the image.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core import kernels
-from focus_planner.core.distortion import bounding_frustum, projection
+from focus_planner.core.distortion import view
 from focus_planner.core.geometry import camera_positions, camera_rotations
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import FloatArray, Image, IntArray, Rig, Samples
@@ -125,22 +125,32 @@ def _first(parts: list[Visibility], enough: float) -> list[Visibility]:
 
 def _views(rig: Rig) -> _Views:
     frustums = [(*_frustum(camera.image), camera.lens.focal_length) for camera in rig.cameras]
-    distorted = any(camera.image.distortion_model for camera in rig.cameras)
-    projections = [projection(camera.image) for camera in rig.cameras] if distorted else None
     return _Views(
         camera_positions(rig),
         np.ascontiguousarray(camera_rotations(rig)),
         np.array(frustums, dtype=np.float64),
-        np.array(projections) if distorted else None,
+        _projections(rig),
     )
 
 
 def _frustum(image: Image) -> tuple[float, ...]:
     """Return fx, fy, cx, cy, width, height of what is read out of an image, or more."""
     if image.distortion_model:
-        return bounding_frustum(image)
+        frustum, _ = view(image)
+        return frustum
     x, y, width, height = image.pixels_read
     return image.fx, image.fy, image.cx - x, image.cy - y, width, height
+
+
+def _projections(rig: Rig) -> FloatArray | None:
+    """Return each distorted image's projection, zeros for pinholes; None if all are pinholes."""
+    distorted = [c for c, camera in enumerate(rig.cameras) if camera.image.distortion_model]
+    if not distorted:
+        return None
+    projections = np.zeros((len(rig), kernels.PROJECTION + kernels.COEFFICIENTS))
+    for c in distorted:
+        _, projections[c] = view(rig.cameras[c].image)
+    return projections
 
 
 def _look(

@@ -90,16 +90,18 @@ def lens_to_fields(lens: Lens) -> Fields:
 
 def image_to_fields(image: Image) -> Fields:
     """Return an image's camera info, without R and P, which rectified images have."""
-    k = [image.fx, 0.0, image.cx, 0.0, image.fy, image.cy, 0.0, 0.0, 1.0]
-    fields: Fields = {"width": image.width, "height": image.height, "k": k}
-    if image.distortion_model:
-        fields |= {"distortion_model": image.distortion_model, "d": list(image.distortion)}
-    if image.binning != (1, 1):
-        fields |= dict(zip(("binning_x", "binning_y"), image.binning, strict=True))
-    if image.region:
-        names = ("x_offset", "y_offset", "width", "height")
-        fields["roi"] = dict(zip(names, image.region, strict=True))
-    return fields
+    columns, rows = image.binning if image.binning != (1, 1) else (0, 0)
+    region = image.region or (0, 0, 0, 0)
+    return {
+        "width": image.width,
+        "height": image.height,
+        "distortion_model": image.distortion_model,
+        "d": list(image.distortion),
+        "k": [image.fx, 0.0, image.cx, 0.0, image.fy, image.cy, 0.0, 0.0, 1.0],
+        "binning_x": columns,
+        "binning_y": rows,
+        "roi": dict(zip(("x_offset", "y_offset", "width", "height"), region, strict=True)),
+    }
 
 
 def camera_to_fields(camera: Camera) -> Fields:

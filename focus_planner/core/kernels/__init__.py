@@ -11,9 +11,9 @@ from focus_planner.core.kernels.cost import UNSEEN, base_costs, best_cameras, fo
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
     FISHEYE,
-    PINHOLE,
     POLYNOMIAL,
     PROJECTION,
+    bound_view,
     distort,
     keep_imaged,
 )
@@ -60,7 +60,6 @@ __all__ = [
     "COEFFICIENTS",
     "FISHEYE",
     "NEVER",
-    "PINHOLE",
     "PLACES",
     "POLYNOMIAL",
     "PROJECTION",
@@ -72,6 +71,7 @@ __all__ = [
     "best_pair",
     "block_keys",
     "bound_blocks",
+    "bound_view",
     "by_camera",
     "by_sample",
     "cell_ranges",

@@ -27,13 +27,44 @@ def distort(x, y, kind, k):
         grown = angle * (1 + t * (k[0] + t * (k[1] + t * (k[2] + t * k[3]))))
         scale = grown / tangent if tangent > 0 else 1.0
         return scale * x, scale * y
-    scale = (1 + square * (k[0] + square * (k[1] + square * k[4]))) / (
-        1 + square * (k[5] + square * (k[6] + square * k[7]))
-    )
+    scale = 1 + square * (k[0] + square * (k[1] + square * k[4]))
+    divisor = 1 + square * (k[5] + square * (k[6] + square * k[7]))
+    # Within reach a divisor that is not above 0 is a pole's, rounded.
+    scale = scale / divisor if divisor > 0 else np.inf
     twice = 2 * x * y
     u = scale * x + k[2] * twice + k[3] * (square + 2 * x * x) + square * (k[8] + square * k[9])
     v = scale * y + k[2] * (square + 2 * y * y) + k[3] * twice + square * (k[10] + square * k[11])
     return u, v
+
+
+@kernel
+def bound_view(distances, bend, tangents, directions, sides):
+    """Return (2, 2) the least and the greatest x, and y, at depth 1 of what may be imaged.
+
+    Ring i of cells reaches from ``tangents[i]`` to ``tangents[i + 1]`` off the axis, and its radial
+    part from ``distances[i]`` to the next; cell j from ``directions[j, axis, 0]`` to ``[..., 1]``,
+    its least and greatest cosine and sine. ``sides`` (2, 2) are where pixels begin and end.
+    """
+    bounds = np.array([[np.inf, -np.inf], [np.inf, -np.inf]])
+    for i in range(len(tangents) - 1):
+        for j in range(len(directions)):
+            touches = True
+            for axis in range(2):
+                low, high = directions[j, axis]
+                touches &= min(distances[i] * low, distances[i + 1] * low) <= (
+                    sides[axis, 1] + bend[i + 1]
+                )
+                touches &= max(distances[i] * high, distances[i + 1] * high) >= (
+                    sides[axis, 0] - bend[i + 1]
+                )
+            if touches:
+                for axis in range(2):
+                    low, high = directions[j, axis]
+                    least = min(tangents[i] * low, tangents[i + 1] * low)
+                    most = max(tangents[i] * high, tangents[i + 1] * high)
+                    bounds[axis, 0] = min(bounds[axis, 0], least)
+                    bounds[axis, 1] = max(bounds[axis, 1], most)
+    return bounds
 
 
 @kernel
