@@ -39,7 +39,49 @@ def settable(lens):
             near + (far - near) * i / (lens.focus_steps - 1) for i in range(lens.focus_steps)
         ]
         return sorted(1 / d for d in dioptres if d > 1e-12)
+    if lens.table is not None and lens.table.whole:
+        least, most = limits(lens)
+        return [d for d in whole_distances(lens.table) if least <= d <= most]
     return None if lens.focus_distances is None else sorted(set(lens.focus_distances))
+
+
+def limits(lens):
+    """Return the nearest and farthest distance that the lens and its table have."""
+    distances = lens.table.distances if lens.table is not None else ()
+    return (
+        max([lens.min_focus, *distances[:1]]),
+        min([lens.max_focus, *distances[-1:]]),
+    )
+
+
+def device_value(table, distance):
+    """Return the device value of a distance, not rounded: linear in dioptres between entries."""
+    if not table.distances:
+        return distance if table.unit == "m" else 1 / distance
+    entries = list(zip(table.distances, table.values, strict=True))
+    for (near, value_near), (far, value_far) in itertools.pairwise(entries):
+        if near <= distance <= far:
+            share = (1 / near - 1 / distance) / (1 / near - 1 / far)
+            return value_near + share * (value_far - value_near)
+    raise AssertionError(distance)
+
+
+def whole_distances(table):
+    """Return the finite distances of all whole device values, ascending."""
+    found = set()
+    entries = list(zip(table.distances, table.values, strict=True))
+    for (near, value_near), (far, value_far) in itertools.pairwise(entries):
+        low, high = sorted([value_near, value_far])
+        for value in range(math.ceil(low), math.floor(high) + 1):
+            share = (value - value_near) / (value_far - value_near)
+            dioptres = 1 / near + share * (1 / far - 1 / near)
+            if value == value_near:
+                found.add(near)
+            elif value == value_far:
+                found.add(far)
+            else:
+                found.add(1 / dioptres)
+    return sorted(found - {math.inf})
 
 
 def holds(depth, s, lens, tolerance):
@@ -427,13 +469,14 @@ def _bracket_sets(seen, lens, shots, tolerance):
 def _between_changes(seen, lens, tolerance):
     """Return a distance between every two at which something comes into or goes out of focus."""
     h, f = lens.hyperfocal_distance, lens.focal_length
-    changes = {max(lens.min_focus, 1.001 * f), min(lens.max_focus, 1e4)}
+    least, most = limits(lens)
+    changes = {max(least, 1.001 * f), min(most, 1e4)}
     for depth, _ in seen.values():
         far, near = depth + tolerance, depth - tolerance
         changes.add(far * (h + f) / (h + far))
         if f < near < h:
             changes.add(near * (h - f) / (h - near))
-    allowed = sorted(s for s in changes if lens.min_focus <= s <= lens.max_focus)
+    allowed = sorted(s for s in changes if least <= s <= most)
     return [(a + b) / 2 for a, b in itertools.pairwise(allowed)]
 
 

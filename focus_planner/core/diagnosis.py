@@ -180,8 +180,11 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
                 "it is probably not in metres; else stop the lenses down",
             )
         names = "lens.min_focus, lens.max_focus"
-        if any(lens.settable_distances is not None for lens in problem.lenses):
+        listed = any(lens.focus_distances or lens.focus_steps for lens in problem.lenses)
+        if listed:
             names = f"lens.focus_distances, lens.focus_steps, {names}"
+        if any(lens.table for lens in problem.lenses):
+            names = f"lens.table, {names}"
         raise InputError(
             names,
             "distances at which some of the surface comes into focus",

@@ -25,7 +25,7 @@ from focus_planner.core.transforms import (
 from focus_planner.core.types import Camera, Image, Lens, Rig
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
-from focus_planner.io.yaml_values import number, parse_yaml_documents, shown, value_at, within
+from focus_planner.io.yaml_values import number, read_yaml_documents, shown, value_at, within
 
 CONVENTIONS = ("optical", "body")
 
@@ -218,7 +218,7 @@ def _transforms(path: Path) -> list[FrameTransform]:
     ]
     if lines and _is_command(lines[0][1]):
         return [_transform_of_line(where, line) for where, line in lines]
-    entries = _entries(path, parse_yaml_documents(path, text))
+    entries = _entries(path, read_yaml_documents(str(path), text))
     transforms = [
         _transform_of_message(f"{path}: transforms[{i}]", entry) for i, entry in enumerate(entries)
     ]

@@ -15,12 +15,15 @@ from focus_planner import (
     Image,
     InputError,
     Lens,
+    LensTable,
     Mesh,
     PointCloud,
     Rig,
 )
 
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
+COUNTED = LensTable("focus_absolute", True, (0.3, 0.5, 3.0), (30, 20, 6))
+RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
 TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
 
@@ -84,6 +87,33 @@ def test_the_defaults_are_the_papers():
             {"focus_steps": 9, "focus_distances": [1.0], "min_focus": 0.4},
             "lens.focus_steps: expected focus_distances or focus_steps, got both",
         ),
+        ({"table": "dioptres"}, "lens.table: expected a LensTable, got 'dioptres'"),
+        (
+            {"table": COUNTED, "min_focus": 3.5},
+            r"lens.table: expected distances from min_focus \(3.5 m\) to .* got 0.3 to 3 m",
+        ),
+        ({"table": COUNTED, "max_focus": 0.2}, r"max_focus \(0.2 m\), above .* got 0.3 to 3 m"),
+        (
+            {"table": RANGE, "focal_length": 2.5},
+            r"above focal_length \(2.5 m\), got 0.4 to 2 m",
+        ),
+        (
+            {"table": COUNTED, "min_focus": 2.9, "max_focus": 2.95},
+            "lens.table: .* got none of 25 whole values there",
+        ),
+        (
+            {"table": COUNTED, "focus_distances": [1.0]},
+            "lens.table: expected a table of whole values, focus_distances or focus_steps, got two",
+        ),
+        ({"table": COUNTED, "focus_steps": 9, "min_focus": 0.4}, "lens.table: .* got two of them"),
+        (
+            {"table": RANGE, "focus_distances": [1.0, 3.0]},
+            r"from min_focus \(0.4 m\) to max_focus \(2 m\), as the lens's table leaves them",
+        ),
+        (
+            {"table": LensTable("m"), "focus_steps": 9},
+            "lens.min_focus: expected a number above focal_length .*, with focus_steps, got 0",
+        ),
     ],
 )
 def test_lenses_that_cannot_be(values, message):
@@ -124,6 +154,38 @@ def test_a_step_at_infinity_counts_but_is_not_taken():
     settable = Lens(min_focus=0.5, focus_steps=5).settable_distances
     assert settable.tolist() == [0.5, 1 / 1.5, 1.0, 2.0]
     assert Lens(min_focus=0.5, focus_steps=2).settable_distances.tolist() == [0.5]
+
+
+def test_a_table_limits_its_lens():
+    assert Lens().focus_limits == (0.0, math.inf)
+    assert Lens(table=LensTable("dioptres")).focus_limits == (0.0, math.inf)
+    assert Lens(table=RANGE).focus_limits == (0.4, 2.0)
+    narrow = Lens(min_focus=0.2, max_focus=1.5, table=RANGE)
+    assert narrow.focus_limits == (0.4, 1.5)
+    assert narrow.settable_distances is None
+    # What was given stays, for another table.
+    assert dataclasses.replace(narrow, table=None) == Lens(min_focus=0.2, max_focus=1.5)
+
+
+def test_a_table_of_whole_values_is_a_list_of_distances():
+    lens = Lens(table=COUNTED)
+    assert lens.settable_distances.tolist() == COUNTED.settable_distances.tolist()
+    assert len(lens.settable_distances) == 25
+    some = Lens(min_focus=0.31, max_focus=1.0, table=COUNTED).settable_distances
+    expected = reference.settable(Lens(0.05, 10.0, 0.31, 1.0, table=COUNTED))
+    np.testing.assert_allclose(some, expected, rtol=1e-15)
+    assert 0 < len(some) < 25
+    # Nothing nearer than its focal length comes into focus.
+    long = Lens(focal_length=0.4, table=COUNTED)
+    assert long.settable_distances.min() > 0.4
+    with pytest.raises(ValueError, match="read-only"):
+        lens.settable_distances[0] = 1
+
+
+def test_lists_and_steps_go_with_a_table_of_a_range():
+    assert Lens(focus_distances=(0.5, 1.0), table=RANGE).settable_distances.tolist() == [0.5, 1.0]
+    stepped = Lens(max_focus=9.0, focus_steps=3, table=RANGE)
+    assert stepped.settable_distances.tolist() == [0.4, 1 / 1.5, 2.0]
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,10 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from images import varied
+from messages.build import lens_tables
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
@@ -46,11 +48,14 @@ def lenses(draw: st.DrawFn) -> Lens:
         focal_length,
         draw(st.floats(0.6, 1e9)),
         draw(st.floats(0.51, 0.6)),
-        draw(st.floats(0.7, 1e3) | st.just(math.inf)),
+        draw(st.floats(1.0, 1e3) | st.just(math.inf)),
     )
+    if draw(st.booleans()):  # whole values need not be within those limits
+        return Lens(0.05, 9.0, table=draw(lens_tables(kinds=(True,))))
     takes = draw(
         st.just({})
         | st.fixed_dictionaries({"focus_steps": st.integers(2, 65_536)})
+        | st.fixed_dictionaries({"table": lens_tables(kinds=(False,))})
         | st.fixed_dictionaries(
             {"focus_distances": st.lists(st.floats(0.6, 0.7), min_size=1, max_size=4)}
         )
@@ -104,7 +109,11 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
+TABLE = "{unit: steps, distances: [0.4, 2], values: [900, 0]}"
 CAMERA = "{name: a, position: [1, 0, 0], orientation: [0, 0, 0, 1]}"
+
+
+STEPS = LensTable("steps", False, (0.4, 2.0), (900, 0))
 
 
 def camera_with(**values: str) -> str:
@@ -191,6 +200,9 @@ def test_the_aperture_gives_the_hyperfocal_distance(
         ),
         ("{min_focus: 0.4, focus_steps: 9}", "{focus_distances: null}", {"focus_steps": 9}),
         ("{min_focus: 0.4, focus_steps: 9}", "{focus_steps: null}", {}),
+        (f"{{table: {TABLE}}}", "{}", {"table": STEPS}),
+        (f"{{table: {TABLE}}}", "{table: {unit: dioptres}}", {"table": LensTable("dioptres")}),
+        (f"{{table: {TABLE}}}", "{table: null}", {}),
     ],
 )
 def test_a_camera_overrides_what_its_lens_takes(
@@ -265,6 +277,19 @@ def test_a_camera_overrides_what_its_lens_takes(
             r"yaml: lens\.focus_distances: expected 1 to 65536 distances, got 0",
         ),
         (
+            f"lens: {{table: {{unt: m}}}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.table\.unt: .*did you mean unit\?",
+        ),
+        (
+            f"lens: {{table: {{unit: s, distances: [1], values: [2]}}}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.table: table\.distances: expected at least 2, got 1",
+        ),
+        (
+            f"lens: {{min_focus: 9, table: {TABLE}}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.table: expected distances from min_focus \(9 m\) .*, got 0.4 to 2 m",
+        ),
+        (f"image: {{width: 9}}\nimage: {{}}\ncameras: [{CAMERA}]", "line 2, .* image stands twice"),
+        (
             f"lens: {{focus_steps: 2.5, min_focus: 1}}\ncameras: [{CAMERA}]",
             r"lens\.focus_steps: expected a whole number",
         ),
@@ -318,5 +343,10 @@ def test_what_differs_from_the_others_is_written_with_its_camera() -> None:
     lines = rig_to_yaml(Rig((odd, *rest))).splitlines()
     assert [line for line in lines if "image" in line][1].endswith(
         "image: {width: 99}, lens: {max_focus: 2.0}}"
+    )
+    told = replace(odd, lens=Lens(table=STEPS))
+    (line,) = (line for line in rig_to_yaml(Rig((told, *rest))).splitlines() if "table" in line)
+    assert line.endswith(
+        "lens: {table: {unit: steps, distances: [0.4, 2.0], values: [900.0, 0.0]}}}"
     )
     assert sum(bool(re.search("image|lens", line)) for line in lines) == 3

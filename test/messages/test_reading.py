@@ -13,6 +13,7 @@ from messages.build import (
     EMPTY_LENS,
     EMPTY_POSE,
     EMPTY_REQUEST,
+    EMPTY_TABLE,
     NUMBERS,
     OPTICS,
     cloud_fields,
@@ -22,8 +23,10 @@ from messages.build import (
 )
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.types import Image, PointCloud
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.reading import (
     Datatype,
     camera_from_message,
@@ -63,6 +66,46 @@ def test_a_lens_by_f_number_and_circle_of_confusion():
     assert lens.hyperfocal_distance == pytest.approx(10.0)
     with pytest.raises(InputError, match=r"lens\.f_number: expected a number above 0, got 0"):
         lens_from_message(lens_message(focal_length=0.05))
+
+
+def test_a_table_that_makes_no_sense_is_an_input_error():
+    def table(**fields):
+        return lens_message(focal_length=0.05, hyperfocal_distance=9.0, table=EMPTY_TABLE | fields)
+
+    assert lens_from_message(table()).table is None
+    assert lens_from_message(table(unit="dioptres")).table == LensTable("dioptres")
+    for fields, told in [
+        ({"distances": [1.0, 2.0], "values": [0.0, 1.0]}, "unit: expected a name, .* got ''"),
+        ({"values": [0.0, 1.0]}, "unit: expected a name"),
+        ({"unit": "steps"}, "distances: expected at least 2, with the unit steps, got none"),
+        ({"unit": "steps", "distances": [1.0, 2.0], "values": [3.0]}, "values: expected as many"),
+    ]:
+        with pytest.raises(InputError, match=r"^lens\.table\." + told):
+            lens_from_message(table(**fields))
+    whole = {"unit": "s", "whole": True, "distances": [1.0, 2.0], "values": [3.0, 0.0]}
+    with pytest.raises(InputError, match=r"^lens\.table: expected a table of whole values, focus_"):
+        lens_from_message(message(vars(table(**whole)) | {"focus_distances": [1.0]}))
+
+
+def test_tables_are_given_to_cameras_that_bring_none():
+    own = LensTable("m")
+    tables = LensTables({"a": LensTable("dioptres"), "b": LensTable("dioptres")})
+    optics = replace(OPTICS, tables=tables)
+    lens = EMPTY_LENS | {"focal_length": 0.05, "hyperfocal_distance": 9.0}
+    cameras = [
+        EMPTY_CAMERA | {"name": "a", "lens": lens},
+        EMPTY_CAMERA | {"name": "b", "lens": lens | {"table": EMPTY_TABLE | {"unit": "m"}}},
+        EMPTY_CAMERA | {"name": "c"},
+    ]
+    fields = WORLD | {"cameras": cameras, "grid_rows": 0, "grid_columns": 0}
+    rig = rig_from_message(message(fields), optics, "world")
+    assert [camera.lens.table for camera in rig.cameras] == [LensTable("dioptres"), own, None]
+    assert rig.cameras[2].lens == OPTICS.lens
+    poses = message(WORLD | {"poses": [EMPTY_POSE]})
+    with pytest.raises(InputError, match=r"cameras: expected some of the rig's 1: cam_000, got a"):
+        poses_from_message(poses, optics, "world")
+    by_number = replace(OPTICS, tables=LensTables({"cam_000": own}))
+    assert poses_from_message(poses, by_number, "world").cameras[0].lens.table == own
 
 
 def test_what_a_request_leaves_out_is_the_default():
