@@ -191,7 +191,8 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
     scene, rig, request = given.scene, given.rig, given.request
 
     def beginning() -> tuple[list[BagMessage], Beginning]:
-        from focus_planner.recording.run import beginning_of, inputs_of, new_run_id
+        from focus_planner.recording.naming import new_run_id
+        from focus_planner.recording.run import beginning_of, inputs_of
         from focus_planner.recording.software import software
 
         run_id, frame_id = new_run_id(), rig.frame_id

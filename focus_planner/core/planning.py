@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,8 +13,13 @@ from focus_planner.core import kernels
 from focus_planner.core.checks import InputError
 from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.optics import depth_of_field
-from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan
-from focus_planner.core.posing import choose_samples, pose_fresh_problem, pose_problem
+from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan, Warmth
+from focus_planner.core.posing import (
+    choose_samples,
+    pose_fresh_problem,
+    pose_problem,
+    thinned,
+)
 from focus_planner.core.problem import Problem, mean_cost
 from focus_planner.core.proof.bound import lower_bound
 from focus_planner.core.quality import judge
@@ -22,7 +28,7 @@ from focus_planner.core.shots import sort_shots, spread_start
 from focus_planner.core.solvers import SOLVERS, Options, Solution, Watch, go_on
 from focus_planner.core.solvers.solution import fill_in
 from focus_planner.core.types import CameraStatus, CostModel, Rig
-from focus_planner.core.warm_start import Warmth, warm_options
+from focus_planner.core.warm_start import warm_options
 
 # A quick bound's price steps: on bodies it is then within a quarter of a percent, in about the time
 # that a 2-view plan takes.
@@ -76,20 +82,21 @@ def plan_focus(
         deadline.within(stage, share / request.shots) if asked else None
         for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
     )
-    fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part)
-    problem = pose_problem(scene, rig, request, model, go_on=part)
+    enough = deadline.enough
+    fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part, enough=enough)
+    problem = pose_problem(scene, rig, request, model, go_on=part, enough=enough)
+    posed = time.perf_counter()
+    problem = _with_cells(problem, request, deadline if asked else None)
     options = replace(options, start=spread_start(problem))
     if before is not None:
         options = warm_options(options, before, problem)
-    posed = time.perf_counter()
-    with kernels.threads_for(len(problem.depth)):
-        _ = problem.cells
     bounded = request.bound != "none" and request.method != "optimal"
     deadline.allow_for(time.perf_counter() - posed, bounded, request.shots)
     with kernels.threads_for(len(problem.depth)):
         solution = SOLVERS[request.method](problem, options, deadline)
         solved = time.perf_counter()
-        if bounded:
+        # One who wants no more waits for no bound, unless it is there already.
+        if bounded and not deadline.told_no:
             deadline.bound_now()
             solution = _bounded(problem, solution, request, options, deadline)
     return _plan(
@@ -101,6 +108,18 @@ def plan_focus(
         deadline=deadline,
         solve_seconds=solved - posed,
     )
+
+
+def _with_cells(problem: Problem, request: PlanRequest, deadline: Deadline | None) -> Problem:
+    """Return the problem with its cells; of fewer samples, if they are not to be waited for."""
+    with kernels.threads_for(len(problem.depth)):
+        if deadline is None:
+            _ = problem.cells
+        elif not problem.find_cells(partial(deadline.asked, "cells")):
+            few = int(min(deadline.enough(), problem.sample_count))
+            deadline.shortened = deadline.shortened or few < problem.sample_count
+            return thinned(problem, few, request.seed)
+    return problem
 
 
 def _bounded(

@@ -12,8 +12,8 @@ from typing import Any
 from focus_planner.core.checks import InputError
 from focus_planner.core.lens_table import LensTable
 from focus_planner.core.types import Camera, Rig
-from focus_planner.io.documents import Values, mapping, numbers, read_yaml, shown, within
 from focus_planner.io.files import read_text
+from focus_planner.io.yaml_values import Values, mapping, numbers, read_yaml, shown, within
 
 _FILE_KEYS = ("default", "cameras")
 _TABLE_KEYS = tuple(field.name for field in fields(LensTable))

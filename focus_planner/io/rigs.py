@@ -12,26 +12,27 @@ from typing import Any
 from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
-from focus_planner.io.documents import (
+from focus_planner.io.files import whole_file
+from focus_planner.io.lens_tables import table_of, table_values
+from focus_planner.io.yaml_values import (
     Values,
     flow,
+    load_yaml,
     mapping,
     number,
     numbers,
-    read_yaml,
     scalar,
     shown,
     vector,
     within,
 )
-from focus_planner.io.files import read_text, whole_file
-from focus_planner.io.lens_tables import table_of, table_values
 
 _Reader = Callable[[str, Any], Any]
 
 _RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
 _IMAGE_KEYS = tuple(field.name for field in fields(Image))
+_PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
 _LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
@@ -55,8 +56,7 @@ def load_rig(path: str | PathLike[str]) -> Rig:
         Names the file, the camera, the key, and a key that was probably meant.
     """
     path = Path(path)
-    text = read_text(path, "a rig.yaml")
-    data = read_yaml(str(path), text)
+    data = load_yaml(path, "a rig.yaml")
     top = mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
@@ -86,7 +86,7 @@ def rig_to_yaml(rig: Rig) -> str:
     told = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
     lines = [
         f"frame_id: {scalar(rig.frame_id)}",
-        f"image: {flow(asdict(image))}   # pixels",
+        f"image: {flow(_image_values(image))}   # pixels",
         f"lens: {flow(told | _beyond(lens, Lens()))}   # metres",
     ]
     if rig.grid:
@@ -187,10 +187,20 @@ def _or_none(read: _Reader) -> _Reader:
     return lambda where, value: None if value is None else read(where, value)
 
 
+def _text(where: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(where, "a name", shown(value))
+    return value
+
+
 _READERS = {
     "focus_distances": _or_none(numbers),
     "focus_steps": _or_none(number),
     "table": _or_none(table_of),
+    "distortion_model": _text,
+    "distortion": _or_none(numbers),
+    "binning": _or_none(numbers),
+    "region": _or_none(numbers),
 }
 
 
@@ -203,6 +213,13 @@ def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
         "lens": _beyond(camera.lens, lens),
     }
     return {key: value for key, value in values.items() if value}
+
+
+def _image_values(image: Image) -> dict[str, Any]:
+    """Return size and intrinsics, and what else is not as in a plain image."""
+    plain = Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+    pinhole = {key: value for key, value in asdict(image).items() if key in _PINHOLE_KEYS}
+    return pinhole | _beyond(image, plain)
 
 
 def _beyond(own: Image | Lens, shared: Image | Lens) -> dict[str, Any]:

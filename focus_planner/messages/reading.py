@@ -164,18 +164,44 @@ def lens_from_message(message: Message) -> Lens:
 
 
 def image_from_message(message: Message) -> Image:
-    """Return size and intrinsics (K); distortion, binning and region of interest are not read."""
+    """Return the raw image that camera info describes; R and P, of rectified ones, are not read.
+
+    A region of interest without a size is the whole image; binning by 0 is none.
+    """
     fx, _, cx, _, fy, cy, *_ = message.k.tolist()
-    return Image(message.width, message.height, fx, fy, cx, cy)
+    distortion, roi = tuple(message.d.tolist()), message.roi
+    # Drivers of rectified images name what they like.
+    distorted = any(distortion) or message.distortion_model == "equidistant"
+    return Image(
+        *(message.width, message.height, fx, fy, cx, cy),
+        distortion_model=message.distortion_model if distorted else "",
+        distortion=distortion if distorted else (),
+        binning=(message.binning_x or 1, message.binning_y or 1),
+        region=(roi.x_offset, roi.y_offset, roi.width, roi.height)
+        if roi.width or roi.height
+        else None,
+    )
+
+
+def _own_image(message: Message) -> Image | None:
+    """Return the image that camera info describes, None where it says nothing of one."""
+    if message.width:
+        return image_from_message(message)
+    if any(message.d) or max(message.binning_x, message.binning_y) > 1 or message.roi.width:
+        raise InputError(
+            "camera_info.width",
+            "the width of the image, with distortion, binning or a region of interest",
+            "0",
+            "fill in width, height and k as well, or none of camera_info for the planner's image",
+        )
+    return None
 
 
 def camera_from_message(message: Message, optics: Optics) -> Camera:
     """Return the camera; what it leaves out is taken from ``optics``."""
     camera = Camera(message.name, *pose_from_message(message.pose))
     with _named(f"camera {camera.name}: "):
-        image = (
-            image_from_message(message.camera_info) if message.camera_info.width else optics.image
-        )
+        image = _own_image(message.camera_info) or optics.image
         lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
     return Camera(camera.name, camera.position, camera.orientation, image, lens)
 
@@ -186,11 +212,6 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     rows, columns = message.grid_rows, message.grid_columns
     cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
     return optics.complete(Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None))
-
-
-def distorted_cameras(message: Message) -> list[str]:
-    """Return the names of the cameras that bring distortion, which is not modelled."""
-    return [camera.name for camera in message.cameras if any(camera.camera_info.d)]
 
 
 def request_from_message(message: Message, defaults: PlanRequest) -> PlanRequest:

@@ -12,7 +12,8 @@ from typing import Any
 from focus_planner.core.checks import InputError
 from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.recording.run import CLOUD, MESH, POSES, RIG, VERTEX_DATA, Ending, Run
+from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG
+from focus_planner.recording.run import VERTEX_DATA, Ending, Run
 from focus_planner.ros.client import PlannerClient
 
 _TOPICS = {MESH: "mesh", CLOUD: "cloud", POSES: "camera_poses", RIG: "rig"}
@@ -87,7 +88,8 @@ def _parameters_of(client: PlannerClient, settings: Settings) -> Iterator[None]:
 
 def _wanted(settings: Settings, folder: Path) -> dict[str, Any]:
     """Return the parameters to set, the lens tables' file with what was recorded in it."""
-    wanted = {name: value for name, value in settings.values if not name.startswith("record_")}
+    of_plans = {declaration.name for declaration in DECLARATIONS if declaration.plans}
+    wanted = {name: value for name, value in settings.values if name in of_plans}
     if settings.lens_tables_text:
         file = folder / "lens_tables.yaml"
         file.write_text(settings.lens_tables_text, encoding="utf-8")

@@ -429,7 +429,7 @@ def test_a_watch_hears_of_every_step_and_may_end_it():
     plan = plan_focus(SCENE, RIG, PlanRequest(samples=1000), watch=watch)
     assert [(p.stage, p.iteration) for p in heard[-2:]] == [("em", 1), ("em", 2)]
     stages = list(dict.fromkeys(p.stage for p in heard))
-    assert stages == ["fresh", "visibility", "solving", "em"]
+    assert stages == ["fresh", "visibility", "cells", "solving", "em"]
     assert all(math.isnan(p.cost) for p in heard[:-2])
     assert not plan.converged
     assert heard[-2].cost >= heard[-1].cost >= plan.cost - 1e-6  # whole units, rounded

@@ -197,11 +197,88 @@ def test_lists_and_steps_go_with_a_table_of_a_range():
         ({"fy": -1.0}, "image.fy: expected a number above 0, got -1"),
         ({"cx": math.nan}, "image.cx: expected a number, got nan"),
         ({"cy": "x"}, "image.cy: expected a number, got 'x'"),
+        (
+            {"distortion_model": "fisheye", "distortion": (0.1,)},
+            "image.distortion_model: expected one of .*, got 'fisheye'; rectified images have no d",
+        ),
+        ({"distortion_model": "fisheye"}, "image.distortion_model: expected one of plumb_bob"),
+        ({"distortion": (0.1,) * 5}, "image.distortion_model: expected one of .*, got ''"),
+        (
+            {"distortion_model": "plumb_bob", "distortion": (0.1,) * 8},
+            "image.distortion: expected 4 or 5 coefficients of the model plumb_bob, got 8",
+        ),
+        (
+            {"distortion_model": "rational_polynomial", "distortion": (0.1,) * 5},
+            "image.distortion: expected 8 or 12 or 14 coefficients of the model rational_p.*got 5",
+        ),
+        (
+            {"distortion_model": "equidistant"},
+            "image.distortion: expected 4 coefficients of the model equidistant, got 0",
+        ),
+        (
+            {"distortion_model": "rational_polynomial", "distortion": (0.1,) * 14},
+            "image.distortion: expected a sensor that is not tilted: .*, got 0.1 and 0.1; calibrat",
+        ),
+        (
+            {"distortion_model": "plumb_bob", "distortion": (0.1, math.nan, 0, 0)},
+            r"image.distortion\[1\]: expected a number, got nan",
+        ),
+        (
+            {"distortion_model": "plumb_bob", "distortion": (0.1, -1e40, 0, 0)},
+            r"image.distortion: expected coefficients up to 1e\+30, got -1e\+40",
+        ),
+        ({"distortion": 0.1}, "image.distortion: expected a list of coefficients, got 0.1"),
+        ({"distortion": "0.1"}, "image.distortion: expected a list of coefficients, got '0.1'"),
+        ({"binning": (2,)}, "image.binning: expected columns and rows, got 1 numbers"),
+        ({"binning": 2}, "image.binning: expected columns and rows .*, got 2"),
+        ({"binning": (0, 1)}, r"image.binning\[0\]: expected a whole number of at least 1, got 0"),
+        ({"binning": (581, 1)}, "image.binning: expected at most 580 × 870, .*, got 581 × 1"),
+        (
+            {"binning": (8, 1), "region": (0, 0, 7, 9)},
+            "image.binning: expected at most 7 × 9, what is read, got 8 × 1",
+        ),
+        ({"region": (0, 0, 7)}, "image.region: expected x_offset, .*height, got 3 numbers"),
+        ({"region": (-1, 0, 7, 7)}, r"image.region\[0\]: expected a whole number of at least 0"),
+        ({"region": (0, 0, 7, 0)}, r"image.region\[3\]: expected a whole number of at least 1"),
+        ({"region": (0, 0.5, 7, 1)}, r"image.region\[1\]: expected a whole number .*, got 0.5"),
+        (
+            {"region": (80, 0, 501, 9)},
+            r"image.region: expected .* 580 × 870, got 501 × 9 from \(80, 0\) on; offsets and",
+        ),
     ],
 )
 def test_images_that_cannot_be(values, message):
     with pytest.raises(InputError, match=message):
         Image(**values)
+
+
+def test_polynomials_without_coefficients_are_a_pinhole():
+    for model, count in (("plumb_bob", 5), ("plumb_bob", 0), ("rational_polynomial", 8), ("", 3)):
+        assert Image(distortion_model=model, distortion=[0] * count) == Image()
+    fisheye = Image(distortion_model="equidistant", distortion=[0, 0, 0, 0])
+    assert fisheye != Image()
+    assert fisheye.distortion == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_an_image_is_a_plain_record_whatever_it_was_made_of():
+    image = Image(
+        distortion_model="plumb_bob",
+        distortion=np.array([0.25, 0, 0, 0]),
+        binning=[2, np.int64(3)],
+        region=[1, 2, 5, 10],
+    )
+    assert (image.distortion, image.binning) == ((0.25, 0.0, 0.0, 0.0), (2, 3))
+    assert {type(number) for number in image.distortion} == {float}
+    assert {type(number) for number in (*image.binning, *image.region)} == {int}
+    assert hash(image) == hash(dataclasses.replace(image))
+
+
+def test_pixels_read_are_whole_bins_of_the_region():
+    assert Image().pixels_read == (0, 0, 580, 870)
+    assert Image(region=(0, 0, 580, 870)) == Image()
+    assert Image(region=(3, 4, 11, 13)).pixels_read == (3, 4, 11, 13)
+    assert Image(region=(3, 4, 11, 13), binning=(2, 5)).pixels_read == (3, 4, 10, 10)
+    assert Image(binning=(300, 870)).pixels_read == (0, 0, 300, 870)
 
 
 def test_a_camera_normalises_its_quaternion():

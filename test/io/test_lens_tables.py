@@ -11,13 +11,13 @@ from focus_planner.core.checks import InputError
 from focus_planner.core.lens_table import LensTable
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Lens, Rig
-from focus_planner.io.documents import flow
 from focus_planner.io.lens_tables import (
     LensTables,
     lens_tables_from_yaml,
     load_lens_tables,
     table_values,
 )
+from focus_planner.io.yaml_values import flow
 
 STUDIO = """
 default: {unit: dioptres}

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from images import varied
 from messages.build import lens_tables
 
 from focus_planner.core.checks import InputError
@@ -28,7 +29,7 @@ QUATERNIONS = (
     .filter(lambda q: math.hypot(*q) > 0.1)
     .map(lambda q: tuple(x / math.hypot(*q) for x in q))
 )
-IMAGES = st.builds(
+PLAIN_IMAGES = st.builds(
     Image,
     width=st.integers(1, 10_000),
     height=st.integers(1, 10_000),
@@ -37,6 +38,7 @@ IMAGES = st.builds(
     cx=METRES,
     cy=METRES,
 )
+IMAGES = PLAIN_IMAGES | varied(PLAIN_IMAGES)
 
 
 @st.composite
@@ -133,6 +135,38 @@ def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
     )
     assert rig.cameras[0].image == Image(width=640, height=200)
     assert rig.cameras[0].lens == Lens(focal_length=0.035, min_focus=0.4)
+
+
+def test_images_may_be_distorted_binned_and_read_in_part(tmp_path: Path) -> None:
+    shared = "{distortion_model: plumb_bob, distortion: [-1e-1, 0, 0, 0], binning: [2, 2]}"
+    cameras = (
+        camera_with(image="{region: [8, 4, 100, 50], binning: [1, 1]}"),
+        camera_with(image='{distortion_model: "", distortion: []}').replace("a,", "b,"),
+        camera_with(image="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
+    )
+    text = f"image: {shared}\ncameras: [{', '.join(cameras)}]"
+    images = [camera.image for camera in load_rig(write(tmp_path, text)).cameras]
+    barrel = (-0.1, 0.0, 0.0, 0.0)
+    assert images[0] == Image(
+        distortion_model="plumb_bob", distortion=barrel, region=(8, 4, 100, 50)
+    )
+    assert images[1] == Image(binning=(2, 2))
+    assert images[2].distortion == (0.1, 0.0, 0.0, 0.0, 1.0)
+
+
+def test_an_image_is_written_with_what_it_has_only() -> None:
+    (camera,) = cylinder_rig(1, 1).cameras
+    barrel = Image(distortion_model="plumb_bob", distortion=(-0.1, 0, 0, 0), region=(0, 0, 9, 8))
+    other = replace(camera, name="other")
+    rig = Rig(
+        (replace(camera, image=barrel), replace(other, image=barrel), replace(camera, name="plain"))
+    )
+    lines = rig_to_yaml(rig).splitlines()
+    assert lines[1].endswith(
+        "cy: 434.44, distortion_model: plumb_bob, distortion: [-0.1, 0.0, 0.0, 0.0],"
+        " region: [0, 0, 9, 8]}   # pixels"
+    )
+    assert lines[-1].endswith("image: {distortion_model: '', distortion: [], region: null}}")
 
 
 @pytest.mark.parametrize(
@@ -261,6 +295,26 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (f"image: {{width: 1.5}}\ncameras: [{CAMERA}]", r"yaml: image\.width: expected a whole"),
         (f"image: {{width: wide}}\ncameras: [{CAMERA}]", r"image\.width: expected a number"),
+        (
+            f"image: {{distortion_model: 3}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.distortion_model: expected a name, got 3",
+        ),
+        (
+            f"image: {{distortion_model: fisheye}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.distortion_model: expected one of .*, got 'fisheye'",
+        ),
+        (
+            f"image: {{distortion: [0.1, x]}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.distortion\[1\]: expected a number, got 'x'",
+        ),
+        (
+            f"image: {{binning: 2}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.binning: expected a list of numbers, got 2",
+        ),
+        (
+            f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",
+            r"cameras\[0\]: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
+        ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),
         (f"grid: {{rows: 2}}\ncameras: [{CAMERA}]", r"grid\.columns: expected a value"),
         (f"grid: {{rows: 2, columns: 3}}\ncameras: [{CAMERA}]", "rows × columns = 1"),

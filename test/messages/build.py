@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from images import varied
 
 from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import (
@@ -52,7 +53,16 @@ EMPTY_POSE = {
     "position": {"x": 0.0, "y": 0.0, "z": 0.0},
     "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
 }
-EMPTY_INFO = {"width": 0, "height": 0, "d": [], "k": [0.0] * 9}
+EMPTY_INFO = {
+    "width": 0,
+    "height": 0,
+    "distortion_model": "",
+    "d": [],
+    "k": [0.0] * 9,
+    "binning_x": 0,
+    "binning_y": 0,
+    "roi": {"x_offset": 0, "y_offset": 0, "width": 0, "height": 0, "do_rectify": False},
+}
 EMPTY_TABLE = {"unit": "", "whole": False, "distances": [], "values": []}
 EMPTY_LENS = {
     "focal_length": 0.0,
@@ -242,9 +252,10 @@ def lenses(draw):
     return Lens(focal_length, hyperfocal_distance, min_focus, max_focus, listed, steps)
 
 
-images = st.builds(
+plain_images = st.builds(
     Image, st.integers(1, 10_000), st.integers(1, 10_000), positive, positive, numbers, numbers
 )
+images = plain_images | varied(plain_images)
 
 
 @st.composite

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from messages.build import (
+    EMPTY_INFO,
     OPTICS,
     camera_foci,
     clouds,
@@ -19,7 +20,7 @@ from messages.build import (
     shots,
 )
 
-from focus_planner import Mesh, PlanRequest
+from focus_planner import Image, Mesh, PlanRequest
 from focus_planner.messages import reading, writing
 from focus_planner.messages.reading import (
     camera_focus_from_message,
@@ -78,7 +79,17 @@ def test_poses_are_read_as_they_were_written(rig):
 
 @given(images)
 def test_images_are_read_as_they_were_written(image):
-    assert image_from_message(message(image_to_fields(image))) == image
+    fields = image_to_fields(image)
+    assert is_plain(fields)
+    assert image_from_message(message(fields)) == image
+
+
+def test_of_a_plain_image_only_size_and_matrix_are_not_zero():
+    fields = image_to_fields(Image())
+    rest = {name: fields[name] for name in fields if name not in {"width", "height", "k"}}
+    empty = {name: EMPTY_INFO[name] for name in rest}
+    assert rest["roi"].items() <= empty.pop("roi").items()
+    assert rest | empty == rest
 
 
 @given(lenses())

@@ -19,19 +19,17 @@ from recording.runs import TORUS, begun, cloud, record, rewritten, with_payload
 from focus_planner.core.checks import InputError
 from focus_planner.core.fingerprint import Fingerprint
 from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import FocusPlan, PlanRequest
+from focus_planner.core.plans import FocusPlan, PlanRequest, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Camera, Grid, Image, Lens, Mesh, Rig
-from focus_planner.core.warm_start import Warmth
 from focus_planner.io.lens_tables import lens_tables_from_yaml
 from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import Optics
-from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.messages.typestore import POSES, RIG, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import (
-    POSES,
-    RIG,
     Beginning,
     Ending,
     beginning_messages,
@@ -39,7 +37,6 @@ from focus_planner.recording.run import (
     ending_messages,
     input_message,
     inputs_of,
-    new_run_id,
     progress_message,
     read_run,
     rig_message,

@@ -1,4 +1,4 @@
-"""YAML that people write: keys are checked, and a fault is told where it is."""
+"""Values out of YAML that people write, and errors that say in one line what is wrong where."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import difflib
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import yaml
 
 from focus_planner.core.checks import InputError
+from focus_planner.io.files import read_text
 
 Values = Mapping[str, Any]
 
@@ -47,10 +49,62 @@ def read_yaml(where: str, text: str) -> Any:
     InputError
         If it is no YAML, or a key stands twice; says in which line.
     """
-    try:
+    with _as_yaml(where):
         return yaml.load(text, _Loader)  # noqa: S506
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
-        raise InputError(where, "YAML", _syntax_error(error)) from None
+
+
+def load_yaml(path: Path, what: str) -> Any:
+    """Return what a YAML file says.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What was expected there, for the error.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or as :func:`read_yaml`.
+    """
+    return read_yaml(str(path), read_text(path, what))
+
+
+def read_yaml_documents(where: str, text: str) -> list[Any]:
+    """Return the documents of a text, which ``---`` separates.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_yaml`.
+    """
+    with _as_yaml(where):
+        return list(yaml.load_all(text, _Loader))
+
+
+def value_at(where: str, data: Any, *keys: str) -> Any:
+    """Return ``data[key][key]...``.
+
+    Parameters
+    ----------
+    where : str
+        What ``data`` is called in errors; one that ends in a space gets the key without a point.
+    data : Any
+    *keys : str
+
+    Raises
+    ------
+    InputError
+        Names the first key that is missing.
+    """
+    for key in keys:
+        if not isinstance(data, Mapping):
+            raise InputError(where.rstrip(": "), f"{key} and its value", shown(data))
+        where = where + key if where.endswith(" ") else f"{where}.{key}"
+        if key not in data:
+            raise InputError(where, "a value", "none")
+        data = data[key]
+    return data
 
 
 def mapping(where: str, data: Any, keys: tuple[str, ...], prefix: str = "") -> Values:
@@ -137,6 +191,16 @@ def scalar(value: str | float | None) -> str:
         text = repr(value)
         return text if "." in text else text.replace("e", ".0e")
     return yaml.safe_dump(value, width=1_000_000).removesuffix("...\n").rstrip("\n")
+
+
+@contextmanager
+def _as_yaml(where: str) -> Iterator[None]:
+    try:
+        yield
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
+        if isinstance(error, InputError):
+            raise
+        raise InputError(where, "YAML", _syntax_error(error)) from None
 
 
 def _syntax_error(error: Exception) -> str:
