@@ -101,7 +101,7 @@ class LensAdapter(Node):
     def __init__(self) -> None:
         super().__init__("lens_adapter")
         settings = AdapterSettings.from_values(declare(self, ADAPTER_DECLARATIONS))
-        self._loop = asyncio.new_event_loop()
+        self._loop: asyncio.AbstractEventLoop
         self._states: dict[str, LensState] = {}
         self._publisher = self.create_publisher(
             LensState,
@@ -120,6 +120,7 @@ class LensAdapter(Node):
     @contextmanager
     def working(self) -> Iterator[None]:
         """Obey orders, on a thread of its own; then leave the lenses as they are."""
+        self._loop = asyncio.new_event_loop()
         thread = threading.Thread(target=self._loop.run_forever, name="lenses")
         thread.start()
         try:
