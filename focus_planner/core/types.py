@@ -31,6 +31,8 @@ IntArray = NDArray[np.int32]
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _UNIT_TOLERANCE = 1e-3
 _FARTHEST = 1e8
+# The square of what is shorter has next to no digits.
+_SHORTEST = 1e-150
 #: kernels/k_view.py numbers cameras with 18 bits.
 MAX_CAMERAS = 250_000
 #: No focus motor has more; each is a candidate of every camera.
@@ -227,7 +229,7 @@ class Camera:
                 f"{self.position}",
             )
         quaternion = check_array(f"camera {self.name}: orientation", self.orientation, (4,))
-        norm = math.sqrt(sum(float(q) ** 2 for q in quaternion))
+        norm = _length(quaternion.tolist())
         if not abs(norm - 1) <= _UNIT_TOLERANCE:
             raise InputError(
                 f"camera {self.name}: orientation",
@@ -356,6 +358,8 @@ class Mesh:
         triangles = check_array("mesh triangles", self.triangles, (None, 3), np.int64)
         if len(triangles) == 0:
             raise InputError("mesh", "at least one triangle", "none")
+        if len(vertices) == 0:
+            raise InputError("mesh vertices", "at least one", "none")
         check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
         _check_reach("mesh vertices", vertices)
         out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
@@ -466,11 +470,18 @@ class Samples:
         return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
-def _check_reach(argument: str, points: FloatArray) -> None:
-    """Raise if coordinates are no metres of this world: their squares would overflow."""
-    farthest = float(np.abs(points).max())
+def _length(quaternion: list[float]) -> float:
+    """Return a quaternion's length; infinite where its square would overflow."""
+    if max(abs(q) for q in quaternion) > _FARTHEST:
+        return math.inf
+    return math.sqrt(sum(q**2 for q in quaternion))
+
+
+def _check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
+    """Raise if numbers are none of this world: their squares would overflow."""
+    farthest = float(np.abs(vectors).max())
     if farthest > _FARTHEST:
-        raise InputError(argument, f"metres up to {_FARTHEST:g}", f"{farthest:g}")
+        raise InputError(argument, f"{what} up to {_FARTHEST:g}", f"{farthest:g}")
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:
@@ -480,9 +491,10 @@ def _frozen(array: NDArray[np.int32]) -> IntArray:
 
 def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     check_finite(argument, vectors, "normal")
+    _check_reach(argument, vectors, "components")
     lengths = np.sqrt((vectors**2).sum(axis=1))
-    if not (lengths > 0).all():
-        zero = np.flatnonzero(~(lengths > 0))
+    if not (lengths > _SHORTEST).all():
+        zero = np.flatnonzero(~(lengths > _SHORTEST))
         raise InputError(
             argument,
             "vectors with a length",

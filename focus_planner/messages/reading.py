@@ -60,6 +60,8 @@ _NUMBERS = _FLOATS | {
     Datatype.INT32: "i4",
     Datatype.UINT32: "u4",
 }
+# NumPy's records are not larger.
+_LARGEST_STEP = 2**31 - 1
 #: What the fields of a cloud are called.
 POINT = ("x", "y", "z")
 NORMAL = ("normal_x", "normal_y", "normal_z")
@@ -259,7 +261,20 @@ def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
     InputError
         If a field is missing or the message's sizes contradict each other.
     """
+    _check_sizes(message)
+    if message.width * message.height == 0:
+        return np.empty((0, len(names)))
     row = _point_dtype(message, names)
+    points: Any = np.ndarray(
+        (message.height, message.width),
+        row,
+        message.data,
+        strides=(message.row_step, message.point_step),
+    )
+    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+
+
+def _check_sizes(message: Message) -> None:
     size = message.height * message.row_step
     if message.row_step < message.width * message.point_step or len(message.data) != size:
         raise InputError(
@@ -268,15 +283,10 @@ def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
             f"{len(message.data)} bytes for {message.height} rows of {message.row_step},"
             f" {message.width} points of {message.point_step} each",
         )
-    if size == 0:
-        return np.empty((0, len(names)))
-    points: Any = np.ndarray(
-        (message.height, message.width),
-        row,
-        message.data,
-        strides=(message.row_step, message.point_step),
-    )
-    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+    if message.point_step > _LARGEST_STEP:
+        raise InputError(
+            "cloud point_step", f"at most {_LARGEST_STEP} bytes", f"{message.point_step}"
+        )
 
 
 def _point_dtype(message: Message, names: tuple[str, ...]) -> np.dtype[np.void]:
