@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from functools import cached_property
@@ -211,36 +211,27 @@ class Camera:
     lens: Lens = field(default_factory=Lens)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not _NAME.match(self.name):
-            raise InputError(
-                "camera name",
-                "letters, digits and underscores, starting with a letter (it names a topic)",
-                repr(self.name),
-            )
-        if len(self.name) > MAX_NAME:
-            raise InputError(
-                "camera name", f"at most {MAX_NAME} characters (it names a topic)", repr(self.name)
-            )
-        position = check_array(f"camera {self.name}: position", self.position, (3,))
-        if not (np.abs(position) <= _FARTHEST).all():
+        check_camera_name(self.name)
+        position = _numbers(f"camera {self.name}: position", self.position, 3)
+        if not all(abs(metres) <= _FARTHEST for metres in position):
             raise InputError(
                 f"camera {self.name}: position",
                 f"finite metres, up to {_FARTHEST:g}",
                 f"{self.position}",
             )
-        quaternion = check_array(f"camera {self.name}: orientation", self.orientation, (4,))
-        norm = _length(quaternion.tolist())
+        quaternion = _numbers(f"camera {self.name}: orientation", self.orientation, 4)
+        norm = _length(quaternion)
         if not abs(norm - 1) <= _UNIT_TOLERANCE:
             raise InputError(
                 f"camera {self.name}: orientation",
                 "a unit quaternion x, y, z, w",
-                f"{tuple(quaternion.tolist())} of length {norm:g}",
+                f"{quaternion} of length {norm:g}",
                 "the pose was probably never set" if norm == 0 else "",
             )
-        object.__setattr__(self, "position", tuple(position.tolist()))
+        object.__setattr__(self, "position", position)
         if abs(norm - 1) > _ROUNDING:  # else saving and loading a rig would move its cameras
-            quaternion = quaternion / norm
-        object.__setattr__(self, "orientation", tuple(quaternion.tolist()))
+            quaternion = tuple(q / norm for q in quaternion)
+        object.__setattr__(self, "orientation", quaternion)
 
 
 @dataclass(frozen=True)
@@ -470,7 +461,35 @@ class Samples:
         return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
-def _length(quaternion: list[float]) -> float:
+def check_camera_name(name: object) -> None:
+    """Raise unless a name can be a camera's.
+
+    Raises
+    ------
+    InputError
+        If it could not be a part of a topic's name.
+    """
+    if not isinstance(name, str) or not _NAME.match(name):
+        raise InputError(
+            "camera name",
+            "letters, digits and underscores, starting with a letter (it names a topic)",
+            repr(name),
+        )
+    if len(name) > MAX_NAME:
+        raise InputError(
+            "camera name", f"at most {MAX_NAME} characters (it names a topic)", repr(name)
+        )
+
+
+def _numbers(argument: str, values: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return that many numbers; of floats, which a message has, without the way through NumPy."""
+    if isinstance(values, tuple) and len(values) == count:
+        if all(type(value) is float for value in values):
+            return values
+    return tuple(check_array(argument, values, (count,)).tolist())
+
+
+def _length(quaternion: Sequence[float]) -> float:
     """Return a quaternion's length; infinite where its square would overflow."""
     if max(abs(q) for q in quaternion) > _FARTHEST:
         return math.inf

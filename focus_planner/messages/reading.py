@@ -28,6 +28,7 @@ from focus_planner.core.types import (
     Mesh,
     PointCloud,
     Rig,
+    check_camera_name,
 )
 from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
 from focus_planner.messages.cdr import read_mesh
@@ -155,13 +156,13 @@ def image_from_message(message: Message) -> Image:
 
 def camera_from_message(message: Message, optics: Optics) -> Camera:
     """Return the camera; what it leaves out is taken from ``optics``."""
-    camera = Camera(message.name, *pose_from_message(message.pose))
-    with _named(f"camera {camera.name}: "):
+    check_camera_name(message.name)
+    with _named(f"camera {message.name}: "):
         image = (
             image_from_message(message.camera_info) if message.camera_info.width else optics.image
         )
         lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
-    return Camera(camera.name, camera.position, camera.orientation, image, lens)
+    return Camera(message.name, *pose_from_message(message.pose), image, lens)
 
 
 def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
