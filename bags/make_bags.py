@@ -33,9 +33,9 @@ from focus_planner.cli.main import main as command_line
 from focus_planner.io.bodies import bodies, body
 from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
+from focus_planner.messages.typestore import MESH
 from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.recording.bag import BagMessage, BagWriter
-from focus_planner.recording.run import MESH
 from focus_planner.ros.client import PlannerClient
 
 HERE = Path(__file__).parent

@@ -15,9 +15,10 @@ from benchmarks.service import running_node
 from focus_planner import Mesh, PlanRequest, Scene, plan_focus
 from focus_planner.messages.parameters import Recording
 from focus_planner.recording.bag import bag_size
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import beginning_of, inputs_of, new_run_id, read_run
+from focus_planner.recording.run import beginning_of, inputs_of, read_run
 from focus_planner.recording.software import software
 from focus_planner.ros.client import PlannerClient
 

@@ -166,7 +166,8 @@ def _solve(
     from focus_planner.core.planning import plan_focus
 
     def beginning() -> tuple[list[BagMessage], Beginning]:
-        from focus_planner.recording.run import beginning_of, inputs_of, new_run_id
+        from focus_planner.recording.naming import new_run_id
+        from focus_planner.recording.run import beginning_of, inputs_of
         from focus_planner.recording.software import software
 
         begun = beginning_of(new_run_id(), PLANNER, request, rig.frame_id, software())

@@ -178,8 +178,8 @@ def _replay_here(
 ) -> _Replay:
     from dataclasses import replace
 
+    from focus_planner.recording.naming import new_run_id
     from focus_planner.recording.replay import differences, plan_run
-    from focus_planner.recording.run import new_run_id
     from focus_planner.recording.software import software
     from focus_planner.recording.what_if import Changed, with_changes
 

@@ -12,7 +12,7 @@ from focus_planner.core import kernels
 from focus_planner.core.checks import InputError
 from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.optics import depth_of_field
-from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan
+from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan, Warmth
 from focus_planner.core.posing import choose_samples, pose_fresh_problem, pose_problem
 from focus_planner.core.problem import Problem, mean_cost
 from focus_planner.core.proof.bound import lower_bound
@@ -22,7 +22,7 @@ from focus_planner.core.shots import sort_shots, spread_start
 from focus_planner.core.solvers import SOLVERS, Options, Solution, Watch, go_on
 from focus_planner.core.solvers.solution import fill_in
 from focus_planner.core.types import CameraStatus, CostModel, Rig
-from focus_planner.core.warm_start import Warmth, warm_options
+from focus_planner.core.warm_start import warm_options
 
 # A quick bound's price steps: on bodies it is then within a quarter of a percent, in about the time
 # that a 2-view plan takes.

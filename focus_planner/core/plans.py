@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from focus_planner.core.checks import InputError, check_choice, check_number, check_whole
-from focus_planner.core.problem import Problem
-from focus_planner.core.solvers import SOLVERS
 from focus_planner.core.types import CameraStatus, FloatArray
-from focus_planner.core.warm_start import Warmth
 
-METHODS = tuple(SOLVERS)
+if TYPE_CHECKING:
+    # It compiles kernels; requests and plans are also read where nothing is planned.
+    from focus_planner.core.problem import Problem
+
+#: Those of the solvers.
+METHODS = ("closest", "average", "em", "k_view", "optimal")
 SCOPES = ("all", "assigned")
 TUPLES = ("overlap", "grid")
 BOUNDS = ("none", "quick", "tight")
@@ -231,6 +234,29 @@ class FocusPlan:
     def focus_distances(self) -> FloatArray:
         """(C · shots,) metres, camera by camera: what a ``Problem`` of as many shots evaluates."""
         return np.array([shot.focus_distance for camera in self.cameras for shot in camera.shots])
+
+
+@dataclass(frozen=True, eq=False)
+class Warmth:
+    """What a plan leaves to the next.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The C cameras of the problem that was solved: with several shots each of the rig's as
+        often, one after the other.
+    focus_distances : (C,) array
+        Metres.
+    points : (N, 3) array
+        The samples, metres.
+    prices : (N,) array, optional
+        Theirs, 0 to 1, if a bound was made.
+    """
+
+    names: tuple[str, ...]
+    focus_distances: FloatArray
+    points: FloatArray
+    prices: FloatArray | None
 
 
 @dataclass(frozen=True)

@@ -2,38 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from focus_planner.core.plans import Warmth
 from focus_planner.core.problem import Problem
 from focus_planner.core.solvers import Options
-from focus_planner.core.types import FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Warmth:
-    """What a plan leaves to the next.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The C cameras of the problem that was solved: with several shots each of the rig's as
-        often, one after the other.
-    focus_distances : (C,) array
-        Metres.
-    points : (N, 3) array
-        The samples, metres.
-    prices : (N,) array, optional
-        Theirs, 0 to 1, if a bound was made.
-    """
-
-    names: tuple[str, ...]
-    focus_distances: FloatArray
-    points: FloatArray
-    prices: FloatArray | None
 
 
 def warm_options(options: Options, before: Warmth, problem: Problem) -> Options:

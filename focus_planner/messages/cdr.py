@@ -21,6 +21,7 @@ _BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}
 _MAX_PADDING = 3
 _INDICES = 3
 _COORDINATES = 3
+_STAMP = 8
 
 
 def read_mesh(payload: bytes) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
@@ -45,6 +46,18 @@ def read_mesh(payload: bytes) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
     if len(payload) - end > _MAX_PADDING:
         raise InputError("mesh message", f"{end} bytes, by its lengths", f"{len(payload)} bytes")
     return triangles, vertices
+
+
+def header_stamp(payload: bytes) -> tuple[int, int]:
+    """Return seconds and nanoseconds of the header that a serialized message begins with.
+
+    Zero where these are not the bytes of such a message.
+    """
+    order = _BYTE_ORDERS.get(bytes(payload[:2]))
+    if order is None or len(payload) < _ENCAPSULATION + _STAMP:
+        return 0, 0
+    seconds, nanoseconds = struct.unpack_from(order + "iI", payload, _ENCAPSULATION)
+    return seconds, nanoseconds
 
 
 def write_mesh(

@@ -13,11 +13,13 @@ from datetime import datetime, timezone
 from typing import Generic, Protocol, TypeVar
 
 from focus_planner.core.checks import InputError
+from focus_planner.messages.cdr import header_stamp
 from focus_planner.messages.reading import Optics
 
 # Messages that came while a plan was made. Only the newest good one counts; a few older ones are
 # kept in case that it is refused.
 _BACKLOG = 4
+_WITHOUT_HEADER = "shape_msgs/msg/Mesh"
 
 Said = TypeVar("Said")
 Value = TypeVar("Value")
@@ -54,6 +56,11 @@ class Arrival(Generic[Said]):
     read: Callable[[Optics], Said]
     at: datetime = field(default_factory=lambda: datetime.now(timezone.utc))
 
+    @property
+    def stamp(self) -> tuple[int, int]:
+        """When its header says that it was measured or made: seconds, nanoseconds; or zero."""
+        return (0, 0) if self.type_name == _WITHOUT_HEADER else header_stamp(self.payload)
+
     def __str__(self) -> str:
         return f"received on {self.topic} at {self.at:%H:%M:%S} UTC"
 
@@ -64,6 +71,29 @@ class Held(Generic[Said, Value]):
 
     arrival: Arrival[Said]
     value: Value
+
+
+@dataclass(frozen=True)
+class InputState:
+    """What there is of an input, to be told.
+
+    Attributes
+    ----------
+    name : str
+    topic : str
+        That it came by; empty while there is none.
+    received : datetime or None
+    stamp : tuple of int
+        When it was measured or made, by its header: seconds, nanoseconds; zero without one.
+    refused : str
+        Why a newer one is not in force; empty if there is none.
+    """
+
+    name: str
+    topic: str = ""
+    received: datetime | None = None
+    stamp: tuple[int, int] = (0, 0)
+    refused: str = ""
 
 
 class Input(Generic[Said, Value]):
@@ -166,6 +196,15 @@ class Input(Generic[Said, Value]):
         if self.in_force is None or self._refused is None:
             return None
         return f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
+
+    @property
+    def state(self) -> InputState:
+        """What is in force, and why a newer one is not."""
+        refused = str(self._refused[1]) if self._refused else ""
+        if self.in_force is None:
+            return InputState(self.name, refused=refused)
+        arrival = self.in_force.arrival
+        return InputState(self.name, arrival.topic, arrival.at, arrival.stamp, refused)
 
     def _none(self) -> str:
         if self._refused is None:

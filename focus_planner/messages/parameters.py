@@ -9,7 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.checks import InputError, check_choice
 from focus_planner.core.plans import (
     BOUNDS,
     MAX_SAMPLES,
@@ -25,13 +25,18 @@ from focus_planner.messages.reading import Optics, lens_from_message
 _MAX_COUNT = 2**31 - 1
 _MAX_SEED = 2**63 - 1
 _FAR = 1e9
+#: What becomes of a goal that comes while others are planned or wait.
+OVERLAPS = ("queue", "preempt", "refuse")
 # rclpy takes an empty list for one of bytes.
 _ANY_DISTANCE = (0.0,)
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """One parameter; ``low`` and ``high`` bound a number that stands alone."""
+    """One parameter; ``low`` and ``high`` bound a number that stands alone.
+
+    ``plans`` tells whether plans depend on it.
+    """
 
     name: str
     default: str | int | float | tuple[float, ...]
@@ -39,6 +44,7 @@ class Declaration:
     low: int | float = 0
     high: int | float = _FAR
     read_only: bool = False
+    plans: bool = True
 
 
 def _one_of(choices: Iterable[str]) -> str:
@@ -222,12 +228,14 @@ DECLARATIONS = (
         "",
         "Folder below which every run is recorded, one folder each; '' to record none. It is made"
         " where it is missing." + _NEXT_CALL,
+        plans=False,
     ),
     Declaration(
         "record_markers",
         False,
         "Whether a recorded run holds markers too, which show what the plan is worth, in 3D."
         + _NEXT_CALL,
+        plans=False,
     ),
     Declaration(
         "record_max_runs",
@@ -235,6 +243,7 @@ DECLARATIONS = (
         "Number of runs that record_directory keeps: the oldest are deleted, never the newest; 0"
         " for no limit." + _NEXT_CALL,
         high=_MAX_COUNT,
+        plans=False,
     ),
     Declaration(
         "record_max_bytes",
@@ -242,6 +251,56 @@ DECLARATIONS = (
         "Bytes that the runs of record_directory may take together: the oldest are deleted, never"
         " the newest; 0 for no limit." + _NEXT_CALL,
         high=_MAX_SEED,
+        plans=False,
+    ),
+    Declaration(
+        "autostart",
+        True,
+        "Whether the node configures and activates itself when it starts; false leaves that to"
+        " whoever manages its life cycle.",
+        read_only=True,
+        plans=False,
+    ),
+    Declaration(
+        "overlap",
+        OVERLAPS[0],
+        "What becomes of a goal of ~/plan that comes while others are planned or wait. queue: it"
+        " waits for its turn. preempt: goals before it end with the best plan so far, which is"
+        " answered and not published. refuse: it is rejected. Calls of ~/plan_focus always wait for"
+        " their turn. " + _one_of(OVERLAPS) + _NEXT_CALL,
+        plans=False,
+    ),
+    Declaration(
+        "service_max_wait",
+        5.0,
+        "Seconds that a call of ~/plan_focus waits for its turn before it is answered that the"
+        " planner is busy." + _NEXT_CALL,
+        plans=False,
+    ),
+    Declaration(
+        "max_waiting",
+        100,
+        "Number of requests that may wait for their turn; a call beyond is answered that the"
+        " planner is busy, a goal is rejected." + _NEXT_CALL,
+        low=1,
+        high=100_000,
+        plans=False,
+    ),
+    Declaration(
+        "status_period",
+        1.0,
+        "Seconds between messages on ~/status and on /diagnostics; ~/status is also published when"
+        " it changes, at most ten times a second. A change applies at once.",
+        low=0.1,
+        high=3600.0,
+        plans=False,
+    ),
+    Declaration(
+        "max_input_age",
+        0.0,
+        "Seconds after which a surface or a rig is reported as old on /diagnostics; it is planned"
+        " with all the same. 0 for no limit. A change applies at once.",
+        plans=False,
     ),
 )
 
@@ -269,6 +328,37 @@ class Recording:
 
 
 @dataclass(frozen=True)
+class Serving:
+    """How requests are served, and what is told of it.
+
+    Attributes
+    ----------
+    autostart : bool
+        Whether the node configures and activates itself.
+    overlap : {"queue", "preempt", "refuse"}
+        What becomes of a goal that comes while others are planned or wait.
+    service_max_wait : float
+        Seconds that a call waits for its turn.
+    max_waiting : int
+        Requests that may wait.
+    status_period : float
+        Seconds between reports.
+    max_input_age : float
+        Seconds after which an input is reported as old.
+    """
+
+    autostart: bool = True
+    overlap: str = OVERLAPS[0]
+    service_max_wait: float = 5.0
+    max_waiting: int = 100
+    status_period: float = 1.0
+    max_input_age: float = math.inf
+
+    def __post_init__(self) -> None:
+        check_choice("overlap", self.overlap, OVERLAPS)
+
+
+@dataclass(frozen=True)
 class Settings:
     """What the parameters amount to.
 
@@ -283,6 +373,7 @@ class Settings:
         What a camera takes that brings no image or lens.
     model : CostModel
     recording : Recording
+    serving : Serving
     values : tuple
         The parameters that they were made of: names and values, as declared.
     """
@@ -293,6 +384,7 @@ class Settings:
     optics: Optics
     model: CostModel
     recording: Recording
+    serving: Serving
     values: tuple[tuple[str, Value], ...]
 
     @classmethod
@@ -338,6 +430,14 @@ class Settings:
                 markers=values["record_markers"],
                 max_runs=values["record_max_runs"],
                 max_bytes=values["record_max_bytes"],
+            ),
+            serving=Serving(
+                autostart=values["autostart"],
+                overlap=values["overlap"],
+                service_max_wait=values["service_max_wait"],
+                max_waiting=values["max_waiting"],
+                status_period=values["status_period"],
+                max_input_age=values["max_input_age"] or math.inf,
             ),
             values=tuple((d.name, _plain(values[d.name])) for d in DECLARATIONS),
         )

@@ -7,12 +7,11 @@ from typing import Any
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest, SolvedPlan
+from focus_planner.core.plans import PlanRequest, SolvedPlan, Warmth
 from focus_planner.core.posing import pose_problem
 from focus_planner.core.scene import Scene
 from focus_planner.core.solvers import Watch, go_on
 from focus_planner.core.types import CostModel, Rig, Surface
-from focus_planner.core.warm_start import Warmth
 from focus_planner.messages.inputs import Arrival, Held, Input, Log, Said, Value, internal
 from focus_planner.messages.reading import Optics
 

@@ -9,6 +9,7 @@ be filled.
 from __future__ import annotations
 
 import math
+from datetime import datetime, timedelta, timezone
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,13 @@ from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
 from focus_planner.core.types import Camera, Image, Lens, Mesh, PointCloud, Rig
 from focus_planner.io.importance import IMPORTANCE_NAMES
 from focus_planner.messages.cdr import write_mesh
+from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.reading import NORMAL, POINT, Datatype, Orientation, Position
 
 Fields = dict[str, Any]
 #: Seconds and nanoseconds since the epoch.
 Stamp = tuple[int, int]
+_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
 def mesh_to_bytes(mesh: Mesh, *, big_endian: bool = False) -> bytes:
@@ -153,7 +156,13 @@ def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp) -> F
     }
 
 
-def plan_to_fields(plan: FocusPlan, frame_id: str, stamp: Stamp, plan_id: str) -> Fields:
+def plan_to_fields(
+    plan: FocusPlan,
+    frame_id: str,
+    stamp: Stamp,
+    plan_id: str,
+    inputs: Fields | None = None,
+) -> Fields:
     """Return the plan as it is published and answered.
 
     Parameters
@@ -165,10 +174,13 @@ def plan_to_fields(plan: FocusPlan, frame_id: str, stamp: Stamp, plan_id: str) -
         When the plan was made: seconds and nanoseconds since the epoch.
     plan_id : str
         Its name in logs and in recorded runs.
+    inputs : dict, optional
+        What it was made on, ``surface`` and ``rig``, as :func:`plan_input_to_fields` has them.
     """
     return {
         "header": header_fields(frame_id, stamp),
         "plan_id": plan_id,
+        **(inputs or {}),
         "method": plan.method,
         "cost": plan.cost,
         "lower_bound": math.nan if plan.lower_bound is None else plan.lower_bound,
@@ -190,7 +202,28 @@ def plan_to_fields(plan: FocusPlan, frame_id: str, stamp: Stamp, plan_id: str) -
     }
 
 
+def plan_input_to_fields(arrival: Arrival[Any], asked: datetime) -> Fields:
+    """Return what an input was, and how old when a plan on it was asked for."""
+    return {
+        "topic": arrival.topic,
+        "received": time_to_fields(datetime_stamp(arrival.at)),
+        "stamp": time_to_fields(arrival.stamp),
+        "age": (asked - arrival.at).total_seconds(),
+    }
+
+
+def datetime_stamp(at: datetime) -> Stamp:
+    """Return a time as seconds and nanoseconds since the epoch."""
+    seconds, rest = divmod(at - _EPOCH, timedelta(seconds=1))
+    return seconds, rest // timedelta(microseconds=1) * 1000
+
+
+def time_to_fields(stamp: Stamp) -> Fields:
+    """Return a time."""
+    seconds, nanoseconds = stamp
+    return {"sec": seconds, "nanosec": nanoseconds}
+
+
 def header_fields(frame_id: str, stamp: Stamp) -> Fields:
     """Return a header."""
-    seconds, nanoseconds = stamp
-    return {"frame_id": frame_id, "stamp": {"sec": seconds, "nanosec": nanoseconds}}
+    return {"frame_id": frame_id, "stamp": time_to_fields(stamp)}

@@ -141,6 +141,7 @@ class BagWriter:
     def flush(self) -> None:
         """End the chunk: what was added is in the file, or in memory and compressed."""
         self._writer.flush()
+        self._stream.flush()
 
     def open(self, folder: Path) -> None:
         """Go on in a file, in a new folder that ends in ``.partial`` for now.

@@ -24,14 +24,16 @@ from focus_planner.messages.inputs import Log
 from focus_planner.messages.parameters import Recording
 from focus_planner.messages.writing import Stamp
 from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.retention import delete_leftovers, prune
 from focus_planner.recording.run import (
     Beginning,
     Ending,
+    answered_plan,
     beginning_messages,
     ending_messages,
     markers_message,
-    new_run_id,
+    plan_message,
     progress_message,
     stamp_of,
 )
@@ -42,6 +44,8 @@ _SECONDS_TO_DELIVER = 0.03
 _MOST_JOBS = 16
 # Bytes that take longer to write than a caller should wait.
 _LARGE = 1_000_000
+# For the disk's cache, which a busy disk may make wait.
+_SECONDS_TO_KEEP = 0.1
 # For a disk, at most.
 _SECONDS_TO_WAIT = 20.0
 
@@ -102,6 +106,11 @@ class Recorder:
         self._now.shutdown(wait=False)
         self._later.shutdown(wait=False)
         return not wait(self._jobs.copy(), timeout).not_done
+
+    @property
+    def jobs(self) -> int:
+        """How many jobs wait or are done just now."""
+        return len(self._jobs)
 
     @property
     def busy(self) -> bool:
@@ -211,6 +220,8 @@ class RunRecorder:
         self._began = self._written = time.perf_counter()
         self._steps: list[tuple[float, Progress]] = []
         self._bag: BagWriter | None = None
+        self._plan_is_kept = False
+        self._writing = Lock()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
     def watch(self, watch: Watch) -> Watch:
@@ -227,6 +238,20 @@ class RunRecorder:
             return watch(progress)
 
         return noted
+
+    def keep_plan(self, payload: bytes, *, published: bool = True) -> None:
+        """Have a plan in the file before anybody else has it: a planner killed then finds it there.
+
+        Parameters
+        ----------
+        payload : bytes
+            The message of it.
+        published : bool
+            Whether it is the one in force from now on, or only answered.
+        """
+        message = answered_plan(self._beginning, payload, published=published)
+        self._plan_is_kept = True
+        wait([self._recorder.do_now(lambda: self._keep(message), self._fail)], _SECONDS_TO_KEEP)
 
     def finish(
         self,
@@ -251,6 +276,15 @@ class RunRecorder:
         at = time.time_ns()
         ending = Ending(success, message, plan, stamp=stamp or stamp_of(at))
         return self._do(lambda: self._finish(ending, plan, rig, at))
+
+    def give_up(self) -> None:
+        """Leave the run as it is, partial: there will be no end of it."""
+        self._do(self._abandon)
+
+    def _abandon(self) -> None:
+        assert self._bag is not None
+        self._write_steps()
+        self._bag.abandon()
 
     def _wait_for_disk(self, watch: Watch, progress: Progress) -> None:
         """Wait until the beginning is on disk, or the planner is told to stop.
@@ -289,10 +323,19 @@ class RunRecorder:
 
     def _write_steps(self) -> None:
         assert self._bag is not None
-        steps, self._steps = self._steps, []
-        for elapsed, progress in steps:
-            self._bag.add(progress_message(self._beginning, elapsed, progress))
-        self._bag.flush()
+        with self._writing:
+            steps, self._steps = self._steps, []
+            for elapsed, progress in steps:
+                self._bag.add(progress_message(self._beginning, elapsed, progress))
+            self._bag.flush()
+
+    def _keep(self, message: BagMessage) -> None:
+        self._on_disk.result()
+        if self._bag is None or self.failure:
+            return
+        with self._writing:
+            self._bag.add(message)
+            self._bag.flush()
 
     def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
         if not self._recorder.busy:
@@ -303,6 +346,8 @@ class RunRecorder:
             if rig is not None and self._how.markers:
                 self._bag.add(markers_message(self._beginning, plan, rig, at))
             ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
+            if not self._plan_is_kept:
+                self._bag.add(plan_message(self._beginning, ending, at))
         for message in ending_messages(self._beginning, ending, at):
             self._bag.add(message)
         self._bag.flush()

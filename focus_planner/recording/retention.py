@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
 from focus_planner.recording.bag import METADATA, PARTIAL, bag_size, being_written
-
-# As recording.run.new_run_id makes them: by name is by time.
-_RUN_NAME = re.compile(r"\d{8}T\d{6}\.\d{6}Z-[0-9a-f]{8}")
+from focus_planner.recording.naming import RUN_NAME
 
 
 def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
@@ -31,7 +28,7 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
     """
     if not max_runs and not max_bytes:
         return []
-    newest_first = sorted(_runs(directory), key=lambda run: run.name, reverse=True)
+    newest_first = runs_newest_first(directory)
     whole = [run for run in newest_first if run.suffix != PARTIAL]
     kept = newest_first[:1] + whole[:1]
     deleted = []
@@ -55,14 +52,19 @@ def delete_leftovers(directory: Path) -> None:
     """Delete bags that were prepared for runs by planners that are dead."""
     for folder in directory.glob(f".*{PARTIAL}"):
         name = folder.name.removeprefix(".").removesuffix(PARTIAL)
-        if _RUN_NAME.fullmatch(name) and not folder.is_symlink() and not being_written(folder):
+        if RUN_NAME.fullmatch(name) and not folder.is_symlink() and not being_written(folder):
             shutil.rmtree(folder)
+
+
+def runs_newest_first(directory: Path) -> list[Path]:
+    """Return the folders that are named, and filled, as runs are; partial ones too."""
+    return sorted(_runs(directory), key=lambda run: run.name, reverse=True)
 
 
 def _runs(directory: Path) -> Iterator[Path]:
     for folder in directory.iterdir():
         name = folder.name.removesuffix(PARTIAL)
-        if not _RUN_NAME.fullmatch(name) or not folder.is_dir() or folder.is_symlink():
+        if not RUN_NAME.fullmatch(name) or not folder.is_dir() or folder.is_symlink():
             continue
         with suppress(FileNotFoundError):
             files = {file.name for file in folder.iterdir()}

@@ -11,16 +11,14 @@ from enum import IntEnum
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan
+from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Mesh, PointCloud, Rig, Surface
-from focus_planner.core.warm_start import Warmth
 from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.parameters import Settings, Value
@@ -34,7 +32,18 @@ from focus_planner.messages.reading import (
     request_from_message,
     rig_from_message,
 )
-from focus_planner.messages.typestore import PACKAGE, deserialize, fields_of, message_of, serialize
+from focus_planner.messages.typestore import (
+    CLOUD,
+    MESH,
+    PACKAGE,
+    PLAN,
+    POSES,
+    RIG,
+    deserialize,
+    fields_of,
+    message_of,
+    serialize,
+)
 from focus_planner.messages.writing import (
     Fields,
     Stamp,
@@ -46,12 +55,9 @@ from focus_planner.messages.writing import (
 )
 from focus_planner.recording.bag import Bag, BagMessage, read_bag
 
-MESH, CLOUD = "shape_msgs/msg/Mesh", "sensor_msgs/msg/PointCloud2"
-POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
 VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
 _RUN, _REQUEST = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/PlanRequest"
 _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
-_PLAN = f"{PACKAGE}/msg/FocusPlan"
 _PARAMETER = "rcl_interfaces/msg/Parameter"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
@@ -180,11 +186,6 @@ class Run:
         ]
 
 
-def new_run_id() -> str:
-    """Return a name that no other run has, and that sorts by time."""
-    return f"{datetime.now(timezone.utc):%Y%m%dT%H%M%S.%fZ}-{uuid4().hex[:8]}"
-
-
 def stamp_of(at: int) -> Stamp:
     """Return seconds and nanoseconds."""
     return divmod(at, _NANO)
@@ -271,11 +272,7 @@ def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -
 
 
 def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
-    """Yield the messages that a run ends with."""
-    if ending.plan is not None:
-        frame_id = beginning.settings.frame_id
-        fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
-        yield _message(beginning, "focus_plan", _PLAN, fields, at)
+    """Yield the messages that a run ends with, after its plan."""
     result = {
         "success": ending.success,
         "message": ending.message,
@@ -283,6 +280,20 @@ def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[B
         "fingerprints": [vars(fingerprint) for fingerprint in ending.fingerprints],
     }
     yield _message(beginning, "run/result", _RESULT, result, at)
+
+
+def plan_message(beginning: Beginning, ending: Ending, at: int) -> BagMessage:
+    """Return the message of a run's plan, as a planner publishes it."""
+    assert ending.plan is not None
+    frame_id = beginning.settings.frame_id
+    fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
+    return _message(beginning, "focus_plan", PLAN, fields, at)
+
+
+def answered_plan(beginning: Beginning, payload: bytes, *, published: bool) -> BagMessage:
+    """Return the message of a plan, given its bytes; if not published it has another topic."""
+    topic = "focus_plan" if published else "run/focus_plan"
+    return BagMessage(f"{beginning.planner}/{topic}", PLAN, payload, time.time_ns())
 
 
 def markers_message(beginning: Beginning, plan: SolvedPlan, rig: Rig, at: int) -> BagMessage:
@@ -357,7 +368,7 @@ def read_run(path: Path) -> Run:
 def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     run, asked = (messages[name][0].read() for name in (_RUN, _REQUEST))
     values = {p.name: _parameter_from_message(p.value) for p in run.parameters}
-    result, plan = messages.get(_RESULT), messages.get(_PLAN)
+    result, plan = messages.get(_RESULT), messages.get(PLAN)
     fault = bag.fault or ("" if result else "no result")
     return Run(
         path=path,

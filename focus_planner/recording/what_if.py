@@ -11,7 +11,9 @@ from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.types import Camera, Image, Lens, Rig
 from focus_planner.messages.parameters import DECLARATIONS, Settings, Value
-from focus_planner.recording.run import RIG, Run, new_run_id, rig_message
+from focus_planner.messages.typestore import RIG
+from focus_planner.recording.naming import new_run_id
+from focus_planner.recording.run import Run, rig_message
 
 _DEFAULTS: dict[str, Value] = {
     declaration.name: declaration.default for declaration in DECLARATIONS
@@ -40,7 +42,7 @@ class Changed:
 
 def settable_names() -> list[str]:
     """Return the names that can be changed."""
-    names = [name for name in _DEFAULTS if not name.startswith(("record_", *_FIXED))]
+    names = [d.name for d in DECLARATIONS if d.plans and d.name not in _FIXED]
     return names + [name.removeprefix("lens.") for name in names if name.startswith("lens.")]
 
 

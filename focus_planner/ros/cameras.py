@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from focus_planner_msgs.msg import CameraFocus, FocusPlan
@@ -47,9 +48,8 @@ class CameraTopics:
             ) from None
         return rig
 
-    def follow(self, rig: Rig) -> None:
+    def follow(self, names: Sequence[str]) -> None:
         """Create the publishers that are missing, destroy those of cameras that are gone."""
-        names = [camera.name for camera in rig.cameras]
         for name in set(self._publishers).difference(names):
             self._node.destroy_publisher(self._publishers.pop(name))
         for name in names:
@@ -62,6 +62,10 @@ class CameraTopics:
         """Publish what the plan says of each camera."""
         for focus in plan.cameras:
             self._publishers[focus.name].publish(focus)
+
+    def clear(self) -> None:
+        """Destroy all publishers."""
+        self.follow(())
 
 
 def _topic(name: str) -> str:

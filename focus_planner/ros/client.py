@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any, final
 from uuid import uuid4
 
-from focus_planner_msgs.msg import CameraFocus, CameraRig, FocusPlan
+from focus_planner_msgs.action import PlanFocus as PlanFocusAction
+from focus_planner_msgs.msg import CameraFocus, CameraRig, FocusPlan, PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import PoseArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.action.client import ActionClient, ClientGoalHandle
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.duration import Duration
@@ -47,6 +51,33 @@ _RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 # Many calls at once must not push each other out of a queue.
 _ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 _PATIENCE = 30.0
+
+
+@final
+class Goal:
+    """A goal of ``~/plan``.
+
+    Attributes
+    ----------
+    accepted : bool
+        Whether the planner took it.
+    """
+
+    def __init__(self, handle: ClientGoalHandle) -> None:
+        self._handle = handle
+        self._result = handle.get_result_async() if handle.accepted else None
+        self.accepted: bool = handle.accepted
+
+    def cancel(self, timeout: float = _PATIENCE) -> bool:
+        """Have it end with its best plan so far; return whether it will."""
+        answer = _result(self._handle.cancel_goal_async(), timeout, "plan's cancel_goal")
+        return bool(answer.goals_canceling)
+
+    def result(self, timeout: float = 600.0) -> tuple[int, PlanFocusAction.Result]:
+        """Wait for its end; return its status, one of ``GoalStatus``, and its result."""
+        assert self._result is not None
+        answer = _result(self._result, timeout, "plan")
+        return answer.status, answer.result
 
 
 @final
@@ -91,6 +122,16 @@ class PlannerClient:
             SetParametersAtomically, "set_parameters_atomically"
         )
         self._get_parameters = self._client(GetParameters, "get_parameters")
+        self._change_state = self._client(ChangeState, "change_state")
+        self._get_state = self._client(GetState, "get_state")
+        self._plan = ActionClient(
+            self._node,
+            PlanFocusAction,
+            f"{planner}/plan",
+            goal_service_qos_profile=_ALL_CALLS,
+            result_service_qos_profile=_ALL_CALLS,
+            cancel_service_qos_profile=_ALL_CALLS,
+        )
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=name)
         self._thread.start()
@@ -148,6 +189,39 @@ class PlannerClient:
     def wait_for(self, call: Future, timeout: float = 600.0) -> PlanFocus.Response:
         """Wait for the answer of :meth:`plan_async`."""
         return _result(call, timeout, "plan_focus")
+
+    def send_goal(
+        self, on_feedback: Callable[[PlanFocusAction.Feedback], None] | None = None, **goal: Any
+    ) -> Goal:
+        """Send a goal of ``~/plan`` with the given fields; return it once it is accepted, or not.
+
+        Parameters
+        ----------
+        on_feedback : callable, optional
+            Called with every feedback, on the client's thread.
+        """
+        if not self._plan.wait_for_server(_PATIENCE):
+            raise TimeoutError(f"no planner offers {self._planner}/plan; is the node running?")
+        sent = self._plan.send_goal_async(
+            PlanFocusAction.Goal(**goal),
+            None if on_feedback is None else lambda message: on_feedback(message.feedback),
+        )
+        return Goal(_result(sent, _PATIENCE, "plan's send_goal"))
+
+    def change_state(self, transition: str) -> bool:
+        """Ask for a transition of the life cycle, such as ``"activate"``; return whether it was."""
+        request = ChangeState.Request(transition=Transition(label=transition))
+        return bool(self._call(self._change_state, request, "change_state", 600.0).success)
+
+    def state(self) -> str:
+        """Return the state of the life cycle."""
+        answer = self._call(self._get_state, GetState.Request(), "get_state")
+        label: str = answer.current_state.label
+        return label
+
+    def status(self, timeout: float = _PATIENCE) -> PlannerStatus:
+        """Return what the planner says of itself, of its inputs and of all lenses."""
+        return self._latched(PlannerStatus, "status", timeout)
 
     def set_parameters(self, **values: Any) -> list[SetParametersResult]:
         """Set parameters of the planner; ``__`` in a name stands for a dot."""
@@ -213,9 +287,9 @@ class PlannerClient:
         )
 
     @staticmethod
-    def _call(client: Client, request: Any, what: str) -> Any:
+    def _call(client: Client, request: Any, what: str, timeout: float = _PATIENCE) -> Any:
         _wait_for_service(client, _PATIENCE)
-        return _result(client.call_async(request), _PATIENCE, what)
+        return _result(client.call_async(request), timeout, what)
 
     def _spin(self) -> None:
         while not self._closing.is_set():

@@ -10,7 +10,8 @@ from typing import Any
 from focus_planner.core.checks import InputError
 from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.recording.run import CLOUD, MESH, POSES, RIG, VERTEX_DATA, Ending, Run
+from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG
+from focus_planner.recording.run import VERTEX_DATA, Ending, Run
 from focus_planner.ros.client import PlannerClient
 
 _TOPICS = {MESH: "mesh", CLOUD: "cloud", POSES: "camera_poses", RIG: "rig"}
@@ -78,7 +79,8 @@ def _with_its_times(recorded: Ending, message: str) -> Ending:
 @contextmanager
 def _parameters_of(client: PlannerClient, settings: Settings) -> Iterator[None]:
     """Give the node these parameters, where its own differ, and its own back in the end."""
-    wanted = {name: value for name, value in settings.values if not name.startswith("record_")}
+    of_plans = {declaration.name for declaration in DECLARATIONS if declaration.plans}
+    wanted = {name: value for name, value in settings.values if name in of_plans}
     read_only = {declaration.name for declaration in DECLARATIONS if declaration.read_only}
     own = client.get_parameters(list(wanted))
     other = {name: value for name, value in wanted.items() if own[name] != value}

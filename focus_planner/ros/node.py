@@ -1,4 +1,8 @@
-"""The node: topics and the service on one side, the planning thread on the other."""
+"""The node: topics, the service, the action and the life cycle, before the planning thread.
+
+It is up before what solves is loaded, which takes seconds: until then the last plan of the records
+is in force again.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +14,24 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future as Job
-from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from datetime import datetime, timezone
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
-from focus_planner_msgs.msg import CameraRig, FocusPlan
+from focus_planner_msgs.msg import CameraRig, FocusPlan, LensState, PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import PoseArray
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
@@ -35,74 +41,71 @@ from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Rig, Surface
-from focus_planner.core.warm_up import warm_up
-from focus_planner.messages.inputs import Arrival, Input
-from focus_planner.messages.parameters import Settings
-from focus_planner.messages.planner import NotReady, Planner, internal_error
+from focus_planner.messages.diagnostics import (
+    Diagnosis,
+    diagnose_cameras,
+    diagnose_input,
+    diagnose_last_run,
+    diagnose_memory,
+    diagnose_planner,
+    diagnose_recorder,
+)
+from focus_planner.messages.inputs import Arrival, InputState
+from focus_planner.messages.outcome import Reason
 from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
     distorted_cameras,
     mesh_from_bytes,
     poses_from_message,
-    request_from_message,
     rig_from_message,
 )
-from focus_planner.messages.typestore import deserialize, serialize
-from focus_planner.messages.writing import plan_to_fields
-from focus_planner.recording.bag import BagMessage
-from focus_planner.recording.recorder import Recorder, RunRecorder
-from focus_planner.recording.run import CLOUD, POSES, RIG, Beginning, input_message, new_run_id
-from focus_planner.recording.software import software
+from focus_planner.messages.typestore import CLOUD, LENS_STATE, POSES, RIG, deserialize, fields_of
+from focus_planner.messages.writing import Fields
+from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.naming import new_run_id
+from focus_planner.ros.action import PlanAction, write_outcome
 from focus_planner.ros.cameras import LATCHED, CameraTopics
-from focus_planner.ros.conversions import (
-    fields_from_ros,
-    message_to_ros,
-    type_name_of,
-)
+from focus_planner.ros.conversions import fields_from_ros, message_to_ros, type_name_of
+from focus_planner.ros.diagnostics import Diagnostics
 from focus_planner.ros.parameters import Parameters
+from focus_planner.ros.requests import Outcome, Request, Requests
+from focus_planner.ros.status import StatusBoard
+
+if TYPE_CHECKING:
+    from focus_planner.ros.planning import Planning
 
 # Some messages that come in one go are kept: if the newest is refused an older one may do.
-_TOPICS = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
+_NEWEST = 4
 # A sensor that publishes best effort, or a latched surface, is a matter of the node's parameters.
-_OVERRIDES = QoSOverridingOptions([QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY])
+_OVERRIDES = QoSOverridingOptions(
+    [
+        QoSPolicyKind.HISTORY,
+        QoSPolicyKind.DEPTH,
+        QoSPolicyKind.RELIABILITY,
+        QoSPolicyKind.DURABILITY,
+    ]
+)
 # The default keeps the ten newest requests and silently drops what else came at once.
 ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
-_SHUTTING_DOWN = "the node is shutting down"
+# All lenses of a large rig may report at once.
+_LENSES = QoSProfile(
+    depth=10_000,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+# How often it is looked at what is late, and what is to be told.
+_TICK = 0.1
 # Less than what launch and systemd wait before they kill.
 _SECONDS_TO_FINISH = 3.0
+# For a response, once a coroutine has returned it.
+_SPINS_TO_SEND = 10
+_INACTIVE = Outcome(
+    Reason.INACTIVE, "the planner is not active; activate it, for instance: ros2 lifecycle set"
+)
 
 Read = Callable[[bytes, Optics], Any]
-
-
-@dataclass(frozen=True)
-class _Call:
-    """One service call, with the parameters as they were when it came.
-
-    ``started`` is by :func:`time.perf_counter`, ``at`` is nanoseconds since the epoch.
-    """
-
-    request: PlanFocus.Request
-    settings: Settings
-    started: float
-    at: int
-    plan_id: str
-
-
-def _nothing() -> None:
-    """Do nothing."""
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    """What a caller is answered, and what is left to do once that is sent."""
-
-    success: bool
-    message: str
-    plan: FocusPlan | None = None
-    afterwards: Callable[[], object] = _nothing
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,16 @@ class _Listener:
         return [_Taken(info["received_timestamp"], payload, self.receive)]
 
 
-class PlannerNode(Node):
+class _Gate(ReentrantCallbackGroup):
+    """Subscriptions that are read while the node is active only; messages wait, as QoS allows."""
+
+    is_open = False
+
+    def can_execute(self, entity: Any) -> bool:
+        return self.is_open and bool(super().can_execute(entity))
+
+
+class PlannerNode(LifecycleNode):
     """Plans the focus of all cameras of a rig for the newest surface.
 
     Subscribes
@@ -145,93 +157,283 @@ class PlannerNode(Node):
         parameters.
     ~/rig : focus_planner_msgs/msg/CameraRig
         The same with names, images, lenses and a grid.
+    ~/lens_states : focus_planner_msgs/msg/LensState
+        What became of the plan at each lens, from whoever drives it.
 
     Publishes (reliable, transient local, depth 1)
     ----------------------------------------------
     ~/focus_plan : focus_planner_msgs/msg/FocusPlan
     ~/cameras/<name>/focus : focus_planner_msgs/msg/CameraFocus
+    ~/status : focus_planner_msgs/msg/PlannerStatus
+
+    Publishes
+    ---------
+    /diagnostics : diagnostic_msgs/msg/DiagnosticArray
 
     Serves
     ------
     ~/plan_focus : focus_planner_msgs/srv/PlanFocus
+    ~/plan : focus_planner_msgs/action/PlanFocus
 
     Parameters are those of :mod:`focus_planner.messages.parameters`.
 
     Notes
     -----
+    Managed, as the ROS 2 design of managed nodes has it. Configuring brings the last recorded plan
+    into force, loads all that plans, and opens topics, service and action; until the node is
+    activated messages wait unread, calls are answered that it is inactive, and goals rejected. The
+    plan in force stays latched while the node is inactive.
+
     One thread plans and reads what was received, in the order of arrival; it is the only one that
     enters kernels. The executor has a single thread, which hands work over and stays free to
-    answer: a service call is a coroutine that waits for the planning thread, in a reentrant group
-    so that calls can queue up. rclpy looks at waiting coroutines only when something wakes the
+    answer: a request is a coroutine that waits for the planning thread, in a reentrant group so
+    that requests can queue up. rclpy looks at waiting coroutines only when something wakes the
     executor, so waiting costs nothing.
     """
 
     def __init__(self) -> None:
         super().__init__("focus_planner")
         self._settings = Parameters(self)
+        self._requests = Requests()
+        self._status = StatusBoard()
         self._cameras = CameraTopics(self)
-        self._planner = Planner(self.get_logger(), self._cameras.follow)
-        self._recorder = Recorder(self.get_logger())
-        self._planning = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
-        self._jobs: set[Job[None]] = set()
+        self._diagnostics = Diagnostics(self, self._diagnose)
+        self._status_topic = self.create_publisher(PlannerStatus, "~/status", LATCHED)
+        self._reading = _Gate()
+        self._answering = ReentrantCallbackGroup()
+        self._planning: Planning | None = None
+        self._action: PlanAction | None = None
+        self._listeners: list[_Listener] = []
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
         self._distorted: list[str] = []
-        self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
-        self._do_next(self._warm_up)
-        self._listeners = [
-            self._listen(Mesh, "~/mesh", self._planner.surface, self._read_mesh),
-            self._listen(PointCloud2, "~/cloud", self._planner.surface, self._read_cloud),
-            self._listen(PoseArray, "~/camera_poses", self._planner.rig, self._read_poses),
-            self._listen(CameraRig, "~/rig", self._planner.rig, self._read_rig),
-        ]
-        self.create_service(
-            PlanFocus,
-            "~/plan_focus",
-            self._plan_focus,
-            qos_profile=ALL_CALLS,
-            callback_group=ReentrantCallbackGroup(),
-        )
+        self._changing = threading.Lock()
+        self._guard_transitions()
+        # The node's own clock may be one of a simulation, and stand.
+        self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # --- life ----------------------------------------------------------------------------------
+
+    def autostart(self) -> None:
+        """Configure and activate, if the parameter ``autostart`` says so."""
+        if not self._settings.current.serving.autostart:
+            return
+        with self._changing:
+            if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
+                self.trigger_activate()
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Answer until :meth:`stop`, and then until every caller has an answer."""
-        while self.context.ok() and (self._calls or not self._stopping.is_set()):
+        while self.context.ok() and (self._is_owing or not self._stopping.is_set()):
             self._guard(executor.spin_once)
+        for _ in range(_SPINS_TO_SEND):
+            if self.context.ok():
+                self._guard(partial(executor.spin_once, timeout_sec=0.0))
 
     def stop(self) -> None:
         """Stop planning at the solver's next step; tell the callers, then end :meth:`spin`."""
         self._stopping.set()
-        self._planning.shutdown(wait=False, cancel_futures=True)
+        if self._planning:
+            self._planning.stop()
         if self.executor:
-            self.executor.create_task(self._give_up)
+            self.executor.create_task(self._requests.drop, Reason.SHUTTING_DOWN)
 
     def finish(self, timeout: float) -> bool:
-        """Wait, after :meth:`stop`, for planning and recording; return whether both have ended."""
-        until = time.monotonic() + timeout
-        ended = not wait(self._jobs, timeout).not_done
+        """Shut down, after :meth:`stop`; return whether planning and recording have ended."""
+        with self._changing:
+            self.trigger_shutdown()
+        return self._release(timeout)
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Bring the last plan into force, load what plans, open what is served."""
+        return self._transition(self._configure, state, super().on_configure)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read, plan, answer."""
+        return self._transition(self._activate, state, super().on_activate)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Tell all callers, and plan no more."""
+        return self._transition(self._deactivate, state, super().on_deactivate)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Close what is served, forget inputs and plan."""
+        return self._transition(self._clean_up, state, super().on_cleanup)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Close what is served."""
+        return self._transition(self._deactivate, state, super().on_shutdown)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Go back to the beginning."""
+        return self._transition(self._clean_up, state, super().on_error)
+
+    def _transition(
+        self,
+        do: Callable[[], bool],
+        state: LifecycleState,
+        others: Callable[[LifecycleState], TransitionCallbackReturn],
+    ) -> TransitionCallbackReturn:
+        """Do what a transition takes; say why, if it fails: rclpy keeps that to itself."""
+        self._status.changed()
+        try:
+            return others(state) if do() else TransitionCallbackReturn.FAILURE
+        except (InputError, OSError) as error:
+            self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
+        except Exception:  # noqa: BLE001 - it goes to the state that is there for it
+            self.get_logger().error(traceback.format_exc())
+            return TransitionCallbackReturn.ERROR
+
+    def _configure(self) -> bool:
+        self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
+        self._restore_last_plan()
+        self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
+        # It takes seconds, and comes after the last plan.
+        from focus_planner.ros.planning import Planning, Surroundings  # noqa: PLC0415
+
+        self._planning = Planning(
+            Surroundings(
+                planner=self.get_fully_qualified_name(),
+                reporter=self.get_logger(),
+                settings=lambda: self._settings.current,
+                now=lambda: self.get_clock().now().seconds_nanoseconds(),
+                on_rig=lambda rig: self._cameras.follow([each.name for each in rig.cameras]),
+                publish=self._publish,
+            )
+        )
+        if self._stopping.is_set():
+            self._planning.stop()
+        if not self._planning.load():
+            self._clean_up()
+            return False
+        self._open()
+        return True
+
+    def _activate(self) -> bool:
+        self._reading.is_open = True
+        self._wake_executor()
+        self.get_logger().info("ready")
+        return True
+
+    def _deactivate(self) -> bool:
+        self._reading.is_open = False
+        reason = Reason.SHUTTING_DOWN if self._stopping.is_set() else Reason.INACTIVE
+        self._requests.drop(reason)
+        return True
+
+    def _clean_up(self) -> bool:
+        self._deactivate()
+        self._release(_SECONDS_TO_FINISH)
+        self._cameras.clear()
+        self.destroy_publisher(self._focus_plan)
+        self._status = StatusBoard()
+        return True
+
+    def _release(self, timeout: float) -> bool:
+        """Close what is served and end the planning thread; return whether it ended in time."""
+        planning, self._planning = self._planning, None
+        if planning is None:
+            return True
+        for listener in self._listeners:
+            self.destroy_subscription(listener.subscription)
+        self._listeners = []
+        self.destroy_subscription(self._lenses)
+        self.destroy_service(self._service)
+        if self._action:
+            self._action.destroy()
+        self._action = None
+        planning.stop()
         while self._unfinished:
             self._finish_one()
-        recorded = self._recorder.close(max(until - time.monotonic(), 0.0))
-        if not recorded:
-            self.get_logger().error("not recorded: runs that took too long to write stay partial")
-        return recorded and ended
+        return planning.finish(timeout)
+
+    def _guard_transitions(self) -> None:
+        """Have a transition that does not fit the state refused: rclpy would not even answer."""
+        change = self._service_change_state.callback
+
+        def guarded(request: Any, response: Any) -> Any:
+            response.success = False
+            if not self._changing.acquire(blocking=False):
+                self.get_logger().warning("refused a transition: another one is under way")
+                return response
+            try:
+                return change(request, response)
+            except RCLError:
+                what = request.transition.label or f"number {request.transition.id}"
+                self.get_logger().warning(
+                    f"refused the transition {what}: the node is {self._state}, which has no such"
+                )
+                return response
+            finally:
+                self._changing.release()
+
+        self._service_change_state.callback = guarded
+
+    @property
+    def _state(self) -> str:
+        label: str = self._state_machine.current_state[1]
+        return label
+
+    @property
+    def _is_active(self) -> bool:
+        return self._reading.is_open and self._planning is not None
+
+    @property
+    def _is_owing(self) -> bool:
+        return bool(self._calls) or (self._action is not None and self._action.busy)
+
+    # --- inputs --------------------------------------------------------------------------------
+
+    def _open(self) -> None:
+        """Open topics, service and action."""
+        assert self._planning is not None
+        surface, rig = self._planning.receive_surface, self._planning.receive_rig
+        self._listeners = [
+            self._listen(Mesh, "~/mesh", surface, self._read_mesh),
+            self._listen(PointCloud2, "~/cloud", surface, self._read_cloud),
+            self._listen(PoseArray, "~/camera_poses", rig, self._read_poses),
+            self._listen(CameraRig, "~/rig", rig, self._read_rig),
+        ]
+        self._lenses: Subscription = self.create_subscription(
+            LensState,
+            "~/lens_states",
+            self._receive_lens_state,
+            _LENSES,
+            callback_group=self._reading,
+            raw=True,
+        )
+        self._service = self.create_service(
+            PlanFocus,
+            "~/plan_focus",
+            self._plan_focus,
+            qos_profile=ALL_CALLS,
+            callback_group=self._answering,
+        )
+        self._action = PlanAction(self, self._answering, self)
 
     def _listen(
-        self, message_type: type, topic: str, target: Input[Any, Any], read: Read
+        self, message_type: type, topic: str, keep: Callable[[Arrival[Any]], None], read: Read
     ) -> _Listener:
         name, type_name = self.resolve_topic_name(topic), type_name_of(message_type)
 
         def receive(payload: bytes) -> None:
-            target.receive(Arrival(name, type_name, payload, partial(read, payload)))
-            self._do_next(self._digest)
+            keep(Arrival(name, type_name, payload, partial(read, payload)))
 
         def take(payload: bytes, info: dict[str, int]) -> None:
             self._take_all([_Taken(info["received_timestamp"], payload, receive)])
 
         with_info: Callable[..., None] = take  # rclpy's type knows only callbacks without
         subscription = self.create_subscription(
-            message_type, topic, with_info, _TOPICS, raw=True, qos_overriding_options=_OVERRIDES
+            message_type,
+            topic,
+            with_info,
+            # Its own: what is overridden is written into it.
+            QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
+            callback_group=self._reading,
+            raw=True,
+            qos_overriding_options=_OVERRIDES,
         )
         return _Listener(subscription, receive)
 
@@ -274,143 +476,147 @@ class PlannerNode(Node):
             )
         self._distorted = names
 
+    def _receive_lens_state(self, payload: bytes) -> None:
+        try:
+            self._status.reported(deserialize(LENS_STATE, payload))
+        except (InputError, AssertionError, ValueError, UnicodeError) as error:
+            self.get_logger().warning(f"refused a lens state: {error}", throttle_duration_sec=1.0)
+
+    # --- requests ------------------------------------------------------------------------------
+
     async def _plan_focus(
         self, request: PlanFocus.Request, response: PlanFocus.Response
     ) -> PlanFocus.Response:
-        """Hand a call to the planning thread and wait for its answer."""
-        self._take_all([])
-        answer = Future()
-        self._calls.add(answer)
-        call = _Call(
-            request, self._settings.current, time.perf_counter(), time.time_ns(), new_run_id()
-        )
-        if not self._do_next(partial(self._answer, call, answer)):
-            self._give_up()
-        try:
-            outcome: _Outcome = await answer
-        finally:
-            self._calls.remove(answer)
-        response.success, response.message = outcome.success, outcome.message
-        if outcome.plan is not None:
-            response.plan = outcome.plan
+        """Have a call planned when its turn comes, and wait for its answer."""
+        outcome = _INACTIVE
+        if self._is_active:
+            answer = Future()
+            self._calls.add(answer)
+            try:
+                wait = self._settings.current.serving.service_max_wait
+                until = time.perf_counter() + wait
+                self._submit(fields_from_ros(request), answer.set_result, waits_until=until)
+                outcome = await answer
+            finally:
+                self._calls.remove(answer)
+        write_outcome(response, outcome)
+        self.answered(outcome)
+        return response
+
+    def admits_goal(self) -> bool:
+        """Return whether a goal may come; those that it takes the place of are ended."""
+        if not self._is_active:
+            self.get_logger().info("rejected a goal: the planner is not active")
+            return False
+        serving = self._settings.current.serving
+        if not self._requests.admit_goal(serving):
+            why = f"{len(self._requests.open)} requests are planned or wait"
+            self.get_logger().info(f"rejected a goal: {why}, and overlap is {serving.overlap}")
+            return False
+        return True
+
+    def submit_goal(
+        self, asked: Fields, answer: Callable[[Outcome], None], tell: Callable[[Fields], None]
+    ) -> Request:
+        """Have a goal planned when its turn comes."""
+        return self._submit(asked, answer, tell=tell)
+
+    def answered(self, outcome: Outcome) -> None:
+        """Do what is left to do once an answer is sent."""
         self._unfinished.append(outcome.afterwards)
+        self._status.changed()
         if self.executor:
             # It comes to this when the response is sent, and not before.
             self.executor.create_task(self._finish_one)
-        return response
+
+    def _submit(self, asked: Fields, answer: Callable[[Outcome], None], **how: Any) -> Request:
+        self._take_all([])
+
+        def answer_and_wake(outcome: Outcome) -> None:
+            answer(outcome)
+            self._wake_executor()
+
+        request = Request(asked, self._settings.current, new_run_id(), answer_and_wake, **how)
+        self._status.changed()
+        if self._requests.add(request) and self._planning:
+            self._planning.plan(request)
+        return request
 
     def _finish_one(self) -> None:
         if self._unfinished:
             self._unfinished.popleft()()
 
-    def _give_up(self) -> None:
-        for answer in self._calls:
-            answer.set_result(_Outcome(False, _SHUTTING_DOWN))
+    # --- plans and reports ---------------------------------------------------------------------
 
-    def _do_next(self, job: Callable[[], None]) -> bool:
-        """Queue a job for the planning thread; return whether there still is one."""
-        try:
-            future = self._planning.submit(self._guard, job)
-        except RuntimeError:
-            return False
-        self._jobs.add(future)
-        future.add_done_callback(self._jobs.discard)
-        return True
+    def _restore_last_plan(self) -> None:
+        directory = self._settings.current.recording.directory
+        last = directory and last_plan(directory, self.get_fully_qualified_name())
+        if not last:
+            return
+        plan = message_to_ros(FocusPlan, fields_of(last.message))
+        self._cameras.follow([camera.name for camera in plan.cameras])
+        self._publish(plan, from_record=True)
+        self.get_logger().info(
+            f"the last plan, {plan.plan_id}, is in force again, from its record {last.run}"
+        )
+
+    def _publish(self, plan: FocusPlan, *, from_record: bool = False) -> None:
+        # Before anybody can report what became of it.
+        self._status.planned(plan, from_record=from_record)
+        self._focus_plan.publish(plan)
+        self._cameras.publish(plan)
+
+    def _tick(self) -> None:
+        self._requests.turn_away_late()
+        period = self._settings.current.serving.status_period
+        if self._status.due(period):
+            self._publish_status()
+        self._diagnostics.publish_if_due(period)
+
+    def _publish_status(self) -> None:
+        planned = self._requests.planned
+        with self._status.telling(
+            self._state,
+            planned.plan_id if planned else "",
+            self._requests.waiting,
+            self._inputs,
+            self.get_clock().now().to_msg(),
+            datetime.now(timezone.utc),
+        ) as message:
+            self._status_topic.publish(message)
+
+    @property
+    def _inputs(self) -> tuple[InputState, InputState]:
+        if self._planning is None:
+            return InputState("surface"), InputState("rig")
+        snapshot = self._planning.snapshot
+        return snapshot.surface, snapshot.rig
+
+    def _diagnose(self) -> Iterator[Diagnosis]:
+        settings = self._settings.current
+        planned, now = self._requests.planned, datetime.now(timezone.utc)
+        yield diagnose_planner(
+            self._state, planned.plan_id if planned else "", self._requests.waiting
+        )
+        for state in self._inputs:
+            yield diagnose_input(state, now, settings.serving.max_input_age)
+        run = self._planning.snapshot.last_run if self._planning else None
+        yield diagnose_last_run(run)
+        yield diagnose_cameras(run, self._status.counts)
+        yield diagnose_recorder(
+            settings.recording.directory,
+            run.failure if run else "",
+            self._planning.runs_to_write if self._planning else 0,
+        )
+        yield diagnose_memory()
 
     def _guard(self, job: Callable[[], None]) -> None:
         try:
             job()
+        except RCLError as error:  # whoever was to be answered has gone
+            self.get_logger().warning(f"not sent: {error}", throttle_duration_sec=1.0)
         except Exception:  # noqa: BLE001 - one bad message or caller must not end the node
             self.get_logger().error(traceback.format_exc())
-
-    # What follows runs on the planning thread.
-
-    def _warm_up(self) -> None:
-        # They take some time, once.
-        software()
-        serialize(RIG, {})
-        self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
-        warm_up(lambda: not self._stopping.is_set())
-        if not self._stopping.is_set():
-            self.get_logger().info("ready")
-
-    def _digest(self) -> None:
-        settings = self._settings.current
-        self._planner.digest(settings.optics)
-        if settings.recording.directory is not None:
-            self._recorder.prepare(settings.recording.directory, self._inputs())
-
-    def _inputs(self) -> list[BagMessage]:
-        return [input_message(arrival) for arrival in self._planner.arrivals()]
-
-    def _answer(self, call: _Call, answer: Future) -> None:
-        record = None
-        try:
-            self._planner.digest(call.settings.optics)
-            record = self._record(call)
-            outcome = self._plan(call, record)
-        except (InputError, NotReady) as error:
-            self.get_logger().info(f"no plan: {error}")
-            outcome = self._no_plan(str(error), record)
-        except Exception as error:  # noqa: BLE001 - the caller is told, the log has the rest
-            self.get_logger().error(traceback.format_exc())
-            outcome = self._no_plan(internal_error(error), record)
-        if answer.done():
-            outcome.afterwards()
-        else:
-            answer.set_result(outcome)
-            self._wake_executor()
-
-    def _record(self, call: _Call) -> RunRecorder | None:
-        """Begin to record a call, if calls are recorded."""
-        settings = call.settings
-        if settings.recording.directory is None:
-            return None
-        beginning = Beginning(
-            run_id=call.plan_id,
-            planner=self.get_fully_qualified_name(),
-            settings=settings,
-            asked=fields_from_ros(call.request),
-            at=call.at,
-            software=software(),
-            warmth=self._planner.warmth if settings.warm_start else None,
-        )
-        return self._recorder.begin(settings.recording, self._inputs(), beginning)
-
-    @staticmethod
-    def _no_plan(message: str, record: RunRecorder | None) -> _Outcome:
-        if record is None:
-            return _Outcome(False, message)
-        return _Outcome(False, message, afterwards=partial(record.finish, False, message))
-
-    def _plan(self, call: _Call, record: RunRecorder | None) -> _Outcome:
-        settings = call.settings
-        request = request_from_message(call.request, settings.request)
-        self.get_logger().debug(f"planning: {request}")
-        plan, rig, reminder = self._planner.plan(
-            request,
-            settings.optics,
-            settings.model,
-            record.watch(self._go_on) if record else self._go_on,
-            warm_start=settings.warm_start,
-        )
-        if self._stopping.is_set():
-            return _Outcome(False, _SHUTTING_DOWN)
-        plan = replace(plan, total_seconds=time.perf_counter() - call.started)
-        stamp = self.get_clock().now().seconds_nanoseconds()
-        fields = plan_to_fields(plan, rig.frame_id, stamp, call.plan_id)
-        message = message_to_ros(FocusPlan, fields)
-        self._focus_plan.publish(message)
-        self._cameras.publish(message)
-        lost = f"not recorded: {record.failure}" if record and record.failure else ""
-        parts = [plan.summary(), reminder, lost]
-        summary = "; ".join(part for part in parts if part)
-        self.get_logger().info(f"{call.plan_id}: {summary}")
-        finish = partial(record.finish, True, summary, plan, rig, stamp) if record else _nothing
-        return _Outcome(True, summary, message, finish)
-
-    def _go_on(self, _: Progress) -> bool:
-        return not self._stopping.is_set()
 
 
 def main(args: list[str] | None = None) -> int:
@@ -453,9 +659,13 @@ def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     thread = threading.Thread(target=node.spin, args=(executor,), name="executor")
+    # Not on the executor's: it tells the state meanwhile.
+    start = threading.Thread(target=node.autostart, name="autostart")
     thread.start()
+    start.start()
     signal.sigwait(signals)
     node.stop()
+    start.join()
     thread.join()
     executor.shutdown()
     finished = node.finish(_SECONDS_TO_FINISH)

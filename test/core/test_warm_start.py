@@ -18,11 +18,11 @@ from focus_planner import (
     cylinder_rig,
     plan_focus,
 )
-from focus_planner.core.plans import METHODS
+from focus_planner.core.plans import METHODS, Warmth
 from focus_planner.core.shots import with_shots
 from focus_planner.core.solvers import Options
 from focus_planner.core.surface import sample_mesh
-from focus_planner.core.warm_start import Warmth, warm_options
+from focus_planner.core.warm_start import warm_options
 
 SCENE = Scene(torus(0.4, 0.15))
 RIG = around(6, 1.0)

@@ -10,15 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
+from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Camera, CameraStatus, Image, Lens, Mesh, PointCloud, Rig
-from focus_planner.core.warm_start import Warmth
-from focus_planner.messages.typestore import fields_of, serialize
+from focus_planner.messages.typestore import POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.run import (
-    POSES,
     Beginning,
     Ending,
     beginning_messages,

@@ -15,8 +15,9 @@ from focus_planner.core.solvers import go_on
 from focus_planner.core.types import Lens, PointCloud
 from focus_planner.messages.parameters import Recording, Settings
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.run import beginning_of, inputs_of, new_run_id
+from focus_planner.recording.run import beginning_of, inputs_of
 from focus_planner.recording.software import software
 
 PLANNER = "/focus_planner"

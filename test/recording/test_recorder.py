@@ -20,8 +20,9 @@ from focus_planner.core.solvers import Progress, go_on
 from focus_planner.messages.parameters import Recording
 from focus_planner.recording import recorder as module
 from focus_planner.recording.bag import BagWriter, read_bag
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.run import inputs_of, new_run_id, read_run
+from focus_planner.recording.run import inputs_of, read_run
 
 NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 STEPS = [Progress("em", k, 700.0 - k) for k in range(4)]

@@ -12,9 +12,10 @@ from recording.runs import RIG, TORUS, Log, begun, record
 
 from focus_planner.core.plans import PlanRequest
 from focus_planner.messages.parameters import Recording
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import prune
-from focus_planner.recording.run import inputs_of, new_run_id
+from focus_planner.recording.run import inputs_of
 
 
 def name_of(number):

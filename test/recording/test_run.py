@@ -18,25 +18,22 @@ from recording.runs import TORUS, begun, cloud, record, rewritten, with_payload
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import FocusPlan, PlanRequest
+from focus_planner.core.plans import FocusPlan, PlanRequest, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Camera, Grid, Image, Lens, Mesh, Rig
-from focus_planner.core.warm_start import Warmth
 from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import Optics
-from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.messages.typestore import POSES, RIG, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import (
-    POSES,
-    RIG,
     Beginning,
     Ending,
     beginning_messages,
     ending_messages,
     input_message,
     inputs_of,
-    new_run_id,
     progress_message,
     read_run,
     rig_message,

@@ -17,19 +17,12 @@ from focus_planner.core.plans import PlanRequest
 from focus_planner.core.scene import Scene
 from focus_planner.core.types import CostModel, Image, Lens, Rig
 from focus_planner.messages.parameters import DECLARATIONS, Recording, Settings
-from focus_planner.messages.typestore import serialize
+from focus_planner.messages.typestore import POSES, RIG, serialize
 from focus_planner.messages.writing import poses_to_fields, rig_to_fields
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import (
-    POSES,
-    RIG,
-    Run,
-    inputs_of,
-    read_run,
-    surface_messages,
-)
+from focus_planner.recording.run import Run, inputs_of, read_run, surface_messages
 from focus_planner.recording.what_if import parse_changes, settable_names, with_changes
 
 OWN = SMALL_RIG.cameras[0].lens

@@ -29,7 +29,7 @@ from focus_planner.core.types import PointCloud
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.parameters import DECLARATIONS
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.messages.typestore import _store, message_of, serialize
+from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, _store, message_of, serialize
 from focus_planner.messages.writing import (
     cloud_to_fields,
     mesh_to_bytes,
@@ -38,7 +38,7 @@ from focus_planner.messages.writing import (
 )
 from focus_planner.recording.bag import PARTIAL, bag_size, read_bag
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import CLOUD, MESH, POSES, RIG, read_run
+from focus_planner.recording.run import read_run
 from focus_planner.recording.software import software
 from focus_planner.ros.client import _INPUTS, PlannerClient, _Input
 from focus_planner.ros.conversions import message_to_ros
