@@ -483,15 +483,15 @@ def check_camera_name(name: object) -> None:
 
 def _numbers(argument: str, values: Sequence[float], count: int) -> tuple[float, ...]:
     """Return that many numbers; of floats, which a message has, without the way through NumPy."""
-    if isinstance(values, tuple) and len(values) == count:
-        if all(type(value) is float for value in values):
-            return values
+    floats = isinstance(values, tuple) and all(type(value) is float for value in values)
+    if floats and len(values) == count:
+        return tuple(values)
     return tuple(check_array(argument, values, (count,)).tolist())
 
 
 def _length(quaternion: Sequence[float]) -> float:
     """Return a quaternion's length; infinite where its square would overflow."""
-    if max(abs(q) for q in quaternion) > _FARTHEST:
+    if any(abs(q) > _FARTHEST for q in quaternion):
         return math.inf
     return math.sqrt(sum(q**2 for q in quaternion))
 

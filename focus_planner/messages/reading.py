@@ -32,9 +32,11 @@ from focus_planner.core.types import (
 )
 from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
 from focus_planner.messages.cdr import read_mesh
+from focus_planner.messages.limits import Limits
 
 #: A message of any library: its attributes are read, which its definition names.
 Message = Any
+_NO_LIMITS = Limits()
 Position = tuple[float, float, float]
 Orientation = tuple[float, float, float, float]
 
@@ -93,19 +95,23 @@ def check_frame(header: Message, frame_id: str) -> None:
         )
 
 
-def mesh_from_bytes(payload: bytes) -> Mesh:
-    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``."""
+def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
+    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``, unless it is too large."""
     triangles, vertices = read_mesh(payload)
+    limits.check_mesh(len(triangles), len(vertices))
     return Mesh(vertices=vertices, triangles=triangles.astype(np.int64))
 
 
-def cloud_from_message(message: Message, frame_id: str) -> PointCloud:
+def cloud_from_message(message: Message, frame_id: str, limits: Limits = _NO_LIMITS) -> PointCloud:
     """Return the points, with their normals and their importance if there are any.
+
+    Raises if there are too many points.
 
     The importance is the field ``importance``, or else ``weight``, of any type of number. Points
     of which a coordinate is not finite are left out if the message says that it is not dense.
     """
     check_frame(message.header, frame_id)
+    limits.check_cloud(message.width * message.height)
     names = {field.name for field in message.fields}
     geometry = POINT + NORMAL if names.issuperset(NORMAL) else POINT
     importance = importance_column(names)

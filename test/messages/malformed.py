@@ -46,7 +46,7 @@ def ball(rings=10, radius=0.3):
 
 
 BALL = ball()
-CLOUD = PointCloud(BALL.vertices, BALL.vertices)
+CLOUD = PointCloud(BALL.vertices, BALL.vertices, np.linspace(0.5, 1.0, len(BALL.vertices)))
 _FIELDS = {
     "cloud": cloud_to_fields(CLOUD, "world"),
     "camera_poses": poses_to_fields(RIG),
