@@ -31,6 +31,7 @@ IntArray = NDArray[np.int32]
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _UNIT_TOLERANCE = 1e-3
 _FARTHEST = 1e8
+_FARTHEST_FOCUS = 1e12
 # The square of what is shorter has next to no digits.
 _SHORTEST = 1e-150
 #: kernels/k_view.py numbers cameras with 18 bits.
@@ -90,6 +91,8 @@ class Lens:
         check_number("lens.focal_length", self.focal_length, above=0)
         check_number("lens.hyperfocal_distance", self.hyperfocal_distance, above=self.focal_length)
         check_number("lens.min_focus", self.min_focus, at_least=0)
+        for name in ("focal_length", "hyperfocal_distance", "min_focus"):
+            _check_optical_reach(f"lens.{name}", getattr(self, name))
         check_number("lens.max_focus", self.max_focus, above=self.focal_length, infinite=True)
         if self.min_focus > self.max_focus:
             raise InputError(
@@ -121,6 +124,12 @@ class Lens:
         return settable
 
 
+def _check_optical_reach(argument: str, metres: float) -> None:
+    """Raise if a lens's products with other distances would overflow."""
+    if metres > _FARTHEST_FOCUS:
+        raise InputError(argument, f"metres up to {_FARTHEST_FOCUS:g}", f"{metres:g}")
+
+
 def _listed_distances(lens: Lens) -> tuple[float, ...]:
     """Return a lens's list of distances, ascending and unique; raise if it is none."""
     name, given = "lens.focus_distances", lens.focus_distances
@@ -139,6 +148,7 @@ def _listed_distances(lens: Lens) -> tuple[float, ...]:
             str(len(listed)),
             "leave it out for a lens that takes every distance between its limits",
         )
+    _check_optical_reach(name, listed[0])
     if not lens.min_focus <= listed[0] <= listed[-1] <= lens.max_focus:
         raise InputError(
             name,

@@ -50,6 +50,9 @@ def test_the_defaults_are_the_papers():
         ({"hyperfocal_distance": math.inf}, "lens.hyperfocal_distance: .* got inf"),
         ({"min_focus": -0.1}, "lens.min_focus: expected a number of at least 0, got -0.1"),
         ({"min_focus": math.inf}, "lens.min_focus: .* got inf"),
+        ({"min_focus": 1e13}, r"lens.min_focus: expected metres up to 1e\+12, got 1e\+13"),
+        ({"hyperfocal_distance": 1e308}, "lens.hyperfocal_distance: expected metres up to"),
+        ({"focus_distances": [1e13]}, "lens.focus_distances: expected metres up to"),
         ({"max_focus": 0.05}, "lens.max_focus: expected a number above 0.05, got 0.05"),
         (
             {"min_focus": 2.0, "max_focus": 1.5},

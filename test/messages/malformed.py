@@ -7,13 +7,24 @@ from __future__ import annotations
 
 import struct
 from copy import deepcopy
+from functools import partial
 
 import numpy as np
+from messages.build import Log
 
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Mesh, PointCloud
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.typestore import serialize
+from focus_planner.messages.inputs import Arrival
+from focus_planner.messages.parameters import Settings
+from focus_planner.messages.planner import NotReady, Planner
+from focus_planner.messages.reading import (
+    cloud_from_message,
+    mesh_from_bytes,
+    poses_from_message,
+    rig_from_message,
+)
+from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.messages.writing import cloud_to_fields, poses_to_fields, rig_to_fields
 
 #: By the input's topic; the types of what is sent there.
@@ -83,19 +94,19 @@ _TEXTS = (
 )
 
 
-def good(topic):
-    """Return the bytes of a message that can be planned with."""
+def good(topic, **changes):
+    """Return the bytes of a message that can be planned with, some of its fields changed."""
     if topic == "mesh":
         return write_mesh(BALL.triangles, BALL.vertices)
-    return serialize(TYPES[topic], _FIELDS[topic])
+    return serialize(TYPES[topic], _FIELDS[topic] | changes)
 
 
-def absurd(topic, random):
+def absurd(topic, random, **changes):
     """Return the bytes of a message of the topic's type with one to three absurd values."""
     if topic == "mesh":
         return _absurd_mesh(random)
     while True:
-        fields = deepcopy(_FIELDS[topic])
+        fields = deepcopy(_FIELDS[topic] | changes)
         for _ in range(random.integers(1, 4)):
             _spoil(fields, random)
         try:
@@ -104,10 +115,10 @@ def absurd(topic, random):
             pass  # no such message: another one
 
 
-def broken(topic, random):
+def broken(topic, random, **changes):
     """Return bytes that may once have been a message of the topic."""
     how = random.choice((_noise, _cut, _flipped, _lying, _spliced, _longer))
-    return how(good(topic), random)
+    return how(good(topic, **changes), random)
 
 
 def _absurd_mesh(random):
@@ -204,3 +215,67 @@ def _spliced(payload, random):
 
 def _longer(payload, random):
     return payload + random.bytes(random.integers(4, 3000))
+
+
+# --- who reads them ----------------------------------------------------------------------------
+
+SETTINGS = Settings.from_values({"method": "em", "samples": 200, "fresh_samples": 200})
+LIMITS = SETTINGS.limits
+
+
+def read_poses(payload, optics):
+    LIMITS.check_rig(payload)
+    return poses_from_message(deserialize(TYPES["camera_poses"], payload), optics, "world")
+
+
+def read_rig(payload, optics):
+    LIMITS.check_rig(payload)
+    return rig_from_message(deserialize(TYPES["rig"], payload), optics, "world")
+
+
+READ = {
+    "mesh": lambda payload, _: mesh_from_bytes(payload, LIMITS),
+    "cloud": lambda payload, _: cloud_from_message(
+        deserialize(TYPES["cloud"], payload), "world", LIMITS
+    ),
+    "camera_poses": read_poses,
+    "rig": read_rig,
+}
+
+
+class Bench:
+    """A planner with a good mesh and a good rig in force."""
+
+    def __init__(self):
+        self.log = Log()
+        self.planner = Planner(self.log)
+        self.put_good()
+
+    def put_good(self):
+        self.offer("mesh", good("mesh"))
+        self.offer("rig", good("rig"))
+
+    def refuses(self, topic, payload):
+        """Return whether a message leaves what was in force in force."""
+        before = self.in_force
+        self.offer(topic, payload)
+        if self.in_force == before:
+            return True
+        self.put_good()
+        return False
+
+    def offer(self, topic, payload):
+        where = self.planner.surface if topic in {"mesh", "cloud"} else self.planner.rig
+        where.receive(Arrival(topic, TYPES[topic], payload, partial(READ[topic], payload)))
+        self.planner.digest(SETTINGS.optics)
+
+    @property
+    def in_force(self):
+        return self.planner.surface.in_force, self.planner.rig.in_force
+
+    def plan(self):
+        """Return the plan, as a caller gets it who asks again after having been told."""
+        try:
+            return self.planner.plan(SETTINGS.request, SETTINGS.optics)[0]
+        except NotReady:
+            return self.planner.plan(SETTINGS.request, SETTINGS.optics)[0]

@@ -4,82 +4,18 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from functools import partial
 
 import numpy as np
 import pytest
-from messages.build import Log
-from messages.malformed import TYPES, absurd, broken, good
+from messages.malformed import READ, TYPES, Bench, absurd, broken, good
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.plans import PlanRequest
 from focus_planner.core.types import MAX_CAMERAS
-from focus_planner.messages.inputs import Arrival
-from focus_planner.messages.parameters import Settings
-from focus_planner.messages.planner import NotReady, Planner
-from focus_planner.messages.reading import (
-    cloud_from_message,
-    mesh_from_bytes,
-    poses_from_message,
-    rig_from_message,
-)
-from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.messages.typestore import serialize
 
 MESSAGES = 200
 # A hundred times what it takes, on a machine with other things to do.
 SECONDS = 5.0
-SETTINGS = Settings.from_values({})
-LIMITS = SETTINGS.limits
-REQUEST = PlanRequest(method="em", samples=200, fresh_samples=200)
-
-
-def read_poses(payload, optics):
-    LIMITS.check_rig(payload)
-    return poses_from_message(deserialize(TYPES["camera_poses"], payload), optics, "world")
-
-
-def read_rig(payload, optics):
-    LIMITS.check_rig(payload)
-    return rig_from_message(deserialize(TYPES["rig"], payload), optics, "world")
-
-
-READ = {
-    "mesh": lambda payload, _: mesh_from_bytes(payload, LIMITS),
-    "cloud": lambda payload, _: cloud_from_message(
-        deserialize(TYPES["cloud"], payload), "world", LIMITS
-    ),
-    "camera_poses": read_poses,
-    "rig": read_rig,
-}
-
-
-class Bench:
-    """A planner with a good mesh and a good rig in force."""
-
-    def __init__(self):
-        self.log = Log()
-        self.planner = Planner(self.log)
-        self.put_good()
-
-    def put_good(self):
-        self.offer("mesh", good("mesh"))
-        self.offer("rig", good("rig"))
-
-    def offer(self, topic, payload):
-        where = self.planner.surface if topic in {"mesh", "cloud"} else self.planner.rig
-        where.receive(Arrival(topic, TYPES[topic], payload, partial(READ[topic], payload)))
-        self.planner.digest(SETTINGS.optics)
-
-    @property
-    def in_force(self):
-        return self.planner.surface.in_force, self.planner.rig.in_force
-
-    def plan(self):
-        """Return the plan, as a caller gets it who asks again after having been told."""
-        try:
-            return self.planner.plan(REQUEST, SETTINGS.optics)[0]
-        except NotReady:
-            return self.planner.plan(REQUEST, SETTINGS.optics)[0]
 
 
 @pytest.fixture
