@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import tempfile
@@ -19,7 +20,8 @@ from ros.planner_process import PlannerProcess
 from focus_planner import FocusPlan, Mesh, PlanRequest, Rig, Scene, plan_focus
 from focus_planner.messages.reading import plan_from_message
 
-MIB = 2**20
+# What a message said stands within a line, never at its start.
+_FAULT = re.compile(r"^\[(ERROR|FATAL)\]|Traceback|internal error|Warning:")
 Cameras = tuple[object, ...]
 
 
@@ -81,8 +83,7 @@ class Node(PlannerProcess):
     @property
     def faults(self) -> list[str]:
         """Lines of the log that should not be there."""
-        bad = ("Traceback", "internal error", "[ERROR]", "[FATAL]")
-        return [line for line in self.log.splitlines() if any(word in line for word in bad)]
+        return [line for line in self.log.splitlines() if _FAULT.search(line)]
 
     def kill(self) -> None:
         """End it as the kernel does."""
