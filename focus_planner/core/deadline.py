@@ -6,6 +6,7 @@ deadline ended can be made again from them.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import repeat
@@ -26,6 +27,8 @@ _BOUND = 1.0
 # The next step may take longer than the last.
 _CAUTION = 1.5
 _NOT_YET = float("nan")
+# Samples that a plan is made on in the time in which one who wants no more has to get it.
+_ENOUGH_FOR_NOW = 4096
 
 
 class Deadline:
@@ -64,13 +67,16 @@ class Deadline:
         self._told_no = False
         self._asked = 0
         self._runs = [0]
-        self._replayed = None if replayed is None else _each(replayed)
+        self._tape = None if replayed is None else _Tape(replayed)
         self.stopped = False
         self.shortened = False
 
     @property
     def answers(self) -> tuple[int, ...]:
-        """What was answered so far: how often in a row to go on, then how often not, and so on."""
+        """What was answered so far: how often in a row to go on, then how often not, and so on.
+
+        Two zeros in a row, or more, stand where the watch, not the clock, first said no.
+        """
         return tuple(self._runs)
 
     def allow_for(self, cells: float, bound: bool = False, shots: int = 1) -> None:
@@ -96,6 +102,21 @@ class Deadline:
         self._last = time.perf_counter()
         self._reserve = _WIND_UP * self._cells
         self.stopped = self._told_no
+
+    @property
+    def told_no(self) -> bool:
+        """Whether the watch said no: the plan is wanted now, not when the time is up."""
+        return self._told_no
+
+    def enough(self) -> float:
+        """Return how many of the samples taken are enough, now that no more are."""
+        return _ENOUGH_FOR_NOW if self._told_no else math.inf
+
+    def asked(self, stage: str) -> bool:
+        """Return whether the watch, whatever the time, wants a stage without steps to go on."""
+        self._asked += 1
+        self._ask(Progress(stage, self._asked, _NOT_YET))
+        return self._answer(in_time=True)
 
     def within(self, stage: str, share: float) -> Callable[[], bool]:
         """Return a question to ask between parts of a stage that may take a share of the time."""
@@ -125,11 +146,18 @@ class Deadline:
 
     def _ask(self, progress: Progress) -> None:
         """Ask the user's watch, until it says no."""
-        self._told_no = self._told_no or not self._watch(progress)
+        if self._told_no:
+            return
+        self._told_no = not self._watch(progress) or (
+            self._tape is not None and self._tape.says_no_here()
+        )
+        if self._told_no:
+            # A zero more where the last are those told not to go on.
+            self._runs += [0, 0] if len(self._runs) % 2 else [0, 0, 0]
 
     def _answer(self, in_time: bool) -> bool:
         """Return, and keep, whether to go on: as then, or else if there is time."""
-        go_on = in_time if self._replayed is None else next(self._replayed, True)
+        go_on = in_time if self._tape is None else self._tape.answer()
         go_on = go_on and not self._told_no
         if go_on == bool(len(self._runs) % 2):
             self._runs[-1] += 1
@@ -138,6 +166,29 @@ class Deadline:
         return go_on
 
 
-def _each(runs: Sequence[int]) -> Iterator[bool]:
+class _Tape:
+    """The answers of another deadline, to give again."""
+
+    def __init__(self, runs: Sequence[int]) -> None:
+        self._items = _each(tuple(runs))
+        self._next = next(self._items, True)
+
+    def says_no_here(self) -> bool:
+        """Return whether the watch said no before the next answer."""
+        here = self._next is None
+        if here:
+            self._next = next(self._items, True)
+        return here
+
+    def answer(self) -> bool:
+        """Return the next answer; to go on where there are no more."""
+        answer, self._next = self._next, next(self._items, True)
+        return answer is not False
+
+
+def _each(runs: tuple[int, ...]) -> Iterator[bool | None]:
+    """Yield every answer, and None where the watch said no."""
     for k, run in enumerate(runs):
         yield from repeat(k % 2 == 0, run)
+        if run == 0 and runs[k + 1 : k + 2] == (0,) and (k == 0 or runs[k - 1]):
+            yield None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,12 @@ from focus_planner.core.checks import InputError
 from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.optics import depth_of_field
 from focus_planner.core.plans import CameraFocus, PlanRequest, Shot, SolvedPlan, Warmth
-from focus_planner.core.posing import choose_samples, pose_fresh_problem, pose_problem
+from focus_planner.core.posing import (
+    choose_samples,
+    pose_fresh_problem,
+    pose_problem,
+    thinned,
+)
 from focus_planner.core.problem import Problem, mean_cost
 from focus_planner.core.proof.bound import lower_bound
 from focus_planner.core.quality import judge
@@ -76,20 +82,21 @@ def plan_focus(
         deadline.within(stage, share / request.shots) if asked else None
         for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
     )
-    fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part)
-    problem = pose_problem(scene, rig, request, model, go_on=part)
+    enough = deadline.enough
+    fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part, enough=enough)
+    problem = pose_problem(scene, rig, request, model, go_on=part, enough=enough)
+    posed = time.perf_counter()
+    problem = _with_cells(problem, request, deadline if asked else None)
     options = replace(options, start=spread_start(problem))
     if before is not None:
         options = warm_options(options, before, problem)
-    posed = time.perf_counter()
-    with kernels.threads_for(len(problem.depth)):
-        _ = problem.cells
     bounded = request.bound != "none" and request.method != "optimal"
     deadline.allow_for(time.perf_counter() - posed, bounded, request.shots)
     with kernels.threads_for(len(problem.depth)):
         solution = SOLVERS[request.method](problem, options, deadline)
         solved = time.perf_counter()
-        if bounded:
+        # One who wants no more waits for no bound, unless it is there already.
+        if bounded and not deadline.told_no:
             deadline.bound_now()
             solution = _bounded(problem, solution, request, options, deadline)
     return _plan(
@@ -101,6 +108,18 @@ def plan_focus(
         deadline=deadline,
         solve_seconds=solved - posed,
     )
+
+
+def _with_cells(problem: Problem, request: PlanRequest, deadline: Deadline | None) -> Problem:
+    """Return the problem with its cells; of fewer samples, if they are not to be waited for."""
+    with kernels.threads_for(len(problem.depth)):
+        if deadline is None:
+            _ = problem.cells
+        elif not problem.find_cells(partial(deadline.asked, "cells")):
+            few = int(min(deadline.enough(), problem.sample_count))
+            deadline.shortened = deadline.shortened or few < problem.sample_count
+            return thinned(problem, few, request.seed)
+    return problem
 
 
 def _bounded(
@@ -146,9 +165,9 @@ def _plan(
     shots = []
     for c, lens in enumerate(problem.lenses):
         near, far = depth_of_field(focus[c], lens)
-        shots.append(
-            Shot(float(focus[c]), float(near), float(far), int(assigned[c]), int(in_focus[c]))
-        )
+        device_value = lens.table.value_at(float(focus[c])) if lens.table else None
+        counts = int(assigned[c]), int(in_focus[c])
+        shots.append(Shot(float(focus[c]), float(near), float(far), *counts, device_value))
     cameras = [
         _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
         for c in range(0, count, problem.shots)
@@ -183,7 +202,7 @@ def _plan(
 
 def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
     """Return what the shots of one camera, whose first is ``first`` in the problem, amount to."""
-    main = max(shots, key=lambda shot: shot.assigned_samples)
+    main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
     assigned = sum(shot.assigned_samples for shot in shots)
     status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
     sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
@@ -196,4 +215,6 @@ def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> Came
         assigned_samples=assigned,
         in_focus_samples=sum(shot.in_focus_samples for shot in shots),
         shots=shots,
+        device_value=main.device_value,
+        device_unit=table.unit if table else None,
     )

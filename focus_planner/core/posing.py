@@ -40,6 +40,7 @@ def pose_problem(
     model: CostModel | None = None,
     by: Density = "importance",
     go_on: Callable[[], bool] | None = None,
+    enough: Callable[[], float] = lambda: math.inf,
 ) -> Problem:
     """Return the discrete problem that a request poses, on samples by importance or by area.
 
@@ -50,6 +51,8 @@ def pose_problem(
     go_on : callable, optional
         Asked every few hundredths of a second of ray casting whether to go on. If not, the
         problem is that of the samples so far, which are fewer and as fairly drawn.
+    enough : callable, optional
+        Asked, when not to go on, how many of the samples so far are enough.
 
     Raises
     ------
@@ -73,7 +76,9 @@ def pose_problem(
     check_distance(scene, rig)
     check_cameras_outside(scene, rig)
     samples = scene.sample(request.samples, request.seed, by)
-    visibility = visible_pairs(scene, rig, samples, go_on, _fair_order(request, samples, go_on))
+    visibility = visible_pairs(
+        scene, rig, samples, go_on, _fair_order(request, samples, go_on), enough
+    )
     samples = _standing_for_all(samples, visibility.taken)
     if not samples.weights.any():
         raise InputError(
@@ -92,12 +97,13 @@ def pose_fresh_problem(
     model: CostModel | None = None,
     by: Density = "importance",
     go_on: Callable[[], bool] | None = None,
+    enough: Callable[[], float] = lambda: math.inf,
 ) -> Problem:
     """Return the discrete problem that a request's plan is judged on.
 
     Parameters
     ----------
-    scene, rig, request, model, by, go_on
+    scene, rig, request, model, by, go_on, enough
         As for :func:`pose_problem`.
 
     Raises
@@ -107,10 +113,31 @@ def pose_fresh_problem(
     """
     request = choose_samples(scene, rig, request, model)
     samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
-    visibility = visible_pairs(scene, rig, samples, go_on)
+    visibility = visible_pairs(scene, rig, samples, go_on, enough=enough)
     samples = _standing_for_all(samples, visibility.taken)
     problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
     return with_shots(problem, request.shots)
+
+
+def thinned(problem: Problem, count: int, seed: int) -> Problem:
+    """Return the problem of some of a problem's samples, drawn at random."""
+    drawn = np.random.default_rng(seed).permutation(problem.sample_count)[:count]
+    taken = np.sort(drawn)
+    counts = np.diff(problem.sample_offsets)[taken]
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    shifts = np.repeat(problem.sample_offsets[taken] - offsets[:-1], counts)
+    pairs = np.arange(offsets[-1]) + shifts
+    return replace(
+        problem,
+        samples=_standing_for_all(problem.samples, taken),
+        sample_offsets=offsets,
+        sample_index=np.repeat(np.arange(len(taken), dtype=np.int32), counts),
+        camera_index=problem.camera_index[pairs],
+        depth=problem.depth[pairs],
+        base_cost=problem.base_cost[pairs],
+        focus_near=problem.focus_near[pairs],
+        focus_far=problem.focus_far[pairs],
+    )
 
 
 def choose_samples(

@@ -6,7 +6,7 @@ Every solver works on this and on nothing else.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -97,15 +97,19 @@ def settable(
 
 def _by_lens(
     lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]]
-) -> Iterator[tuple[Lens, NDArray[np.bool_] | slice]]:
+) -> Iterator[tuple[Lens, NDArray[np.int64] | slice]]:
     """Yield every kind of lens, and which of the cameras, given by index, have it."""
     kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
     if len(kinds) == 1:
         yield lenses[0], slice(None)
         return
-    kind_of_each = np.array([kinds[lens] for lens in lenses])[cameras]
-    for lens, kind in kinds.items():
-        yield lens, kind_of_each == kind
+    # Sorted once, as small numbers: with a table of its own every camera is a kind.
+    number = np.min_scalar_type(len(kinds))
+    kind_of_each = np.array([kinds[lens] for lens in lenses], dtype=number)[cameras]
+    order = np.argsort(kind_of_each, kind="stable")
+    ends = np.cumsum(np.bincount(kind_of_each, minlength=len(kinds)))
+    for lens, low, high in zip(kinds, [0, *ends[:-1]], ends, strict=True):
+        yield lens, order[low:high]
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +179,22 @@ class Problem:
     @cached_property
     def cells(self) -> Cells:
         """The focus distances worth choosing between."""
-        return _cells(self)
+        cells = _cells(self, lambda: True)
+        assert cells is not None
+        return cells
+
+    def find_cells(self, go_on: Callable[[], bool]) -> bool:
+        """Find the cells, which else the first to ask for them waits for; return whether.
+
+        Parameters
+        ----------
+        go_on : callable
+            Asked a few times meanwhile whether to go on.
+        """
+        cells = _cells(self, go_on)
+        if cells is not None:
+            self.__dict__["cells"] = cells
+        return cells is not None
 
     def evaluate(self, focus: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return each sample's cost and its best camera at the given focus distances (Eq. 2, 5).
@@ -287,23 +306,30 @@ def build_problem(
     )
 
 
-def _cells(problem: Problem) -> Cells:
+def _cells(problem: Problem, go_on: Callable[[], bool]) -> Cells | None:
+    """Return the cells, None if they were not to be gone on with."""
     offsets, pairs = problem.camera_offsets, problem.camera_pairs
     starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
     sorted_starts, sorted_ends = starts.copy(), ends.copy()
     for low, high in pairwise(offsets):
         sorted_starts[low:high].sort()
         sorted_ends[low:high].sort()
+    if not go_on():
+        return None
     counts = np.empty(problem.camera_count, dtype=np.int64)
     near, far = np.empty_like(starts), np.empty_like(ends)
     kernels.maximal_cells(offsets, sorted_starts, sorted_ends, counts, near, far)
     cell_offsets = np.concatenate([[0], np.cumsum(counts)])
     kept = np.arange(cell_offsets[-1]) + np.repeat(offsets[:-1] - cell_offsets[:-1], counts)
     near, far = near[kept], far[kept]
+    if not go_on():
+        return None
     seen_first, seen_last = np.empty((2, len(pairs)), dtype=np.int32)
     kernels.cell_ranges(offsets, starts, ends, cell_offsets, near, far, seen_first, seen_last)
     first, last = np.empty((2, len(pairs)), dtype=np.int32)
     first[pairs], last[pairs] = seen_first, seen_last
+    if not go_on():
+        return None
     weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
     base = _units(weights[problem.sample_index] * problem.base_cost)
     return Cells(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -17,6 +19,13 @@ from focus_planner.core.types import Grid, IntArray
 _STRONGEST = 4
 # Counts for all pairs of cameras at once would need gigabytes for ten thousand cameras.
 _ROWS_AT_ONCE = 1024
+# Between questions whether to go on: what takes a fiftieth of a second.
+_PAIRS_BETWEEN_QUESTIONS = 1_000_000
+_LISTED_BETWEEN_QUESTIONS = 400_000
+
+
+class Abandoned(Exception):  # noqa: N818 - nothing went wrong
+    """The tuples are not wanted any more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +71,13 @@ class _Graph:
         return both[both[:, 0] < both[:, 1]]
 
 
-def camera_tuples(problem: Problem, k: int, scope: str, grid: Grid | None) -> Tuples:
+def camera_tuples(
+    problem: Problem,
+    k: int,
+    scope: str,
+    grid: Grid | None,
+    go_on: Callable[[], bool] = lambda: True,
+) -> Tuples:
     """Return the k-tuples of cameras worth moving together: connected k-sets of neighbours.
 
     Neighbours are those on ``grid``; without one, each camera's strongest overlaps, by the
@@ -72,8 +87,15 @@ def camera_tuples(problem: Problem, k: int, scope: str, grid: Grid | None) -> Tu
 
     Tuples influence each other with scope "assigned" where they share a camera (the paper's
     independent sets), with "all" where they see a common sample.
+
+    ``go_on`` is asked every few hundredths of a second, by the work done.
+
+    Raises
+    ------
+    Abandoned
+        If it says no.
     """
-    overlap, shared = _overlaps(problem)
+    overlap, shared = _overlaps(problem, go_on)
     edges = _grid_edges(grid) if grid is not None else _strongest(overlap, shared, problem.shots)
     graph = _graph(problem.camera_count, _between_shots(edges, problem.camera_count, problem.shots))
     cameras = graph.edges() if k == 2 else _triples(graph)
@@ -85,15 +107,18 @@ def camera_tuples(problem: Problem, k: int, scope: str, grid: Grid | None) -> Tu
     reach = overlap.offsets if scope == "all" else np.zeros_like(overlap.offsets)
     colours = kernels.colour(cameras, reach, overlap.neighbours)
     batched = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
-    return _with_shared(problem, batched, np.concatenate([[0], np.cumsum(np.bincount(colours))]))
+    batch_offsets = np.concatenate([[0], np.cumsum(np.bincount(colours))])
+    return _with_shared(problem, batched, batch_offsets, go_on)
 
 
-def _overlaps(problem: Problem) -> tuple[_Graph, Offsets]:
+def _overlaps(problem: Problem, go_on: Callable[[], bool]) -> tuple[_Graph, Offsets]:
     """Return which cameras see a common sample, and per neighbour how many."""
     cameras = problem.camera_count
+    seeing = len(problem.camera_index) / problem.sample_count
+    work = np.diff(problem.camera_offsets) * seeing
     rows, neighbours, common = [], [], []
-    for low in range(0, cameras, _ROWS_AT_ONCE):
-        counts = np.empty((min(_ROWS_AT_ONCE, cameras - low), cameras), dtype=np.int32)
+    for low, high in _parts(work, _PAIRS_BETWEEN_QUESTIONS, go_on, _ROWS_AT_ONCE):
+        counts = np.empty((high - low, cameras), dtype=np.int32)
         kernels.count_common(
             problem.camera_offsets,
             problem.cells.seen,
@@ -163,26 +188,53 @@ def _triples(graph: _Graph) -> NDArray[np.int64]:
     return np.unique(np.sort(np.array(found, dtype=np.int64).reshape(-1, 3), axis=1), axis=0)
 
 
-def _with_shared(problem: Problem, cameras: IntArray, batch_offsets: Offsets) -> Tuples:
+def _parts(
+    work: NDArray[np.float64],
+    most_work: float,
+    go_on: Callable[[], bool],
+    most: int | None = None,
+) -> Iterator[tuple[int, int]]:
+    """Yield runs of items that together take no more than so much work; ask between them."""
+    low, done = 0, 0.0
+    for at, each in enumerate(work.tolist()):
+        if at > low and (done + each > most_work or at - low == most):
+            yield low, at
+            if not go_on():
+                raise Abandoned
+            low, done = at, 0.0
+        done += each
+    if low < len(work):
+        yield low, len(work)
+
+
+def _with_shared(
+    problem: Problem, cameras: IntArray, batch_offsets: Offsets, go_on: Callable[[], bool]
+) -> Tuples:
     cells = problem.cells
     offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
-    offsets[1:] = np.cumsum(kernels.count_shared(cameras, problem.camera_offsets, cells.seen))
+    work = np.diff(problem.camera_offsets)[cameras].sum(axis=1).astype(np.float64)
+    parts = partial(_parts, work, _LISTED_BETWEEN_QUESTIONS, go_on)
+    for low, high in parts():
+        counts = kernels.count_shared(cameras[low:high], problem.camera_offsets, cells.seen)
+        offsets[low + 1 : high + 1] = counts
+    offsets = np.cumsum(offsets)
     shape = (int(offsets[-1]), cameras.shape[1])
     samples = np.empty(shape[0], dtype=np.int32)
     bases = np.empty(shape, dtype=np.int64)
     firsts, lasts = np.empty(shape, dtype=np.int32), np.empty(shape, dtype=np.int32)
-    kernels.list_shared(
-        cameras,
-        problem.camera_offsets,
-        cells.seen,
-        cells.seen_base,
-        cells.seen_first,
-        cells.seen_last,
-        kernels.NEVER,
-        offsets,
-        samples,
-        bases,
-        firsts,
-        lasts,
-    )
+    for low, high in parts():
+        kernels.list_shared(
+            cameras[low:high],
+            problem.camera_offsets,
+            cells.seen,
+            cells.seen_base,
+            cells.seen_first,
+            cells.seen_last,
+            kernels.NEVER,
+            offsets[low : high + 1],
+            samples,
+            bases,
+            firsts,
+            lasts,
+        )
     return Tuples(cameras, batch_offsets, offsets, samples, bases, firsts, lasts)

@@ -239,7 +239,43 @@ def test_a_first_no_is_a_run_too(clock):
 def test_a_watch_that_says_no_is_obeyed_where_answers_are_given_again(clock):
     again = Deadline(math.inf, lambda _: False, (5,))
     assert not again(Progress("em", 1, 1.0))
-    assert again.answers == (0, 1)
+    assert again.answers == (0, 0, 0, 1)
+
+
+@pytest.mark.parametrize("before", [0, 1, 3])
+@pytest.mark.parametrize("late", [False, True])
+def test_where_the_watch_said_no_is_kept_and_given_again(clock, before, late):
+    left = before
+
+    def watch(_):
+        nonlocal left
+        left -= 1
+        return left >= 0
+
+    kept = Deadline(10.0, watch)
+    question = kept.within("visibility", 1.0)
+    told = []
+    for _ in range(before + 2):
+        clock.now += 10.0 if late else 0.1
+        told.append((question(), kept.told_no, kept.enough()))
+    assert told[before:] == [(False, True, 4096)] * 2
+    assert [each[1] for each in told[:before]] == [False] * before
+    again = Deadline(math.inf, go_on, kept.answers)
+    question = again.within("visibility", 1.0)
+    assert [(question(), again.told_no, again.enough()) for _ in told] == told
+    assert again.answers == kept.answers
+
+
+def test_a_clock_that_said_no_is_no_watch_that_did(clock):
+    kept = Deadline(1.0, go_on)
+    clock.now += 2.0
+    assert not kept.within("visibility", 0.5)()
+    assert not kept.told_no
+    assert kept.enough() == math.inf
+    assert kept.asked("cells")  # whatever the time
+    again = Deadline(math.inf, go_on, kept.answers)
+    assert not again.within("visibility", 0.5)()
+    assert not again.told_no
 
 
 def test_a_watch_is_told_before_solving_begins(clock):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +22,7 @@ from focus_planner.core.solvers.solution import (
     go_on,
     start_cells,
 )
-from focus_planner.core.tuples import Tuples, camera_tuples
+from focus_planner.core.tuples import Abandoned, Tuples, camera_tuples
 from focus_planner.core.types import IntArray
 
 # Shared samples looked at, a fiftieth of a second's work; of a third camera's cells, most are
@@ -55,7 +56,11 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
         # before had converged.
         if not (going_on and watch(Progress(STAGES[k], 0, cost))):
             return replace(solution, converged=False)
-        descent = Descent(problem, replace(options, k=k))
+        asked = partial(_asked_meanwhile, remember, STAGES[k], cost)
+        try:
+            descent = Descent(problem, replace(options, k=k), asked)
+        except Abandoned:
+            return replace(solution, converged=False)
         cell = start_cells(problem, solution.focus_distances)
         iterations, converged = descent.run(cell, remember)
         iterations += solution.iterations
@@ -65,6 +70,13 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
 
 class Descent:
     """A problem's tuples, from whatever cells their cameras start.
+
+    Parameters
+    ----------
+    problem : Problem
+    options : Options
+    go_on : callable, optional
+        Asked while the tuples are set up; if it says no, :class:`Abandoned` is raised.
 
     Attributes
     ----------
@@ -78,12 +90,14 @@ class Descent:
     cell: IntArray
     units: int
 
-    def __init__(self, problem: Problem, options: Options) -> None:
+    def __init__(
+        self, problem: Problem, options: Options, go_on: Callable[[], bool] = lambda: True
+    ) -> None:
         cells = problem.cells
         self._problem = problem
         self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
-        self._tuples = camera_tuples(problem, options.k, options.scope, options.grid)
+        self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, go_on)
         self._stops = _stops(problem, self._tuples)
         self._by_sample = (problem.sample_offsets, problem.camera_index, cells.base)
         self._ranges = (cells.first, cells.last)
@@ -171,6 +185,11 @@ class Descent:
             self._touched,
             self._clock,
         )
+
+
+def _asked_meanwhile(watch: Watch, stage: str, cost: float) -> bool:
+    """Ask a watch in the midst of setting a stage up."""
+    return watch(Progress(stage, 0, cost))
 
 
 def _stops(problem: Problem, tuples: Tuples) -> list[int]:

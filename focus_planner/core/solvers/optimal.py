@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from focus_planner.core.solvers.solution import (
     go_on,
     start_cells,
 )
+from focus_planner.core.tuples import Abandoned
 from focus_planner.core.types import IntArray
 
 # Plans are made from the prices after so many steps, and each time they are twice as many; from
@@ -113,7 +115,12 @@ class _Search:
             if self._descent is None:
                 if not self._tell_stage("k_view"):
                     return
-                self._descent = Descent(self._problem, self._options)
+                try:
+                    self._descent = Descent(
+                        self._problem, self._options, partial(self._tell_stage, "k_view")
+                    )
+                except Abandoned:
+                    return
             self._descent.run(cell, self._tell)
             self._keep(self._descent.cell)
 
