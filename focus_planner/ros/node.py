@@ -52,6 +52,7 @@ from focus_planner.messages.diagnostics import (
     diagnose_recorder,
 )
 from focus_planner.messages.inputs import Arrival, InputState
+from focus_planner.messages.limits import Limits
 from focus_planner.messages.outcome import Reason
 from focus_planner.messages.reading import (
     Optics,
@@ -451,22 +452,28 @@ class PlannerNode(LifecycleNode):
     # By the functions that a replay reads with, so that what is refused is refused alike.
 
     def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
-        return mesh_from_bytes(payload)
+        return mesh_from_bytes(payload, self._limits)
 
     def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
-        return cloud_from_message(deserialize(CLOUD, payload), self._frame_id)
+        return cloud_from_message(deserialize(CLOUD, payload), self._frame_id, self._limits)
 
     def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
+        self._limits.check_rig(payload)
         message = deserialize(POSES, payload)
         return self._cameras.check(poses_from_message(message, optics, self._frame_id))
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
+        self._limits.check_rig(payload)
         message = deserialize(RIG, payload)
         return self._cameras.check(rig_from_message(message, optics, self._frame_id))
 
     @property
     def _frame_id(self) -> str:
         return self._settings.current.frame_id
+
+    @property
+    def _limits(self) -> Limits:
+        return self._settings.current.limits
 
     def _receive_lens_state(self, payload: bytes) -> None:
         try:
