@@ -1,4 +1,4 @@
-"""The command line: ``focus_planner rig | plan | replay | node | demo``.
+"""The command line: ``focus_planner rig | plan | replay | node | parameters | demo``.
 
 Results go to stdout, everything else to stderr. Exit status 2 and one line say what was wrong
 with the input.
@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from focus_planner.cli import plan, replay, rig
+from focus_planner.cli import parameters, plan, replay, rig
 from focus_planner.core.checks import InputError
 
 _BAD_INPUT, _INTERRUPTED, _PIPE_CLOSED = 2, 130, 141
@@ -118,6 +118,7 @@ def _parser() -> argparse.ArgumentParser:
     plan.add(commands)
     replay.add(commands)
     _add_node(commands)
+    parameters.add(commands)
     _add_demo(commands)
     return parser
 
