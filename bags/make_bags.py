@@ -42,6 +42,15 @@ HERE = Path(__file__).parent
 PATIENCE = 120.0
 TRIANGLES = 3000
 SAMPLES = {"samples": 500}
+LENS_TABLES = """\
+# Two kinds of lenses by name, the others by their default.
+default: {unit: focus_absolute, whole: true, distances: [0.35, 0.5, 1.0, 3.0],
+          values: [250, 180, 90, 20]}
+cameras:
+  cam_0_00: {unit: dioptres}
+  cam_1_04: {unit: steps, distances: [0.4, 0.8, .inf], values: [0, 1200.5, 2300]}
+  of_another_rig: {unit: m}
+"""
 RIG = cylinder_rig(rows=4, columns=9, radius=0.9, lens=Lens(0.05, 5.0))
 
 
@@ -170,6 +179,17 @@ def other_rigs(node: Recorded) -> None:
     node.run("failed_rig", success=False)
 
 
+def device_values(node: Recorded) -> None:
+    """Record lenses whose drivers are told numbers of their own, by the node's lens tables."""
+    # Where the node looks for it: a run holds the parameter, and no path of this machine.
+    (node.folder.parent / "lens_tables.yaml").write_text(LENS_TABLES)
+    node.client.set_parameters(lens_tables="lens_tables.yaml")
+    node.client.publish_mesh(small_body("arms_out"))
+    node.client.publish_rig(RIG)
+    node.run("lens_tables", method="k_view", shots=2)
+    node.client.set_parameters(lens_tables="")
+
+
 def iter_whole(folder: Path) -> Iterator[Path]:
     """Yield the run below a folder, once it is whole."""
     until = time.monotonic() + PATIENCE
@@ -209,7 +229,12 @@ def data_set() -> None:
 
 def main() -> None:
     """Record all."""
-    steps: tuple[Callable[[Recorded], None], ...] = (every_method, clouds, other_rigs)
+    steps: tuple[Callable[[Recorded], None], ...] = (
+        every_method,
+        clouds,
+        other_rigs,
+        device_values,
+    )
     with tempfile.TemporaryDirectory() as folder:
         runs = Path(folder, "runs")
         runs.mkdir()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from focus_planner.core.checks import InputError
+    from focus_planner.core.lens_table import LensTable
     from focus_planner.core.optics import depth_of_field, focus_interval, hyperfocal_distance
     from focus_planner.core.planning import plan_focus
     from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot, SolvedPlan
@@ -35,6 +36,7 @@ __all__ = [
     "Image",
     "InputError",
     "Lens",
+    "LensTable",
     "Mesh",
     "PlanRequest",
     "PointCloud",
@@ -52,6 +54,7 @@ __all__ = [
 
 _HOMES = {
     "checks": ("InputError",),
+    "lens_table": ("LensTable",),
     "optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
     "planning": ("plan_focus",),
     "plans": ("CameraFocus", "FocusPlan", "PlanRequest", "Shot", "SolvedPlan"),

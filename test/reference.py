@@ -39,7 +39,49 @@ def settable(lens):
             near + (far - near) * i / (lens.focus_steps - 1) for i in range(lens.focus_steps)
         ]
         return sorted(1 / d for d in dioptres if d > 1e-12)
+    if lens.table is not None and lens.table.whole:
+        least, most = limits(lens)
+        return [d for d in whole_distances(lens.table) if least <= d <= most]
     return None if lens.focus_distances is None else sorted(set(lens.focus_distances))
+
+
+def limits(lens):
+    """Return the nearest and farthest distance that the lens and its table have."""
+    distances = lens.table.distances if lens.table is not None else ()
+    return (
+        max([lens.min_focus, *distances[:1]]),
+        min([lens.max_focus, *distances[-1:]]),
+    )
+
+
+def device_value(table, distance):
+    """Return the device value of a distance, not rounded: linear in dioptres between entries."""
+    if not table.distances:
+        return distance if table.unit == "m" else 1 / distance
+    entries = list(zip(table.distances, table.values, strict=True))
+    for (near, value_near), (far, value_far) in itertools.pairwise(entries):
+        if near <= distance <= far:
+            share = (1 / near - 1 / distance) / (1 / near - 1 / far)
+            return value_near + share * (value_far - value_near)
+    raise AssertionError(distance)
+
+
+def whole_distances(table):
+    """Return the finite distances of all whole device values, ascending."""
+    found = set()
+    entries = list(zip(table.distances, table.values, strict=True))
+    for (near, value_near), (far, value_far) in itertools.pairwise(entries):
+        low, high = sorted([value_near, value_far])
+        for value in range(math.ceil(low), math.floor(high) + 1):
+            share = (value - value_near) / (value_far - value_near)
+            dioptres = 1 / near + share * (1 / far - 1 / near)
+            if value == value_near:
+                found.add(near)
+            elif value == value_far:
+                found.add(far)
+            else:
+                found.add(1 / dioptres)
+    return sorted(found - {math.inf})
 
 
 def holds(depth, s, lens, tolerance):
@@ -65,18 +107,85 @@ def camera_axes(camera):
 
 
 def in_image(camera, point):
-    """Return the pinhole projection (u, v) and whether it falls on a pixel of the image."""
+    """Return the projection (u, v) and whether it falls on a pixel that is read out."""
     x_axis, y_axis, z_axis = camera_axes(camera)
     offset = np.asarray(point) - np.asarray(camera.position)
     z = float(offset @ z_axis)
     if z <= 0:
         return math.nan, math.nan, False
     image = camera.image
-    u = image.fx * float(offset @ x_axis) / z + image.cx
-    v = image.fy * float(offset @ y_axis) / z + image.cy
-    # Pixel centres have whole coordinates: column 0 reaches from -0.5 to 0.5.
-    inside = 0 <= math.floor(u + 0.5) < image.width and 0 <= math.floor(v + 0.5) < image.height
-    return u, v, inside
+    x, y = float(offset @ x_axis) / z, float(offset @ y_axis) / z
+    u, v = pixels(image, x, y)
+    return u, v, bool(is_read(image, u, v)) and grows(image, math.hypot(x, y))
+
+
+def coefficients(image):
+    """Return k₁..k₆, p₁, p₂, s₁..s₄ of a polynomial model by name, the missing ones 0."""
+    names = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"]
+    return dict.fromkeys(names, 0.0) | dict(zip(names, image.distortion, strict=False))
+
+
+def distorted(image, x, y):
+    """Return where (x, y, 1) is imaged, in focal lengths, as OpenCV's manual writes it; arrays too.
+
+    Its sections on the camera model of calib3d and on that of fisheye cameras.
+    """
+    r = np.hypot(x, y)
+    if image.distortion_model == "equidistant":
+        k1, k2, k3, k4 = image.distortion
+        a = np.arctan(r)
+        theta_d = a * (1 + k1 * a**2 + k2 * a**4 + k3 * a**6 + k4 * a**8)
+        share = np.where(r > 0, theta_d / np.where(r > 0, r, 1.0), 1.0)
+        return share * x, share * y
+    c = coefficients(image)
+    share = (1 + c["k1"] * r**2 + c["k2"] * r**4 + c["k3"] * r**6) / (
+        1 + c["k4"] * r**2 + c["k5"] * r**4 + c["k6"] * r**6
+    )
+    p1, p2 = c["p1"], c["p2"]
+    return (
+        share * x + 2 * p1 * x * y + p2 * (r**2 + 2 * x**2) + c["s1"] * r**2 + c["s2"] * r**4,
+        share * y + p1 * (r**2 + 2 * y**2) + 2 * p2 * x * y + c["s3"] * r**2 + c["s4"] * r**4,
+    )
+
+
+def pixels(image, x, y):
+    """Return the pixel coordinates of the image of (x, y, 1); arrays too."""
+    x, y = distorted(image, x, y) if image.distortion_model else (x, y)
+    return image.fx * x + image.cx, image.fy * y + image.cy
+
+
+def grows(image, tangent, steps=2000):
+    """Return whether the image grows all the way from the axis to this tan θ, step by step.
+
+    The polynomials' radial part by more than other terms may take back at the most.
+    """
+    if not image.distortion_model:
+        return True
+    r = np.linspace(0.0, tangent, steps + 1)
+    if image.distortion_model == "equidistant":
+        a = np.linspace(0.0, math.atan(tangent), steps + 1)
+        grown, _ = distorted(image, np.tan(a), 0 * a)
+        return bool((np.diff(grown) > 0).all())
+    c = coefficients(image)
+    if (1 + c["k4"] * r**2 + c["k5"] * r**4 + c["k6"] * r**6 <= 0).any():
+        return False
+    grown = r * (1 + c["k1"] * r**2 + c["k2"] * r**4 + c["k3"] * r**6)
+    grown = grown / (1 + c["k4"] * r**2 + c["k5"] * r**4 + c["k6"] * r**6)
+    square = 3 * math.hypot(c["p1"], c["p2"]) + math.hypot(c["s1"], c["s3"])
+    taken_back = square * r**2 + math.hypot(c["s2"], c["s4"]) * r**4
+    return bool((np.diff(grown - taken_back) > 0).all())
+
+
+def is_read(image, u, v):
+    """Return whether pixel coordinates lie in a whole bin of the region of interest; arrays too.
+
+    Pixel centres have whole coordinates: column 0 reaches from -0.5 to 0.5.
+    """
+    left, top, width, height = image.region or (0, 0, image.width, image.height)
+    columns, rows = image.binning
+    column = np.floor((np.floor(u + 0.5) - left) / columns)
+    row = np.floor((np.floor(v + 0.5) - top) / rows)
+    return (column >= 0) & (column < width // columns) & (row >= 0) & (row < height // rows)
 
 
 # --- Visibility ----------------------------------------------------------------------------------
@@ -360,13 +469,14 @@ def _bracket_sets(seen, lens, shots, tolerance):
 def _between_changes(seen, lens, tolerance):
     """Return a distance between every two at which something comes into or goes out of focus."""
     h, f = lens.hyperfocal_distance, lens.focal_length
-    changes = {max(lens.min_focus, 1.001 * f), min(lens.max_focus, 1e4)}
+    least, most = limits(lens)
+    changes = {max(least, 1.001 * f), min(most, 1e4)}
     for depth, _ in seen.values():
         far, near = depth + tolerance, depth - tolerance
         changes.add(far * (h + f) / (h + far))
         if f < near < h:
             changes.add(near * (h - f) / (h - near))
-    allowed = sorted(s for s in changes if lens.min_focus <= s <= lens.max_focus)
+    allowed = sorted(s for s in changes if least <= s <= most)
     return [(a + b) / 2 for a, b in itertools.pairwise(allowed)]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from focus_planner.core.plans import PlanRequest, SolvedPlan
     from focus_planner.core.scene import Scene
     from focus_planner.core.types import Rig
+    from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
 
@@ -45,6 +47,13 @@ def add(commands: Any) -> None:
         metavar="FILE",
         help="how much each vertex or point counts: a text, one number a line, or a .npy;"
         " instead of the property importance, or weight, of SURFACE",
+    )
+    option(
+        "--lens-tables",
+        type=Path,
+        metavar="FILE",
+        help="what lens drivers want to be told: a YAML of tables by camera, for those whose lens"
+        " in RIG.YAML has none",
     )
     option("--quiet", action="store_true", help="no progress, no summary")
     how = plan.add_argument_group("how to plan")
@@ -129,15 +138,16 @@ def run(options: argparse.Namespace) -> int:
         check_writable(path)
     if len({path.resolve() for path in paths}) < len(paths):
         raise InputError("--output, --problem, --picture", "different files", "the same twice")
-    read = {p.resolve() for p in (options.surface, options.rig, options.importance) if p}
+    inputs = (options.surface, options.rig, options.importance, options.lens_tables)
+    read = {path.resolve() for path in inputs if path}
     for path in paths:
         if path.resolve() in read:
             raise InputError(str(path), "a file to write that is not read as well", "one of both")
     recorder = CommandRecorder(options.record, options.markers)
     with shown(options.quiet) as tell:
-        scene, rig, request = _read(options, tell)
-        plan = _solve(scene, rig, request, tell, recorder)
-        _write(options, scene, rig, plan, tell)
+        given = _read(options, tell)
+        plan = _solve(given, tell, recorder)
+        _write(options, given, plan, tell)
     _show(options, plan)
     return NOT_RECORDED if recorder.failed else 0
 
@@ -145,33 +155,49 @@ def run(options: argparse.Namespace) -> int:
 # --- planning ----------------------------------------------------------------------------------
 
 
-def _read(options: argparse.Namespace, tell: Tell) -> tuple[Scene, Rig, PlanRequest]:
+@dataclass(frozen=True)
+class _Given:
+    """What to plan for; ``file_rig`` is the rig as its file has it, ``tables`` another's."""
+
+    scene: Scene
+    rig: Rig
+    file_rig: Rig
+    tables: LensTables | None
+    request: PlanRequest
+
+
+def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.plans import PlanRequest
     from focus_planner.core.scene import Scene
+    from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
     from focus_planner.io.surfaces import load_surface
 
     given = {name: getattr(options, name) for name in _REQUEST_OPTIONS}
     request = PlanRequest(**{name: value for name, value in given.items() if value is not None})
     tell(f"reading {options.rig}")
-    rig = load_rig(options.rig)
+    file_rig = load_rig(options.rig)
+    tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
+    rig = tables.apply(file_rig) if tables else file_rig
     tell(f"reading {options.surface}")
-    return Scene(load_surface(options.surface, options.importance)), rig, request
+    scene = Scene(load_surface(options.surface, options.importance))
+    return _Given(scene, rig, file_rig, tables, request)
 
 
-def _solve(
-    scene: Scene, rig: Rig, request: PlanRequest, tell: Tell, recorder: CommandRecorder
-) -> SolvedPlan:
+def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
     from focus_planner.core.planning import plan_focus
+
+    scene, rig, request = given.scene, given.rig, given.request
 
     def beginning() -> tuple[list[BagMessage], Beginning]:
         from focus_planner.recording.naming import new_run_id
         from focus_planner.recording.run import beginning_of, inputs_of
         from focus_planner.recording.software import software
 
-        begun = beginning_of(new_run_id(), PLANNER, request, rig.frame_id, software())
-        return inputs_of(begun, scene.surface, rig), begun
+        run_id, frame_id = new_run_id(), rig.frame_id
+        begun = beginning_of(run_id, PLANNER, request, frame_id, software(), given.tables)
+        return inputs_of(begun, scene.surface, given.file_rig), begun
 
     interruptible = Interruptible(tell)
     tell(f"finding what {len(rig)} cameras see")
@@ -186,9 +212,7 @@ def _solve(
     return plan
 
 
-def _write(
-    options: argparse.Namespace, scene: Scene, rig: Rig, plan: SolvedPlan, tell: Tell
-) -> None:
+def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: Tell) -> None:
     from focus_planner.io.plans import save_plan
     from focus_planner.io.problems import save_problem
 
@@ -201,7 +225,7 @@ def _write(
         tell(f"drawing {options.picture}")
         from focus_planner.io.picture import draw_plans
 
-        draw_plans(scene, rig, {plan.method: plan}, options.picture)
+        draw_plans(given.scene, given.rig, {plan.method: plan}, options.picture)
 
 
 def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
@@ -253,5 +277,11 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     if plan.shots > 1:
         used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
         yield "shots", str(plan.shots * len(plan.cameras)), f"{used} of use"
+    values: dict[str, list[float]] = {}
+    for shot, unit in ((s, c.device_unit) for c in plan.cameras for s in c.shots):
+        if unit is not None and shot.device_value is not None:
+            values.setdefault(unit, []).append(shot.device_value)
+    for unit, told in values.items():
+        yield "lenses", f"{min(told):g} to {max(told):g}", unit
     for status, count in sorted(Counter(c.status for c in plan.cameras).items()):
         yield "cameras", str(count), status.name.lower().replace("_", " ")

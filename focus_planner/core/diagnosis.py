@@ -12,7 +12,7 @@ from focus_planner.core.geometry import camera_positions
 from focus_planner.core.optics import focus_interval
 from focus_planner.core.problem import Problem
 from focus_planner.core.scene import Scene
-from focus_planner.core.types import FloatArray, Mesh, Rig, Samples, Surface
+from focus_planner.core.types import FloatArray, Image, Mesh, Rig, Samples, Surface
 from focus_planner.core.visibility import Visibility, visible_pairs
 
 # Real captures stay within a few times the subject's size; millimetres make it hundreds.
@@ -90,7 +90,8 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
     Raises
     ------
     InputError
-        Says what is suspected: the unit, inverted normals, the importance, the frame.
+        Says what is suspected: the unit, inverted normals, the importance, what is read out of
+        the images or their distortion, the frame.
     """
     seen = _share_seen(visibility, samples)
     if seen < _SEEN_ENOUGH:
@@ -99,6 +100,7 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
         _suspect_normals(scene, rig, samples, seen)
     if seen == 0:
         _suspect_importance(scene, rig)
+        _suspect_images(scene, rig)
         raise InputError(
             "camera poses",
             "cameras that see the surface",
@@ -140,6 +142,24 @@ def _suspect_importance(scene: Scene, rig: Rig) -> None:
         )
 
 
+def _suspect_images(scene: Scene, rig: Rig) -> None:
+    """Raise if the rig would see the surface in whole images, without distortion."""
+    cameras = tuple(replace(camera, image=_plain(camera.image)) for camera in rig.cameras)
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    seen = _share_seen(visible_pairs(scene, replace(rig, cameras=cameras), samples), samples)
+    if seen > 0:
+        raise InputError(
+            "image.region, image.distortion",
+            "images with some of the surface in them",
+            f"none ({seen:.0%} of it would be seen in whole images, without distortion)",
+            "check the regions of interest, and the order of the coefficients of distortion",
+        )
+
+
+def _plain(image: Image) -> Image:
+    return Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+
+
 def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None:
     """Raise if nothing can be brought into focus, or nothing needs to be.
 
@@ -160,8 +180,11 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
                 "it is probably not in metres; else stop the lenses down",
             )
         names = "lens.min_focus, lens.max_focus"
-        if any(lens.settable_distances is not None for lens in problem.lenses):
+        listed = any(lens.focus_distances or lens.focus_steps for lens in problem.lenses)
+        if listed:
             names = f"lens.focus_distances, lens.focus_steps, {names}"
+        if any(lens.table for lens in problem.lenses):
+            names = f"lens.table, {names}"
         raise InputError(
             names,
             "distances at which some of the surface comes into focus",

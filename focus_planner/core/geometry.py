@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from focus_planner.core.distortion import corner_rays
 from focus_planner.core.types import Camera, FloatArray, Rig
 
 
@@ -31,7 +32,9 @@ def camera_rotations(rig: Rig) -> FloatArray:
 def image_corners(camera: Camera, depth: float) -> FloatArray:
     """Return (4, 3) the points at a depth that the image's corners show, in the rig's frame.
 
-    From the first pixel's corner with the rows: top left, top right, bottom right, bottom left.
+    From the first pixel's corner with the rows: top left, top right, bottom right, bottom left,
+    of the pixels that are read out. For corners that show nothing or what is very far off the
+    axis see :func:`focus_planner.core.distortion.corner_rays`.
 
     Parameters
     ----------
@@ -39,10 +42,7 @@ def image_corners(camera: Camera, depth: float) -> FloatArray:
     depth : float
         Along the optical axis, metres.
     """
-    image = camera.image
-    u = np.array([0, image.width, image.width, 0]) - 0.5
-    v = np.array([0, 0, image.height, image.height]) - 0.5
-    rays = np.stack([(u - image.cx) / image.fx, (v - image.cy) / image.fy, np.ones(4)], axis=-1)
+    rays = np.column_stack([corner_rays(camera.image), np.ones(4)])
     rotation = rotation_from_quaternion(np.array(camera.orientation))
     corners: FloatArray = np.array(camera.position) + depth * rays @ rotation.T
     return corners

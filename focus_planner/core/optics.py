@@ -87,8 +87,9 @@ def focus_interval(
     room = h - front
     nearest = back * (h + f) / (h + back)
     farthest = np.where(room > 0, front * (h - f) / np.where(room > 0, room, 1.0), np.inf)
-    nearest = np.maximum(nearest, lens.min_focus)
-    farthest = np.minimum(farthest, lens.max_focus)
+    least, most = lens.focus_limits
+    nearest = np.maximum(nearest, least)
+    farthest = np.minimum(farthest, most)
     settable = lens.settable_distances
     if settable is not None:
         first = np.searchsorted(settable, nearest, side="left")
@@ -115,7 +116,7 @@ def nearest_settable(distance: FloatArray, lens: Lens) -> FloatArray:
     """
     settable = lens.settable_distances
     if settable is None:
-        return np.clip(distance, lens.min_focus, lens.max_focus)
+        return np.clip(distance, *lens.focus_limits)
     after = np.searchsorted(settable, distance, side="left").clip(1, max(len(settable) - 1, 1))
     before = settable[after - 1]
     after = settable[np.minimum(after, len(settable) - 1)]

@@ -165,9 +165,9 @@ def _plan(
     shots = []
     for c, lens in enumerate(problem.lenses):
         near, far = depth_of_field(focus[c], lens)
-        shots.append(
-            Shot(float(focus[c]), float(near), float(far), int(assigned[c]), int(in_focus[c]))
-        )
+        device_value = lens.table.value_at(float(focus[c])) if lens.table else None
+        counts = int(assigned[c]), int(in_focus[c])
+        shots.append(Shot(float(focus[c]), float(near), float(far), *counts, device_value))
     cameras = [
         _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
         for c in range(0, count, problem.shots)
@@ -202,7 +202,7 @@ def _plan(
 
 def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
     """Return what the shots of one camera, whose first is ``first`` in the problem, amount to."""
-    main = max(shots, key=lambda shot: shot.assigned_samples)
+    main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
     assigned = sum(shot.assigned_samples for shot in shots)
     status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
     sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
@@ -215,4 +215,6 @@ def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> Came
         assigned_samples=assigned,
         in_focus_samples=sum(shot.in_focus_samples for shot in shots),
         shots=shots,
+        device_value=main.device_value,
+        device_unit=table.unit if table else None,
     )

@@ -117,6 +117,8 @@ class Shot:
         Samples that this shot images better than all others of all cameras.
     in_focus_samples : int
         Those of them that are in focus, within the depth tolerance.
+    device_value : float or None
+        What the lens's table has for the distance; None without a table.
     """
 
     focus_distance: float
@@ -124,6 +126,7 @@ class Shot:
     far_limit: float
     assigned_samples: int
     in_focus_samples: int
+    device_value: float | None = None
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,10 @@ class CameraFocus:
     shots : tuple of Shot
         Ascending by focus distance, as many for every camera of a plan. One that images nothing
         best has no samples assigned and may be left out.
+    device_value : float or None
+        What the lens's table has for ``focus_distance``; None without a table.
+    device_unit : str or None
+        The table's unit.
     """
 
     name: str
@@ -151,6 +158,8 @@ class CameraFocus:
     assigned_samples: int
     in_focus_samples: int
     shots: tuple[Shot, ...]
+    device_value: float | None = None
+    device_unit: str | None = None
 
 
 @dataclass(frozen=True)

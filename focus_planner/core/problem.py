@@ -97,15 +97,19 @@ def settable(
 
 def _by_lens(
     lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]]
-) -> Iterator[tuple[Lens, NDArray[np.bool_] | slice]]:
+) -> Iterator[tuple[Lens, NDArray[np.int64] | slice]]:
     """Yield every kind of lens, and which of the cameras, given by index, have it."""
     kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
     if len(kinds) == 1:
         yield lenses[0], slice(None)
         return
-    kind_of_each = np.array([kinds[lens] for lens in lenses])[cameras]
-    for lens, kind in kinds.items():
-        yield lens, kind_of_each == kind
+    # Sorted once, as small numbers: with a table of its own every camera is a kind.
+    number = np.min_scalar_type(len(kinds))
+    kind_of_each = np.array([kinds[lens] for lens in lenses], dtype=number)[cameras]
+    order = np.argsort(kind_of_each, kind="stable")
+    ends = np.cumsum(np.bincount(kind_of_each, minlength=len(kinds)))
+    for lens, low, high in zip(kinds, [0, *ends[:-1]], ends, strict=True):
+        yield lens, order[low:high]
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ from focus_planner.core.checks import (
     check_number,
     check_whole,
 )
+from focus_planner.core.lens_table import MAX_FOCUS_STEPS, LensTable
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -33,10 +34,16 @@ _UNIT_TOLERANCE = 1e-3
 _FARTHEST = 1e8
 #: kernels/k_view.py numbers cameras with 18 bits.
 MAX_CAMERAS = 250_000
-#: No focus motor has more; each is a candidate of every camera.
-MAX_FOCUS_STEPS = 65_536
 #: A topic's name, which has a camera's in it, has room for 247.
 MAX_NAME = 100
+#: How many coefficients each model of distortion has; the names are those of CameraInfo.
+DISTORTION_COUNTS = {
+    "plumb_bob": (4, 5),
+    "rational_polynomial": (8, 12, 14),
+    "equidistant": (4,),
+}
+# Those of a telephoto lens are large, and are multiplied with each other.
+_LARGEST_COEFFICIENT = 1e30
 _ROUNDING = 1e-15  # of the length of what was just normalised
 
 
@@ -69,12 +76,15 @@ class Lens:
         Instead of ``focus_distances``: how many positions the lens has between its limits,
         equally spaced in dioptres, both limits included. The position at infinity, of a lens
         without ``max_focus``, counts but is never planned: plans name finite distances.
+    table : LensTable, optional
+        What the lens's driver wants to be told. Its distances limit the lens too; a table of
+        whole values is a list of distances itself, instead of the other two.
 
     Raises
     ------
     InputError
-        If a value is out of range, the limits leave no distance, or distances and steps are both
-        given.
+        If a value is out of range, the limits leave no distance, or two of distances, steps and a
+        table of whole values are given.
     """
 
     focal_length: float = 0.050
@@ -83,6 +93,7 @@ class Lens:
     max_focus: float = math.inf
     focus_distances: tuple[float, ...] | None = None
     focus_steps: int | None = None
+    table: LensTable | None = None
 
     def __post_init__(self) -> None:
         check_number("lens.focal_length", self.focal_length, above=0)
@@ -95,28 +106,80 @@ class Lens:
                 f"at most max_focus ({self.max_focus:g} m)",
                 f"{self.min_focus:g} m",
             )
+        if self.table is not None:
+            _check_table(self, self.table)
         if self.focus_distances is not None:
             object.__setattr__(self, "focus_distances", _listed_distances(self))
         if self.focus_steps is not None:
             _check_steps(self)
 
+    @property
+    def focus_limits(self) -> tuple[float, float]:
+        """The nearest and farthest distance that limits and table leave, metres."""
+        if self.table is None:
+            return self.min_focus, self.max_focus
+        return max(self.min_focus, self.table.nearest), min(self.max_focus, self.table.farthest)
+
     @cached_property
     def settable_distances(self) -> FloatArray | None:
         """(n,) all distances that the lens can be set to, metres, ascending; None for a range."""
         if self.focus_steps is not None:
-            dioptres = np.linspace(1 / self.min_focus, 1 / self.max_focus, self.focus_steps)
-            finite = 1 / dioptres[dioptres > 0]
-            # 1 / (1 / x) need not be x, and the limits are positions themselves.
-            finite[0] = self.min_focus
-            if dioptres[-1] > 0:
-                finite[-1] = self.max_focus
-            settable = np.unique(np.clip(finite, self.min_focus, self.max_focus))
+            settable = _steps(*self.focus_limits, self.focus_steps)
         elif self.focus_distances is not None:
             settable = np.array(self.focus_distances)
+        elif self.table is not None and self.table.settable_distances is not None:
+            settable = _within(self.table.settable_distances, self)
         else:
             return None
         settable.flags.writeable = False
         return settable
+
+
+def _steps(nearest: float, farthest: float, count: int) -> FloatArray:
+    """Return the finite ones of so many distances, equally spaced in dioptres."""
+    dioptres = np.linspace(1 / nearest, 1 / farthest, count)
+    finite = 1 / dioptres[dioptres > 0]
+    # 1 / (1 / x) need not be x, and the limits are positions themselves.
+    finite[0] = nearest
+    if dioptres[-1] > 0:
+        finite[-1] = farthest
+    return np.unique(np.clip(finite, nearest, farthest))
+
+
+def _within(distances: FloatArray, lens: Lens) -> FloatArray:
+    """Return those distances that the lens's limits leave."""
+    nearest, farthest = lens.focus_limits
+    left = (distances >= nearest) & (distances <= farthest) & (distances > lens.focal_length)
+    some: FloatArray = distances[left]
+    return some
+
+
+def _check_table(lens: Lens, table: LensTable) -> None:
+    """Raise if a lens's table contradicts what else is said of it."""
+    if not isinstance(table, LensTable):
+        raise InputError("lens.table", "a LensTable", repr(table))
+    settable = table.settable_distances
+    listed = lens.focus_distances is not None or lens.focus_steps is not None
+    if settable is not None and listed:
+        raise InputError(
+            "lens.table",
+            "a table of whole values, focus_distances or focus_steps",
+            "two of them",
+            "a table of whole values says itself what the lens can be set to",
+        )
+    nearest, farthest = lens.focus_limits
+    if nearest > farthest or farthest <= lens.focal_length:
+        has = f"{table.nearest:g} to {table.farthest:g} m"
+    elif settable is not None and not len(_within(settable, lens)):
+        has = f"none of {len(settable)} whole values there"
+    else:
+        return
+    raise InputError(
+        "lens.table",
+        f"distances from min_focus ({lens.min_focus:g} m) to max_focus ({lens.max_focus:g} m),"
+        f" above focal_length ({lens.focal_length:g} m)",
+        has,
+    )
 
 
 def _listed_distances(lens: Lens) -> tuple[float, ...]:
@@ -137,10 +200,12 @@ def _listed_distances(lens: Lens) -> tuple[float, ...]:
             str(len(listed)),
             "leave it out for a lens that takes every distance between its limits",
         )
-    if not lens.min_focus <= listed[0] <= listed[-1] <= lens.max_focus:
+    nearest, farthest = lens.focus_limits
+    if not nearest <= listed[0] <= listed[-1] <= farthest:
         raise InputError(
             name,
-            f"distances from min_focus ({lens.min_focus:g} m) to max_focus ({lens.max_focus:g} m)",
+            f"distances from min_focus ({nearest:g} m) to max_focus ({farthest:g} m)"
+            + (", as the lens's table leaves them" if lens.table else ""),
             f"{listed[0]:g} to {listed[-1]:g} m",
         )
     return tuple(listed)
@@ -152,18 +217,47 @@ def _check_steps(lens: Lens) -> None:
         raise InputError(name, "focus_distances or focus_steps", "both")
     if check_whole(name, steps, 2) > MAX_FOCUS_STEPS:
         raise InputError(name, f"at most {MAX_FOCUS_STEPS}", str(steps))
-    if lens.min_focus <= lens.focal_length:
+    if lens.focus_limits[0] <= lens.focal_length:
         raise InputError(
             "lens.min_focus",
             f"a number above focal_length ({lens.focal_length:g} m), with focus_steps",
-            f"{lens.min_focus:g}",
+            f"{lens.focus_limits[0]:g}",
             "the steps are counted from the nearest distance that the lens can be set to",
         )
 
 
 @dataclass(frozen=True)
 class Image:
-    """Size and pinhole intrinsics of an image, pixels; pixel centres have whole coordinates."""
+    """The images that a camera takes, as ``sensor_msgs/CameraInfo`` describes raw ones.
+
+    Pixels are those of the full resolution, whatever is read out of them; pixel centres have
+    whole coordinates.
+
+    Parameters
+    ----------
+    width, height : int
+        Pixels.
+    fx, fy, cx, cy : float
+        Focal lengths and principal point, pixels.
+    distortion_model : str
+        "plumb_bob" (k₁, k₂, p₁, p₂ and perhaps k₃), "rational_polynomial" (k₁, k₂, p₁, p₂,
+        k₃, ..., k₆, and perhaps the thin prism's s₁, ..., s₄), "equidistant" (k₁, ..., k₄, of a
+        fisheye); "" for a pinhole. The formulas are OpenCV's.
+    distortion : tuple of float
+        The coefficients, in that order. Coefficients of the first two models that are all 0, or
+        none at all, are a pinhole's, and are kept as that. Four zeros of a fisheye are not: it
+        images what is θ off the axis θ from the principal point, in focal lengths.
+    binning : tuple of 2 ints
+        How many columns and rows of pixels are read out as one.
+    region : tuple of 4 ints, optional
+        x_offset, y_offset, width, height of the pixels that are read out; all when absent.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, the model is unknown or has another number of coefficients,
+        the region is not within the image, or binning leaves nothing of it.
+    """
 
     width: int = 580
     height: int = 870
@@ -171,6 +265,10 @@ class Image:
     fy: float = 1190.732
     cx: float = 284.813
     cy: float = 434.440
+    distortion_model: str = ""
+    distortion: tuple[float, ...] = ()
+    binning: tuple[int, int] = (1, 1)
+    region: tuple[int, int, int, int] | None = None
 
     def __post_init__(self) -> None:
         check_whole("image.width", self.width, 1)
@@ -179,6 +277,93 @@ class Image:
         check_number("image.fy", self.fy, above=0)
         check_number("image.cx", self.cx)
         check_number("image.cy", self.cy)
+        object.__setattr__(self, "distortion", _distortion(self))
+        if not self.distortion:
+            object.__setattr__(self, "distortion_model", "")
+        object.__setattr__(self, "region", _region(self))
+        object.__setattr__(self, "binning", _binning(self))
+
+    @cached_property
+    def pixels_read(self) -> tuple[int, int, int, int]:
+        """x_offset, y_offset, width, height of the pixels that reach the image.
+
+        The region without the columns at its right, and the rows at its bottom, that fill no
+        whole bin.
+        """
+        x, y, width, height = self.region or (0, 0, self.width, self.height)
+        columns, rows = self.binning
+        return x, y, width - width % columns, height - height % rows
+
+
+def _listed(argument: str, value: object, kind: str) -> tuple[object, ...]:
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+        raise InputError(argument, kind, repr(value))
+    return tuple(value)
+
+
+def _distortion(image: Image) -> tuple[float, ...]:
+    """Return an image's coefficients, none for a pinhole; raise if they are not its model's."""
+    name, model = "image.distortion", image.distortion_model
+    listed = _listed(name, image.distortion, "a list of coefficients")
+    given = tuple(check_number(f"{name}[{i}]", number) for i, number in enumerate(listed))
+    if any(abs(number) > _LARGEST_COEFFICIENT for number in given):
+        raise InputError(
+            name, f"coefficients up to {_LARGEST_COEFFICIENT:g}", f"{max(given, key=abs):g}"
+        )
+    if model not in DISTORTION_COUNTS and (model != "" or any(given)):
+        raise InputError(
+            "image.distortion_model",
+            "one of " + ", ".join(DISTORTION_COUNTS),
+            repr(model),
+            "rectified images have no distortion, and the fx, fy, cx, cy that rectifying gave them",
+        )
+    if model != "equidistant" and not any(given):
+        return ()
+    if len(given) not in DISTORTION_COUNTS[model]:
+        counts = " or ".join(map(str, DISTORTION_COUNTS[model]))
+        raise InputError(name, f"{counts} coefficients of the model {model}", str(len(given)))
+    if any(given[12:]):
+        raise InputError(
+            name,
+            "a sensor that is not tilted: 0 for the last two of 14 coefficients",
+            f"{given[12]:g} and {given[13]:g}",
+            "calibrate without OpenCV's tilted model",
+        )
+    return given
+
+
+def _region(image: Image) -> tuple[int, int, int, int] | None:
+    """Return the region of an image, None for all of it; raise if it is not within the image."""
+    name = "image.region"
+    if image.region is None:
+        return None
+    listed = _listed(name, image.region, "x_offset, y_offset, width, height")
+    if len(listed) != 4:
+        raise InputError(name, "x_offset, y_offset, width, height", f"{len(listed)} numbers")
+    x, y, width, height = (
+        check_whole(f"{name}[{i}]", number, int(i > 1)) for i, number in enumerate(listed)
+    )
+    if x + width > image.width or y + height > image.height:
+        raise InputError(
+            name,
+            f"pixels of the image, which has {image.width} × {image.height}",
+            f"{width} × {height} from ({x}, {y}) on",
+            "offsets and sizes are in pixels of the full resolution, without binning",
+        )
+    return None if (width, height) == (image.width, image.height) else (x, y, width, height)
+
+
+def _binning(image: Image) -> tuple[int, int]:
+    """Return the binning of an image; raise if it leaves no pixel."""
+    name = "image.binning"
+    listed = _listed(name, image.binning, "columns and rows that are read out as one")
+    if len(listed) != 2:
+        raise InputError(name, "columns and rows", f"{len(listed)} numbers")
+    columns, rows = (check_whole(f"{name}[{i}]", number, 1) for i, number in enumerate(listed))
+    _, _, width, height = image.region or (0, 0, image.width, image.height)
+    if columns > width or rows > height:
+        raise InputError(name, f"at most {width} × {height}, what is read", f"{columns} × {rows}")
+    return columns, rows
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core import kernels
+from focus_planner.core.distortion import view
 from focus_planner.core.geometry import camera_positions, camera_rotations
 from focus_planner.core.scene import Scene
-from focus_planner.core.types import FloatArray, IntArray, Rig, Samples
+from focus_planner.core.types import FloatArray, Image, IntArray, Rig, Samples
 
 # Rays are cast in blocks: they need 24 bytes each, and every sample near the view 4.
 _RAYS_AT_ONCE = 2_000_000
@@ -48,11 +49,16 @@ class Visibility:
 
 @dataclass(frozen=True, eq=False)
 class _Views:
-    """Where the cameras stand and what their images hold, as the kernels take it."""
+    """Where the cameras stand and what their images hold, as the kernels take it.
+
+    The frustums of distorted images hold more than these do: what does is told by
+    ``projections``, which are None where there is no such image.
+    """
 
     positions: FloatArray
     rotations: FloatArray
     frustums: FloatArray
+    projections: FloatArray | None
 
     def part(self, cameras: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
         return self.positions[cameras], self.rotations[cameras], self.frustums[cameras]
@@ -68,8 +74,10 @@ def visible_pairs(
 ) -> Visibility:
     """Return the pairs of a camera and a sample that it sees.
 
-    A camera sees a sample that lies in its image, farther than its focal length, whose normal
-    points to the camera's side of the surface, with nothing of the surface in between.
+    A camera sees a sample whose image falls on a pixel that is read out, farther than its focal
+    length, whose normal points to the camera's side of the surface, with nothing of the surface
+    in between. How far off its axis a camera with distortion sees is told in
+    :mod:`focus_planner.core.distortion`.
 
     Normals of unknown sign (a cloud's that were estimated) are turned towards the cameras with
     an unobstructed view, by majority weighted with the cosine of incidence: what hides a sample
@@ -116,23 +124,33 @@ def _first(parts: list[Visibility], enough: float) -> list[Visibility]:
 
 
 def _views(rig: Rig) -> _Views:
-    frustums = [
-        (
-            camera.image.fx,
-            camera.image.fy,
-            camera.image.cx,
-            camera.image.cy,
-            camera.image.width,
-            camera.image.height,
-            camera.lens.focal_length,
-        )
-        for camera in rig.cameras
-    ]
+    frustums = [(*_frustum(camera.image), camera.lens.focal_length) for camera in rig.cameras]
     return _Views(
         camera_positions(rig),
         np.ascontiguousarray(camera_rotations(rig)),
         np.array(frustums, dtype=np.float64),
+        _projections(rig),
     )
+
+
+def _frustum(image: Image) -> tuple[float, ...]:
+    """Return fx, fy, cx, cy, width, height of what is read out of an image, or more."""
+    if image.distortion_model:
+        frustum, _ = view(image)
+        return frustum
+    x, y, width, height = image.pixels_read
+    return image.fx, image.fy, image.cx - x, image.cy - y, width, height
+
+
+def _projections(rig: Rig) -> FloatArray | None:
+    """Return each distorted image's projection, zeros for pinholes; None if all are pinholes."""
+    distorted = [c for c, camera in enumerate(rig.cameras) if camera.image.distortion_model]
+    if not distorted:
+        return None
+    projections = np.zeros((len(rig), kernels.PROJECTION + kernels.COEFFICIENTS))
+    for c in distorted:
+        _, projections[c] = view(rig.cameras[c].image)
+    return projections
 
 
 def _look(
@@ -156,6 +174,10 @@ def _look(
         in_view = kernels.list_in_view(
             near.points, near.normals, spheres, cones, *view, facing, room, listed
         )
+        if views.projections is not None:
+            in_view = kernels.keep_imaged(
+                near.points, *view[:2], views.projections[cameras], room, listed, in_view
+            )
         offsets = _offsets(in_view)
         rays = np.empty((offsets[-1], 6), dtype=np.float32)
         kernels.fill_rays(

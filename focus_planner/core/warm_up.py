@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from focus_planner.core.geometry import image_corners
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.posing import pose_problem
@@ -14,7 +15,7 @@ from focus_planner.core.proof.gains import gains_of
 from focus_planner.core.proof.prices import Prices
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
-from focus_planner.core.types import FloatArray, Mesh, PointCloud, Rig
+from focus_planner.core.types import FloatArray, Image, Mesh, PointCloud, Rig
 
 _SAMPLES = 200
 _MERIDIANS, _PARALLELS = 24, 12
@@ -32,7 +33,9 @@ def warm_up(go_on: Callable[[], bool] = lambda: True) -> None:
     go_on : callable, optional
         Asked before every plan whether to make it.
     """
-    rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1)
+    image = Image(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
+    rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, image=image)
+    image_corners(rig.cameras[0], 1.0)
     for scene, request in _plans():
         if not go_on():
             return

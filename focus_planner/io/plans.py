@@ -18,7 +18,9 @@ def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
     Numbers have all their digits. JSON knows no infinity: a far limit that is infinite is null.
-    Cameras have the list ``shots`` where they take several.
+    Cameras have the list ``shots`` where they take several, and ``device_value`` and
+    ``device_unit`` where their lenses have a table: a plan without tables is the text that it
+    always was.
     """
     names = [field.name for field in fields(FocusPlan) if field.name != "cameras"]
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
@@ -62,14 +64,15 @@ def load_plan(path: Path) -> FocusPlan:
 
 
 def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
-    values = _limits_to_json(asdict(camera)) | {"status": camera.status.name.lower()}
-    shots = [_limits_to_json(shot) for shot in values.pop("shots")]
+    values = _sharp_to_json(asdict(camera)) | {"status": camera.status.name.lower()}
+    shots = [_sharp_to_json(shot) for shot in values.pop("shots")]
     return values | {"shots": shots} if len(shots) > 1 else values
 
 
-def _limits_to_json(values: dict[str, Any]) -> dict[str, Any]:
+def _sharp_to_json(values: dict[str, Any]) -> dict[str, Any]:
     far = values["far_limit"]
-    return values | {"far_limit": far if math.isfinite(far) else None}
+    given = {k: v for k, v in values.items() if v is not None or not k.startswith("device_")}
+    return given | {"far_limit": far if math.isfinite(far) else None}
 
 
 def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
@@ -87,4 +90,5 @@ def _camera_from_json(data: dict[str, Any]) -> CameraFocus:
 def _known(kind: type[CameraFocus | Shot], data: dict[str, Any]) -> dict[str, Any]:
     """Return what ``kind`` is made of."""
     far = math.inf if data["far_limit"] is None else data["far_limit"]
+    data = {"device_value": None, "device_unit": None} | data
     return {field.name: data[field.name] for field in fields(kind)} | {"far_limit": far}

@@ -64,7 +64,7 @@ def save_problem(problem: Problem, path: Path) -> None:
             camera_names=np.array(problem.names),
             focal_length=np.array([lens.focal_length for lens in lenses]),
             hyperfocal_distance=np.array([lens.hyperfocal_distance for lens in lenses]),
-            min_focus=np.array([lens.min_focus for lens in lenses]),
-            max_focus=np.array([lens.max_focus for lens in lenses]),
+            min_focus=np.array([lens.focus_limits[0] for lens in lenses]),
+            max_focus=np.array([lens.focus_limits[1] for lens in lenses]),
             shots=np.int64(shots),
         )

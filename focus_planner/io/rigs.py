@@ -2,36 +2,42 @@
 
 from __future__ import annotations
 
-import difflib
-import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict, fields
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from focus_planner.core.checks import InputError
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
-from focus_planner.io.files import read_text, whole_file
+from focus_planner.io.files import whole_file
+from focus_planner.io.lens_tables import table_of, table_values
+from focus_planner.io.yaml_values import (
+    Values,
+    flow,
+    load_yaml,
+    mapping,
+    number,
+    numbers,
+    scalar,
+    shown,
+    vector,
+    within,
+)
 
-# The C parser reads 10,000 cameras in a second, the Python one in ten.
-_Loader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_Reader = Callable[[str, Any], Any]
 
 _RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
 _IMAGE_KEYS = tuple(field.name for field in fields(Image))
+_PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
 _LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
 # Keys that say the same in another form.
 _FORMS = ((_APERTURE_KEYS, ("hyperfocal_distance",)), (("focus_distances",), ("focus_steps",)))
-
-_Values = Mapping[str, Any]
 
 
 def load_rig(path: str | PathLike[str]) -> Rig:
@@ -40,8 +46,9 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     ``image`` and ``lens`` hold for all cameras; a camera may override any of their keys. What is
     given nowhere is the paper's. A lens has a ``hyperfocal_distance``, or ``f_number`` and
     ``circle_of_confusion``; a camera that gives either replaces the shared one, and so with
-    ``focus_distances`` and ``focus_steps``, of which null is neither. ``grid`` tells ``--tuples
-    grid`` how the cameras stand.
+    ``focus_distances`` and ``focus_steps``, of which null is neither. Its ``table`` says what its
+    driver wants to be told (:class:`~focus_planner.core.lens_table.LensTable`); null is none.
+    ``grid`` tells ``--tuples grid`` how the cameras stand.
 
     Raises
     ------
@@ -49,18 +56,14 @@ def load_rig(path: str | PathLike[str]) -> Rig:
         Names the file, the camera, the key, and a key that was probably meant.
     """
     path = Path(path)
-    text = read_text(path, "a rig.yaml")
-    try:
-        data = yaml.load(text, _Loader)  # noqa: S506
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
-        raise InputError(str(path), "YAML", _syntax_error(error)) from None
-    top = _mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
+    data = load_yaml(path, "a rig.yaml")
+    top = mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
-        raise InputError(f"{path}: cameras", "a list of cameras", _shown(entries))
+        raise InputError(f"{path}: cameras", "a list of cameras", shown(entries))
     image = _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS)
     lens = _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS)
-    with _within(str(path)):  # a fault that all cameras share is not the first one's
+    with within(str(path)):  # a fault that all cameras share is not the first one's
         Image(**image)
         lens_of(f"{path}: lens", lens)
     cameras = tuple(
@@ -68,8 +71,8 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     )
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
-        raise InputError(f"{path}: frame_id", "a name", _shown(frame_id))
-    with _within(str(path)):
+        raise InputError(f"{path}: frame_id", "a name", shown(frame_id))
+    with within(str(path)):
         return Rig(cameras, frame_id, _grid(f"{path}: grid", top))
 
 
@@ -82,14 +85,14 @@ def rig_to_yaml(rig: Rig) -> str:
     lens = Counter(camera.lens for camera in rig.cameras).most_common(1)[0][0]
     told = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
     lines = [
-        f"frame_id: {_scalar(rig.frame_id)}",
-        f"image: {_flow(asdict(image))}   # pixels",
-        f"lens: {_flow(told | _beyond(lens, Lens()))}   # metres",
+        f"frame_id: {scalar(rig.frame_id)}",
+        f"image: {flow(_image_values(image))}   # pixels",
+        f"lens: {flow(told | _beyond(lens, Lens()))}   # metres",
     ]
     if rig.grid:
-        lines.append(f"grid: {_flow(asdict(rig.grid))}")
+        lines.append(f"grid: {flow(asdict(rig.grid))}")
     lines.append("cameras:   # position in metres; orientation x, y, z, w of the optical frame")
-    lines.extend(f"  - {_flow(_camera_values(camera, image, lens))}" for camera in rig.cameras)
+    lines.extend(f"  - {flow(_camera_values(camera, image, lens))}" for camera in rig.cameras)
     return "\n".join(lines) + "\n"
 
 
@@ -105,7 +108,7 @@ def save_rig(rig: Rig, path: Path) -> None:
         file.write(rig_to_yaml(rig).encode())
 
 
-def lens_of(where: str, values: _Values) -> Lens:
+def lens_of(where: str, values: Values) -> Lens:
     """Return the lens that has these values; what is not among them is the paper's.
 
     Parameters
@@ -134,16 +137,16 @@ def lens_of(where: str, values: _Values) -> Lens:
     return Lens(**own)
 
 
-def _camera(where: str, entry: Any, image: _Values, shared: _Values) -> Camera:
-    data = _mapping(where, entry, _CAMERA_KEYS)
+def _camera(where: str, entry: Any, image: Values, shared: Values) -> Camera:
+    data = mapping(where, entry, _CAMERA_KEYS)
     for key in ("name", "position", "orientation"):
         if key not in data:
             raise InputError(f"{where}.{key}", "a value", "none")
     own_image = _values(f"{where}.image", data.get("image", {}), _IMAGE_KEYS)
     own_lens = _values(f"{where}.lens", data.get("lens", {}), _LENS_KEYS)
-    with _within(where):
-        x, y, z = _vector(f"{where}.position", data["position"], 3)
-        qx, qy, qz, qw = _vector(f"{where}.orientation", data["orientation"], 4)
+    with within(where):
+        x, y, z = vector(f"{where}.position", data["position"], 3)
+        qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
         return Camera(
             name=data["name"],
             position=(x, y, z),
@@ -153,7 +156,7 @@ def _camera(where: str, entry: Any, image: _Values, shared: _Values) -> Camera:
         )
 
 
-def _not_replaced(shared: _Values, own: _Values) -> _Values:
+def _not_replaced(shared: Values, own: Values) -> Values:
     """Return the shared values without those that the camera says in another form."""
     replaced: set[str] = set()
     for one, other in _FORMS:
@@ -163,7 +166,7 @@ def _not_replaced(shared: _Values, own: _Values) -> _Values:
     return {key: value for key, value in shared.items() if key not in replaced}
 
 
-def _grid(where: str, top: _Values) -> Grid | None:
+def _grid(where: str, top: Values) -> Grid | None:
     if top.get("grid") is None:
         return None
     values = _values(where, top["grid"], _GRID_KEYS)
@@ -173,86 +176,32 @@ def _grid(where: str, top: _Values) -> Grid | None:
     return Grid(**values)
 
 
-def _values(where: str, data: Any, keys: tuple[str, ...]) -> _Values:
+def _values(where: str, data: Any, keys: tuple[str, ...]) -> Values:
     return {
-        key: _READERS.get(key, _number)(f"{where}.{key}", value)
-        for key, value in _mapping(where, data, keys).items()
+        key: _READERS.get(key, number)(f"{where}.{key}", value)
+        for key, value in mapping(where, data, keys).items()
     }
 
 
-def _mapping(where: str, data: Any, keys: tuple[str, ...], prefix: str = "") -> _Values:
-    if not isinstance(data, dict):
-        raise InputError(where, "keys and values: " + ", ".join(keys), _shown(data))
-    for key in data:
-        if key not in keys:
-            close = difflib.get_close_matches(str(key), keys, n=1)
-            raise InputError(
-                f"{prefix or where + '.'}{key}",
-                "one of the keys " + ", ".join(keys),
-                "an unknown one",
-                f"did you mean {close[0]}?" if close else "",
-            )
-    return data
+def _or_none(read: _Reader) -> _Reader:
+    return lambda where, value: None if value is None else read(where, value)
 
 
-def _vector(where: str, data: Any, length: int) -> list[float]:
-    if not isinstance(data, list) or len(data) != length:
-        raise InputError(where, f"a list of {length} numbers", _shown(data))
-    return [_number(f"{where}[{i}]", value) for i, value in enumerate(data)]
-
-
-def _number(where: str, value: Any) -> Any:
-    """Return the number; YAML 1.1 takes 1e-5, without a point, for text."""
-    if isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            pass
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(where, "a number", _shown(value))
+def _text(where: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(where, "a name", shown(value))
     return value
 
 
-def _numbers(where: str, value: Any) -> tuple[Any, ...] | None:
-    if value is None:
-        return None
-    if not isinstance(value, list):
-        raise InputError(where, "a list of numbers", _shown(value))
-    return tuple(_number(f"{where}[{i}]", number) for i, number in enumerate(value))
-
-
-def _number_or_none(where: str, value: Any) -> Any:
-    return None if value is None else _number(where, value)
-
-
-_READERS = {"focus_distances": _numbers, "focus_steps": _number_or_none}
-
-
-@contextmanager
-def _within(where: str) -> Iterator[None]:
-    """Say where in the file the core found fault."""
-    try:
-        yield
-    except InputError as error:
-        if error.argument.startswith(where):
-            raise
-        raise InputError(
-            f"{where}: {error.argument}", error.expected, error.got, error.remedy
-        ) from None
-
-
-def _syntax_error(error: Exception) -> str:
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        mark = error.problem_mark
-        return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-    return " ".join(str(error).split())
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "nothing"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+_READERS = {
+    "focus_distances": _or_none(numbers),
+    "focus_steps": _or_none(number),
+    "table": _or_none(table_of),
+    "distortion_model": _text,
+    "distortion": _or_none(numbers),
+    "binning": _or_none(numbers),
+    "region": _or_none(numbers),
+}
 
 
 def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
@@ -266,23 +215,21 @@ def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
     return {key: value for key, value in values.items() if value}
 
 
+def _image_values(image: Image) -> dict[str, Any]:
+    """Return size and intrinsics, and what else is not as in a plain image."""
+    plain = Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+    pinhole = {key: value for key, value in asdict(image).items() if key in _PINHOLE_KEYS}
+    return pinhole | _beyond(image, plain)
+
+
 def _beyond(own: Image | Lens, shared: Image | Lens) -> dict[str, Any]:
     """Return the values that are not the shared ones."""
-    others = asdict(shared)
-    return {key: value for key, value in asdict(own).items() if value != others[key]}
+    mine, others = _as_values(own), _as_values(shared)
+    return {key: value for key, value in mine.items() if value != others[key]}
 
 
-def _flow(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, tuple):
-        return "[" + ", ".join(map(_flow, value)) + "]"
-    return _scalar(value)
-
-
-def _scalar(value: str | float | None) -> str:
-    """Return a scalar as YAML, quoted or pointed where it would be read as something else."""
-    if isinstance(value, float) and math.isfinite(value):
-        text = repr(value)
-        return text if "." in text else text.replace("e", ".0e")
-    return yaml.safe_dump(value, width=1_000_000).removesuffix("...\n").rstrip("\n")
+def _as_values(optics: Image | Lens) -> dict[str, Any]:
+    values = dict(vars(optics))
+    if isinstance(optics, Lens) and optics.table is not None:
+        values["table"] = table_values(optics.table)
+    return {field.name: values[field.name] for field in fields(optics)}

@@ -125,6 +125,7 @@ class Input(Generic[Said, Value]):
         self._inbox: deque[Arrival[Said]] = deque(maxlen=_BACKLOG)
         self._refused: tuple[Arrival[Said], InputError] | None = None
         self._told = False
+        self._waiting: Arrival[Said] | None = None
 
     def receive(self, arrival: Arrival[Said]) -> None:
         """Keep a message until :meth:`newest`; any thread may call."""
@@ -150,6 +151,8 @@ class Input(Generic[Said, Value]):
         if self._refused is None or arrival.at >= self._refused[0].at:
             self._refused = arrival, error
             self._told = False
+        if self.in_force is None and (self._waiting is None or arrival.at >= self._waiting.at):
+            self._waiting = arrival
 
     def put_in_force(self, held: Held[Said, Value]) -> None:
         """Plan with this from now on; what was refused before it came is forgotten."""
@@ -158,11 +161,18 @@ class Input(Generic[Said, Value]):
             self._refused = None
 
     def read_again(self, optics: Optics) -> None:
-        """Read what is held again, with other optics."""
-        if self.in_force:
-            self.in_force = self._made(self.in_force.arrival, optics)
+        """Read what is held again, with other optics.
+
+        What does not go with them is refused, and read again when the optics change once more.
+        """
+        waiting = self.in_force.arrival if self.in_force else self._waiting
+        self.in_force = None
+        if waiting:
+            self.in_force = self._read(waiting, optics)
+        if self.in_force and self._refused and self._refused[0] is waiting:
+            self._refused = None
         if self.misfit:
-            self.misfit = self._made(self.misfit.arrival, optics)
+            self.misfit = self._read(self.misfit.arrival, optics)
 
     def objection(self) -> str | None:
         """Return what a caller has to be told instead of a plan.

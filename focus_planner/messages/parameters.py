@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from focus_planner.core.checks import InputError, check_choice
+from focus_planner.core.lens_table import MAX_FOCUS_STEPS
 from focus_planner.core.plans import (
     BOUNDS,
     MAX_SAMPLES,
@@ -19,7 +20,8 @@ from focus_planner.core.plans import (
     TUPLES,
     PlanRequest,
 )
-from focus_planner.core.types import MAX_FOCUS_STEPS, CostModel, Image, Lens
+from focus_planner.core.types import CostModel, Image, Lens
+from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
 from focus_planner.messages.reading import Optics, lens_from_message
 
 _MAX_COUNT = 2**31 - 1
@@ -29,6 +31,8 @@ _FAR = 1e9
 OVERLAPS = ("queue", "preempt", "refuse")
 # rclpy takes an empty list for one of bytes.
 _ANY_DISTANCE = (0.0,)
+# Parameters have no place for one: it is in a file.
+_NO_TABLE = SimpleNamespace(unit="", whole=False, distances=(), values=())
 
 
 @dataclass(frozen=True)
@@ -194,6 +198,13 @@ DECLARATIONS = (
         "Number of positions that the lens has from lens.min_focus to lens.max_focus, equally"
         " spaced in dioptres; 0 if it has no steps." + _POSES,
         high=MAX_FOCUS_STEPS,
+    ),
+    Declaration(
+        "lens_tables",
+        "",
+        "YAML file of lens tables, by camera: what lens drivers want to be told, for cameras that"
+        " bring none of their own; '' for none. It is read when this is set, and set again to read"
+        " it again." + _NEXT_CALL,
     ),
     Declaration(
         "cost.projected_area_weight",
@@ -370,7 +381,7 @@ class Settings:
     warm_start : bool
         Whether plans start from the last one.
     optics : Optics
-        What a camera takes that brings no image or lens.
+        What a camera takes that brings no image, lens or lens table.
     model : CostModel
     recording : Recording
     serving : Serving
@@ -388,13 +399,23 @@ class Settings:
     values: tuple[tuple[str, Value], ...]
 
     @classmethod
-    def from_values(cls, values: Mapping[str, Any]) -> Settings:
+    def from_values(
+        cls, values: Mapping[str, Any], lens_tables_text: str | None = None
+    ) -> Settings:
         """Return the settings of parameters by name; those left out have their defaults.
+
+        Parameters
+        ----------
+        values : mapping
+        lens_tables_text : str, optional
+            What the file of the parameter ``lens_tables`` had in it when it was read, "" for none;
+            without it the file is read.
 
         Raises
         ------
         InputError
-            If a value is out of range, or they contradict each other.
+            If a value is out of range, they contradict each other, or the file of lens tables
+            cannot be used.
         """
         values = {d.name: d.default for d in DECLARATIONS} | dict(values)
         if not values["frame_id"]:
@@ -422,11 +443,12 @@ class Settings:
             warm_start=values["warm_start"],
             optics=Optics(
                 image=Image(**_group(values, "image.")),
-                lens=lens_from_message(SimpleNamespace(**lens)),
+                lens=lens_from_message(SimpleNamespace(**lens, table=_NO_TABLE)),
+                tables=_lens_tables(values["lens_tables"], lens_tables_text),
             ),
             model=CostModel(**_group(values, "cost.")),
             recording=Recording(
-                directory=_folder(values["record_directory"]),
+                directory=_path("record_directory", "a folder", values["record_directory"]),
                 markers=values["record_markers"],
                 max_runs=values["record_max_runs"],
                 max_bytes=values["record_max_bytes"],
@@ -442,6 +464,16 @@ class Settings:
             values=tuple((d.name, _plain(values[d.name])) for d in DECLARATIONS),
         )
 
+    @property
+    def lens_tables(self) -> LensTables | None:
+        """The lens tables in force."""
+        return self.optics.tables
+
+    @property
+    def lens_tables_text(self) -> str:
+        """The text of their file, "" for none."""
+        return self.optics.tables.text if self.optics.tables else ""
+
 
 def _group(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
     return {
@@ -451,11 +483,19 @@ def _group(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
     }
 
 
-def _folder(name: str) -> Path | None:
+def _lens_tables(name: str, text: str | None) -> LensTables | None:
+    """Return the tables of a text, or else of a file."""
+    if text is None:
+        path = _path("lens_tables", "a file", name)
+        return load_lens_tables(path) if path else None
+    return lens_tables_from_yaml(text, name or "lens_tables") if text else None
+
+
+def _path(parameter: str, what: str, name: str) -> Path | None:
     try:
         return Path(name).expanduser() if name else None
     except RuntimeError:
-        raise InputError("record_directory", "a folder", f"{name!r}, of no known user") from None
+        raise InputError(parameter, what, f"{name!r}, of no known user") from None
 
 
 def _plain(value: Any) -> Value:

@@ -78,10 +78,9 @@ class Planner:
 
     def digest(self, optics: Optics) -> None:
         """Take in what was received: read it, build the scene, see whether it fits."""
-        if optics != self._optics:
-            self._optics = optics
-            self.rig.read_again(optics)
         before = self.rig.in_force
+        if optics != self._optics:
+            self._read_rig_again(optics)
         scene, rig = self.surface.newest(optics), self.rig.newest(optics)
         if scene or rig:
             self._settle(scene, rig)
@@ -126,6 +125,14 @@ class Planner:
     def arrivals(self) -> list[Arrival[Any]]:
         """Return what a plan, or the lack of one, rests on, in the order of arrival."""
         return sorted(self.surface.arrivals() + self.rig.arrivals(), key=lambda each: each.at)
+
+    def _read_rig_again(self, optics: Optics) -> None:
+        """Read the rig with other optics, with which it may no longer, or at last, be usable."""
+        before, self._optics = self.rig.in_force, optics
+        self.rig.read_again(optics)
+        self._fits = self._fits and self.rig.in_force is not None
+        if before is None and self.rig.in_force:
+            self._settle(None, self.rig.in_force)
 
     def _settle(self, scene: HeldScene | None, rig: HeldRig | None) -> None:
         """Put newcomers in force, or refuse them if older ones fit each other and they do not."""

@@ -11,11 +11,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import IntEnum
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
 from focus_planner.core.types import (
@@ -30,6 +32,7 @@ from focus_planner.core.types import (
     Rig,
 )
 from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
 
 #: A message of any library: its attributes are read, which its definition names.
@@ -67,10 +70,15 @@ NORMAL = ("normal_x", "normal_y", "normal_z")
 
 @dataclass(frozen=True)
 class Optics:
-    """What a camera has that brings no image or no lens of its own."""
+    """What a camera has that brings no image, no lens or no lens table of its own."""
 
     image: Image = field(default_factory=Image)
     lens: Lens = field(default_factory=Lens)
+    tables: LensTables | None = None
+
+    def complete(self, rig: Rig) -> Rig:
+        """Return the rig with lens tables for the cameras that bring none."""
+        return rig if self.tables is None else self.tables.apply(rig)
 
 
 def check_frame(header: Message, frame_id: str) -> None:
@@ -129,11 +137,20 @@ def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
         Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.image, optics.lens)
         for i, pose in enumerate(message.poses)
     )
-    return Rig(tuple(cameras), frame_id)
+    return optics.complete(Rig(tuple(cameras), frame_id))
+
+
+def lens_table_from_message(message: Message) -> LensTable | None:
+    """Return what a lens's driver wants to be told; None where nothing is known of it."""
+    if not (message.unit or len(message.distances) or len(message.values)):
+        return None
+    return LensTable(message.unit, message.whole, message.distances, message.values)
 
 
 def lens_from_message(message: Message) -> Lens:
     """Return the lens; its focal length must be given."""
+    with _named("lens."):
+        table = lens_table_from_message(message.table)
     return Lens(
         focal_length=message.focal_length,
         hyperfocal_distance=message.hyperfocal_distance
@@ -142,22 +159,49 @@ def lens_from_message(message: Message) -> Lens:
         max_focus=message.max_focus or math.inf,
         focus_distances=tuple(message.focus_distances) or None,
         focus_steps=message.focus_steps or None,
+        table=table,
     )
 
 
 def image_from_message(message: Message) -> Image:
-    """Return size and intrinsics (K); distortion, binning and region of interest are not read."""
+    """Return the raw image that camera info describes; R and P, of rectified ones, are not read.
+
+    A region of interest without a size is the whole image; binning by 0 is none.
+    """
     fx, _, cx, _, fy, cy, *_ = message.k.tolist()
-    return Image(message.width, message.height, fx, fy, cx, cy)
+    distortion, roi = tuple(message.d.tolist()), message.roi
+    # Drivers of rectified images name what they like.
+    distorted = any(distortion) or message.distortion_model == "equidistant"
+    return Image(
+        *(message.width, message.height, fx, fy, cx, cy),
+        distortion_model=message.distortion_model if distorted else "",
+        distortion=distortion if distorted else (),
+        binning=(message.binning_x or 1, message.binning_y or 1),
+        region=(roi.x_offset, roi.y_offset, roi.width, roi.height)
+        if roi.width or roi.height
+        else None,
+    )
+
+
+def _own_image(message: Message) -> Image | None:
+    """Return the image that camera info describes, None where it says nothing of one."""
+    if message.width:
+        return image_from_message(message)
+    if any(message.d) or max(message.binning_x, message.binning_y) > 1 or message.roi.width:
+        raise InputError(
+            "camera_info.width",
+            "the width of the image, with distortion, binning or a region of interest",
+            "0",
+            "fill in width, height and k as well, or none of camera_info for the planner's image",
+        )
+    return None
 
 
 def camera_from_message(message: Message, optics: Optics) -> Camera:
     """Return the camera; what it leaves out is taken from ``optics``."""
     camera = Camera(message.name, *pose_from_message(message.pose))
     with _named(f"camera {camera.name}: "):
-        image = (
-            image_from_message(message.camera_info) if message.camera_info.width else optics.image
-        )
+        image = _own_image(message.camera_info) or optics.image
         lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
     return Camera(camera.name, camera.position, camera.orientation, image, lens)
 
@@ -167,12 +211,7 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     check_frame(message.header, frame_id)
     rows, columns = message.grid_rows, message.grid_columns
     cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
-    return Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None)
-
-
-def distorted_cameras(message: Message) -> list[str]:
-    """Return the names of the cameras that bring distortion, which is not modelled."""
-    return [camera.name for camera in message.cameras if any(camera.camera_info.d)]
+    return optics.complete(Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None))
 
 
 def request_from_message(message: Message, defaults: PlanRequest) -> PlanRequest:
@@ -194,19 +233,23 @@ def request_from_message(message: Message, defaults: PlanRequest) -> PlanRequest
     )
 
 
-def shot_from_message(message: Message) -> Shot:
-    """Return what a message says of one shot."""
+def shot_from_message(message: Message, device_value: float | None = None) -> Shot:
+    """Return what a message says of one shot, whose device value its camera's bracket has."""
     return Shot(
         focus_distance=message.focus_distance,
         near_limit=message.near_limit,
         far_limit=message.far_limit,
         assigned_samples=message.assigned_samples,
         in_focus_samples=message.in_focus_samples,
+        device_value=device_value,
     )
 
 
 def camera_focus_from_message(message: Message) -> CameraFocus:
     """Return what a message says of one camera."""
+    # Messages that are older than the unit have no value that means anything.
+    unit, bracket = message.device_unit or None, list(map(float, message.device_bracket))
+    shots = zip_longest(message.shots, bracket)
     return CameraFocus(
         name=message.name,
         status=CameraStatus(message.status),
@@ -215,7 +258,9 @@ def camera_focus_from_message(message: Message) -> CameraFocus:
         far_limit=message.far_limit,
         assigned_samples=message.assigned_samples,
         in_focus_samples=message.in_focus_samples,
-        shots=tuple(shot_from_message(shot) for shot in message.shots),
+        shots=tuple(shot_from_message(shot, value) for shot, value in shots),
+        device_value=message.device_value if unit else None,
+        device_unit=unit,
     )
 
 

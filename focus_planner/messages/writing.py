@@ -9,11 +9,13 @@ be filled.
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from datetime import datetime, timedelta, timezone
 from typing import Any
 
 import numpy as np
 
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
 from focus_planner.core.types import Camera, Image, Lens, Mesh, PointCloud, Rig
 from focus_planner.io.importance import IMPORTANCE_NAMES
@@ -76,6 +78,13 @@ def poses_to_fields(rig: Rig) -> Fields:
     return {"header": {"frame_id": rig.frame_id}, "poses": poses}
 
 
+def lens_table_to_fields(table: LensTable | None) -> Fields:
+    """Return what a lens's driver wants to be told, of which nothing may be known."""
+    if table is None:
+        return {"unit": "", "whole": False, "distances": (), "values": ()}
+    return {field.name: getattr(table, field.name) for field in fields(table)}
+
+
 def lens_to_fields(lens: Lens) -> Fields:
     """Return the lens by its hyperfocal distance."""
     return {
@@ -85,13 +94,24 @@ def lens_to_fields(lens: Lens) -> Fields:
         "max_focus": 0.0 if math.isinf(lens.max_focus) else lens.max_focus,
         "focus_distances": lens.focus_distances or (),
         "focus_steps": lens.focus_steps or 0,
+        "table": lens_table_to_fields(lens.table),
     }
 
 
 def image_to_fields(image: Image) -> Fields:
-    """Return an undistorted image's camera info."""
-    k = [image.fx, 0.0, image.cx, 0.0, image.fy, image.cy, 0.0, 0.0, 1.0]
-    return {"width": image.width, "height": image.height, "k": k}
+    """Return an image's camera info, without R and P, which rectified images have."""
+    columns, rows = image.binning if image.binning != (1, 1) else (0, 0)
+    region = image.region or (0, 0, 0, 0)
+    return {
+        "width": image.width,
+        "height": image.height,
+        "distortion_model": image.distortion_model,
+        "d": list(image.distortion),
+        "k": [image.fx, 0.0, image.cx, 0.0, image.fy, image.cy, 0.0, 0.0, 1.0],
+        "binning_x": columns,
+        "binning_y": rows,
+        "roi": dict(zip(("x_offset", "y_offset", "width", "height"), region, strict=True)),
+    }
 
 
 def camera_to_fields(camera: Camera) -> Fields:
@@ -135,23 +155,28 @@ def request_to_fields(request: PlanRequest) -> Fields:
 
 
 def shot_to_fields(shot: Shot) -> Fields:
-    """Return what a plan says of one shot."""
-    return dict(vars(shot))
+    """Return what a plan says of one shot; its device value is in its camera's bracket."""
+    return {name: value for name, value in vars(shot).items() if name != "device_value"}
 
 
-def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp) -> Fields:
+def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp, plan_id: str) -> Fields:
     """Return what a lens driver obeys."""
+    device_bracket = [shot.device_value for shot in focus.shots if shot.device_value is not None]
     return {
         "header": header_fields(frame_id, stamp),
+        "plan_id": plan_id,
         "name": focus.name,
         "status": int(focus.status),
         "focus_distance": focus.focus_distance,
         "dioptres": 1.0 / focus.focus_distance,
+        "device_value": math.nan if focus.device_value is None else focus.device_value,
+        "device_unit": focus.device_unit or "",
         "near_limit": focus.near_limit,
         "far_limit": focus.far_limit,
         "assigned_samples": focus.assigned_samples,
         "in_focus_samples": focus.in_focus_samples,
         "bracket": [shot.focus_distance for shot in focus.shots],
+        "device_bracket": device_bracket,
         "shots": [shot_to_fields(shot) for shot in focus.shots],
     }
 
@@ -198,7 +223,9 @@ def plan_to_fields(
         "in_focus_standard_error": plan.in_focus_standard_error,
         "solve_seconds": plan.solve_seconds,
         "total_seconds": plan.total_seconds,
-        "cameras": [camera_focus_to_fields(focus, frame_id, stamp) for focus in plan.cameras],
+        "cameras": [
+            camera_focus_to_fields(focus, frame_id, stamp, plan_id) for focus in plan.cameras
+        ],
     }
 
 

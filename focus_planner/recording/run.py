@@ -19,6 +19,7 @@ from focus_planner.core.fingerprint import Fingerprint
 from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Mesh, PointCloud, Rig, Surface
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.parameters import Settings, Value
@@ -201,12 +202,21 @@ def input_message(arrival: Arrival[Any]) -> BagMessage:
 
 
 def beginning_of(
-    run_id: str, planner: str, request: PlanRequest, frame_id: str, software: Mapping[str, str]
+    run_id: str,
+    planner: str,
+    request: PlanRequest,
+    frame_id: str,
+    software: Mapping[str, str],
+    tables: LensTables | None = None,
 ) -> Beginning:
-    """Return the beginning of a run that plans for files: all parameters are the request's."""
+    """Return the beginning of a run that plans for files.
+
+    All parameters are the request's, but for the file that the lens tables are from.
+    """
     values: dict[str, Any] = vars(request) | {"frame_id": frame_id}
     values["time_budget"] = 0.0 if math.isinf(request.time_budget) else request.time_budget
-    settings = Settings.from_values(values)
+    values["lens_tables"] = tables.where if tables else ""
+    settings = Settings.from_values(values, tables.text if tables else "")
     asked = request_to_fields(request)
     return Beginning(run_id, planner, settings, asked, time.time_ns(), software)
 
@@ -249,6 +259,7 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
         "run_id": beginning.run_id,
         "planner": beginning.planner,
         "parameters": _parameters(beginning.settings.values),
+        "lens_tables": beginning.settings.lens_tables_text,
         "seed": beginning.asked.get("seed", 0) or beginning.settings.request.seed,
         "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
         "warm_start": {} if warmth is None else _warmth_to_fields(warmth),
@@ -380,7 +391,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
         beginning=Beginning(
             run_id=run.run_id,
             planner=run.planner,
-            settings=Settings.from_values(values),
+            settings=Settings.from_values(values, run.lens_tables),
             asked=fields_of(asked),
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
             software={entry.key: entry.value for entry in run.software},

@@ -86,7 +86,8 @@ def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
     of_cameras = {n: v for n, v in changes.items() if n.startswith(_OF_CAMERAS)}
     values |= {n: v for n, v in changes.items() if n not in of_cameras}
     asked = {n: type(v)() if n in changes else v for n, v in before.asked.items()}
-    settings = Settings.from_values(values)
+    text = None if "lens_tables" in changes else before.settings.lens_tables_text
+    settings = Settings.from_values(values, text)
     beginning = replace(before, run_id=new_run_id(), settings=settings, asked=asked)
     _ = beginning.request
     changed = replace(run, beginning=beginning, ending=None, fault="not planned yet")

@@ -279,7 +279,8 @@ class PlannerClient:
         try:
             return _result(message, timeout, topic)
         finally:
-            self._node.destroy_subscription(subscription)
+            # On the executor's thread: it must not be waiting for what is destroyed.
+            self._executor.create_task(self._node.destroy_subscription, subscription)
 
     def _client(self, service_type: type, service: str) -> Client:
         return self._node.create_client(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from focus_planner.core.checks import InputError
@@ -23,7 +25,8 @@ def replay_live(run: Run, node: str, tell: Callable[[str], None] = lambda _: Non
     """Publish a run's inputs to a node, call it as the run did, and return its answer.
 
     Parameters of the node that differ from those recorded are set to them, and back afterwards;
-    its surface and rig are the run's from then on.
+    its surface and rig are the run's from then on. Lens tables reach it in a file, so a run that
+    has some needs a node on this machine.
 
     Parameters
     ----------
@@ -79,8 +82,22 @@ def _with_its_times(recorded: Ending, message: str) -> Ending:
 @contextmanager
 def _parameters_of(client: PlannerClient, settings: Settings) -> Iterator[None]:
     """Give the node these parameters, where its own differ, and its own back in the end."""
+    with TemporaryDirectory() as folder:
+        yield from _set_for_a_while(client, _wanted(settings, Path(folder)))
+
+
+def _wanted(settings: Settings, folder: Path) -> dict[str, Any]:
+    """Return the parameters to set, the lens tables' file with what was recorded in it."""
     of_plans = {declaration.name for declaration in DECLARATIONS if declaration.plans}
     wanted = {name: value for name, value in settings.values if name in of_plans}
+    if settings.lens_tables_text:
+        file = folder / "lens_tables.yaml"
+        file.write_text(settings.lens_tables_text, encoding="utf-8")
+        wanted["lens_tables"] = str(file)
+    return wanted
+
+
+def _set_for_a_while(client: PlannerClient, wanted: dict[str, Any]) -> Iterator[None]:
     read_only = {declaration.name for declaration in DECLARATIONS if declaration.read_only}
     own = client.get_parameters(list(wanted))
     other = {name: value for name, value in wanted.items() if own[name] != value}

@@ -24,7 +24,7 @@ import rclpy
 from focus_planner_msgs.msg import CameraRig, FocusPlan, LensState, PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import PoseArray
-from rclpy._rclpy_pybind11 import RCLError
+from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -56,7 +56,6 @@ from focus_planner.messages.outcome import Reason
 from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
-    distorted_cameras,
     mesh_from_bytes,
     poses_from_message,
     rig_from_message,
@@ -99,10 +98,13 @@ _LENSES = QoSProfile(
 _TICK = 0.1
 # Less than what launch and systemd wait before they kill.
 _SECONDS_TO_FINISH = 3.0
+# Whoever is told in the midst of discovery may miss it, and waits for the middleware to ask again,
+# which Fast DDS does every three seconds.
+_SECONDS_TO_MEET = 0.3
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
 _INACTIVE = Outcome(
-    Reason.INACTIVE, "the planner is not active; activate it, for instance: ros2 lifecycle set"
+    Reason.INACTIVE, "the planner is not active; activate it, by its service ~/change_state"
 )
 
 Read = Callable[[bytes, Optics], Any]
@@ -207,7 +209,6 @@ class PlannerNode(LifecycleNode):
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
-        self._distorted: list[str] = []
         self._changing = threading.Lock()
         self._guard_transitions()
         # The node's own clock may be one of a simulation, and stand.
@@ -461,20 +462,11 @@ class PlannerNode(LifecycleNode):
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
         message = deserialize(RIG, payload)
-        rig = self._cameras.check(rig_from_message(message, optics, self._frame_id))
-        self._warn_of_distortion(distorted_cameras(message))
-        return rig
+        return self._cameras.check(rig_from_message(message, optics, self._frame_id))
 
     @property
     def _frame_id(self) -> str:
         return self._settings.current.frame_id
-
-    def _warn_of_distortion(self, names: list[str]) -> None:
-        if names and names != self._distorted:
-            self.get_logger().warning(
-                f"distortion is ignored, images are taken to be rectified: {', '.join(names)}"
-            )
-        self._distorted = names
 
     def _receive_lens_state(self, payload: bytes) -> None:
         try:
@@ -555,6 +547,7 @@ class PlannerNode(LifecycleNode):
             return
         plan = message_to_ros(FocusPlan, fields_of(last.message))
         self._cameras.follow([camera.name for camera in plan.cameras])
+        time.sleep(_SECONDS_TO_MEET)
         self._publish(plan, from_record=True)
         self.get_logger().info(
             f"the last plan, {plan.plan_id}, is in force again, from its record {last.run}"
@@ -613,6 +606,8 @@ class PlannerNode(LifecycleNode):
     def _guard(self, job: Callable[[], None]) -> None:
         try:
             job()
+        except InvalidHandle:
+            pass  # another thread destroyed what was being waited for
         except RCLError as error:  # whoever was to be answered has gone
             self.get_logger().warning(f"not sent: {error}", throttle_duration_sec=1.0)
         except Exception:  # noqa: BLE001 - one bad message or caller must not end the node

@@ -41,21 +41,24 @@ class Parameters:
             d.name: node.declare_parameter(d.name, d.default, _descriptor(d)).value
             for d in DECLARATIONS
         }
-        self.current = Settings.from_values(self._values)
+        self.current = self._checked = Settings.from_values(self._values)
         self._warn_if_unread()
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        changes = _ours(parameters)
+        # A file is read when it is named, not whenever anything else changes.
+        text = None if "lens_tables" in changes else self.current.lens_tables_text
         try:
-            Settings.from_values(self._values | _ours(parameters))
+            self._checked = Settings.from_values(self._values | changes, text)
         except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply(self, parameters: list[Parameter]) -> None:
         self._values |= _ours(parameters)
-        self.current = Settings.from_values(self._values)
+        self.current = self._checked
         self._warn_if_unread()
 
     def _warn_if_unread(self) -> None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import trimesh
 import yaml
 
 from focus_planner.cli import main as cli
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Lens, Rig
@@ -184,6 +186,51 @@ def test_a_bound_is_written_unless_it_is_not_wanted(here: Path, capsys: Any) -> 
     assert gaps.pop("--bound none") is None
     assert gaps["--bound tight"] <= gaps[""] < 0.05
     assert gaps["--method optimal --gap 0.001"] <= 0.001 + 1e-9
+
+
+TABLES = """
+cameras:
+  cam_0_00: {unit: focus_absolute, whole: true, distances: [0.3, 2], values: [90, 0]}
+  cam_1_03: {unit: dioptres}
+  of_another_rig: {unit: m}
+"""
+
+
+def test_device_values_are_told(here: Path, capsys: Any) -> None:
+    Path("lenses.yaml").write_text(TABLES)
+    assert plan("--samples", "300", "--lens-tables", "lenses.yaml") == 0
+    cameras = {c["name"]: c for c in json.loads(capsys.readouterr().out)["cameras"]}
+    counted = LensTable("focus_absolute", True, (0.3, 2.0), (90, 0))
+    told = cameras["cam_0_00"]
+    assert told["device_unit"] == "focus_absolute"
+    assert told["focus_distance"] == counted.distance_at(told["device_value"])
+    told = cameras["cam_1_03"]
+    assert (told["device_value"], told["device_unit"]) == (1 / told["focus_distance"], "dioptres")
+    assert sum("device_unit" in camera for camera in cameras.values()) == 2
+    # As much as a table in the rig's own file.
+    rig = load_rig("rig.yaml")
+    first = replace(rig.cameras[0], lens=replace(rig.cameras[0].lens, table=counted))
+    save_rig(replace(rig, cameras=(first, *rig.cameras[1:])), Path("told.yaml"))
+    assert plan("--samples", "300", rig="told.yaml") == 0
+    again = json.loads(capsys.readouterr().out)["cameras"]
+    assert again[0] == cameras["cam_0_00"]
+
+
+@pytest.mark.parametrize(
+    ("text", "telling"),
+    [
+        ("cameras: {left: {unit: m}}", "cameras: expected some of the rig's 12: cam_0_00, cam_0"),
+        ("cameras: {cam_0_00: {unt: m}}", "did you mean unit?"),
+        (
+            "default: {unit: s, distances: [1.0e-3, 2.0e-3], values: [0, 1]}",
+            "camera cam_0_00: lens.table: expected distances",
+        ),
+    ],
+)
+def test_bad_lens_tables_are_refused(here: Path, capsys: Any, text: str, telling: str) -> None:
+    Path("lenses.yaml").write_text(text)
+    fails_in_one_line(capsys, plan("--lens-tables", "lenses.yaml"), "lenses.yaml: ", telling)
+    fails_in_one_line(capsys, plan("--lens-tables", "none.yaml"), "none.yaml", "no such file")
 
 
 def test_samples_0_takes_as_many_of_a_mesh_as_are_asked_for(here: Path, capsys: Any) -> None:
@@ -522,6 +569,14 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     assert '"cameras"' not in shown
 
 
+def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
+    Path("lenses.yaml").write_text(TABLES)
+    status, shown = on_a_terminal("--lens-tables", "lenses.yaml")
+    assert status == 0
+    assert re.search(r"lenses\W+\d+ to \d+\W+focus_absolute", shown)
+    assert re.search(r"lenses\W+[\d.]+ to [\d.]+\W+dioptres", shown)
+
+
 def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
     with Path("plan.json").open("wb") as file:
         status, shown = on_a_terminal(stdout=file.fileno())
@@ -537,9 +592,15 @@ def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
 
 
 def test_what_is_read_is_not_written(here: Path, capsys: Any) -> None:
-    for option, path in (("--output", "rig.yaml"), ("--picture", "ball.ply")):
+    Path("lenses.yaml").write_text(TABLES)
+    for option, path in (
+        ("--output", "rig.yaml"),
+        ("--picture", "ball.ply"),
+        ("--problem", "lenses.yaml"),
+    ):
         before = Path(path).read_bytes()
-        fails_in_one_line(capsys, plan(option, path), "a file to write that is not read as well")
+        status = plan(option, path, "--lens-tables", "lenses.yaml")
+        fails_in_one_line(capsys, status, "a file to write that is not read as well")
         assert Path(path).read_bytes() == before
 
 

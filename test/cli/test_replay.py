@@ -494,6 +494,28 @@ def test_what_plan_records_is_replayed(ball: Path, capsys: Any) -> None:
     assert without["cameras"] == data["now"]["cameras"]
 
 
+def test_what_lenses_were_told_is_replayed_without_their_file(ball: Path, capsys: Any) -> None:
+    file = Path("lenses.yaml")
+    file.write_text("default: {unit: steps, whole: true, distances: [0.3, 2], values: [90, 0]}")
+    assert plan("--lens-tables", "lenses.yaml", "--record", "here") == 0
+    planned = json.loads(capsys.readouterr().out)
+    file.unlink()
+    (data,) = replayed_json(capsys, "here")
+    assert data["outcome"] == "reproduced"
+    assert data["recorded"] == planned
+    assert data["now"]["cameras"] == planned["cameras"]
+    assert {camera["device_unit"] for camera in data["now"]["cameras"]} == {"steps"}
+    # What if the lenses were others?
+    file.write_text("default: {unit: dioptres}")
+    (data,) = replayed_json(capsys, "here", "--set", "lens_tables=lenses.yaml")
+    assert {camera["device_unit"] for camera in data["now"]["cameras"]} == {"dioptres"}
+    (data,) = replayed_json(capsys, "here", "--set", "lens_tables=")
+    assert "device_unit" not in data["now"]["cameras"][0]
+    file.write_text("cameras: {x: {unit: dioptres}}")
+    assert replay("here", "--set", "lens_tables=lenses.yaml") == 2
+    assert "expected some of the rig's 12" in one_line(capsys.readouterr().err)
+
+
 def test_a_plan_that_fails_is_recorded_too(ball: Path, capsys: Any) -> None:
     assert plan("--depth-tolerance", "9", "--record", "here") == 2
     one_line(capsys.readouterr().err)

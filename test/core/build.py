@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from numba import config, get_num_threads, set_num_threads
 from scipy.spatial.transform import Rotation
 
 import focus_planner
-from focus_planner import Camera, Image, Lens, Mesh, Rig
+from focus_planner import Camera, Image, Lens, LensTable, Mesh, Rig
 from focus_planner.core.optics import focus_interval
 from focus_planner.core.problem import Problem, build_problem
 from focus_planner.core.scene import Scene
@@ -179,6 +180,11 @@ def random_problem(
     )
 
 
+#: A lens whose table and own limit leave a range, and one that takes whole values only.
+TABLE_LENSES = (
+    Lens(max_focus=0.7, table=LensTable("steps", False, (0.57, 0.6, 2.0), (9, 7, 1))),
+    Lens(min_focus=0.53, table=LensTable("steps", True, (0.45, 0.6, math.inf), (30.5, 17, -20))),
+)
 TINY_LENSES = (
     Lens(),
     Lens(min_focus=0.58, max_focus=0.7),

@@ -2,7 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from core.build import around, body, looking_at, plane, sphere, torus
+from core.build import WIDE, around, body, looking_at, plane, sphere, torus
 
 from focus_planner import (
     Camera,
@@ -159,6 +159,24 @@ def test_importance_that_no_camera_sees_is_an_error(kind):
     expect(message, surface, rig)
     if kind == "cloud":
         expect(message, surface, rig, PlanRequest("em", samples=0))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"region": (0, 0, 40, 40)},
+        {"distortion_model": "plumb_bob", "distortion": (1e9, 0.0, 0.0, 0.0), "cx": -9.0},
+    ],
+    ids=["region", "distortion"],
+)
+def test_images_that_leave_the_surface_out_are_suspected(changes):
+    image = dataclasses.replace(WIDE, **changes)
+    expect(
+        r"image\.region, image\.distortion: expected images with some of the surface in them, got"
+        r" none \(\d+% of it would be seen in whole images, without distortion\); check the",
+        sphere(0.2),
+        around(4, 1.5, image=image),
+    )
 
 
 def test_another_frame_sees_nothing():

@@ -51,6 +51,23 @@ def test_corners_of_an_image_whose_axis_is_not_in_its_middle():
     )
 
 
+def test_corners_of_a_region_are_those_of_the_pixels_read():
+    image = Image(101, 81, 50.0, 40.0, 49.5, 39.5, region=(50, 40, 51, 41), binning=(2, 2))
+    corners = image_corners(forward(image=image), 2.0)
+    np.testing.assert_allclose(
+        corners, [[0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]], rtol=0, atol=1e-12
+    )
+
+
+def test_corners_of_a_distorted_image_are_imaged_there():
+    image = Image(100, 80, 50.0, 40.0, 49.5, 39.5, "plumb_bob", (-0.05, 0.0, 0.001, 0.002))
+    camera = looking_at("a", (1.0, 2.0, 0.5), (0.0, 0.0, 0.0), image=image)
+    corners = image_corners(camera, 3.0)
+    places = [reference.in_image(camera, corner)[:2] for corner in corners]
+    pixels = [(-0.5, -0.5), (99.5, -0.5), (99.5, 79.5), (-0.5, 79.5)]
+    np.testing.assert_allclose(places, pixels, rtol=0, atol=1e-5)
+
+
 def test_corners_of_a_camera_that_looks_at_the_origin_upright():
     image = Image(100, 80, 50.0, 40.0, 49.5, 39.5)
     camera = looking_at("a", (2.0, 0.0, 0.0), (0.0, 0.0, 0.0), image=image)

@@ -7,7 +7,14 @@ import reference
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from focus_planner import InputError, Lens, depth_of_field, focus_interval, hyperfocal_distance
+from focus_planner import (
+    InputError,
+    Lens,
+    LensTable,
+    depth_of_field,
+    focus_interval,
+    hyperfocal_distance,
+)
 from focus_planner.core.optics import nearest_settable
 
 PAPER = Lens(focal_length=0.05, hyperfocal_distance=10.0)
@@ -136,6 +143,22 @@ def test_the_nearest_that_can_be_set():
     np.testing.assert_array_equal(
         nearest_settable(asked, limited), [0.7, 0.7, 0.75, 0.76, 1.4, 1.5, 1.5, 1.5, np.nan]
     )
+
+
+def test_a_table_cuts_and_its_whole_values_are_a_list():
+    table = LensTable("steps", False, (0.7, 1.5), (0, 10))
+    limited = Lens(min_focus=0.7, max_focus=1.5)
+    depths = np.linspace(0.5, 2.0, 40)
+    for a, b in zip(
+        focus_interval(depths, Lens(table=table)), focus_interval(depths, limited), strict=True
+    ):
+        np.testing.assert_array_equal(a, b)
+    asked = np.array([0.1, 0.9, 9.0])
+    np.testing.assert_array_equal(nearest_settable(asked, Lens(table=table)), [0.7, 0.9, 1.5])
+    whole = Lens(table=LensTable("steps", True, (0.7, 1.5), (0, 3)))
+    listed = Lens(focus_distances=reference.settable(whole))
+    np.testing.assert_allclose(nearest_settable(asked, whole), nearest_settable(asked, listed))
+    np.testing.assert_allclose(focus_interval(depths, whole), focus_interval(depths, listed))
 
 
 def test_a_lens_with_one_distance_holds_what_that_distance_holds():

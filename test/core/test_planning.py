@@ -28,6 +28,7 @@ from focus_planner import (
     CostModel,
     InputError,
     Lens,
+    LensTable,
     Mesh,
     PlanRequest,
     PointCloud,
@@ -671,6 +672,56 @@ def test_every_distance_that_a_plan_names_can_be_set(method):
             if settable is not None:
                 assert {shot.focus_distance for shot in camera.shots} <= set(settable)
                 assert camera.focus_distance in settable
+
+
+@each_method
+def test_device_values_are_what_the_tables_say_and_whole_where_they_must_be(method):
+    tables = (
+        LensTable("focus_absolute", True, (0.55, 0.8, 1.3), (90, 40.5, 3)),
+        LensTable("steps", False, (0.6, 1.0, math.inf), (0, 500, 900)),
+        LensTable("dioptres"),
+        None,
+    )
+    rig = Rig((*RIG.cameras, TestStatuses.away(), TestStatuses.away("far_away")))
+    rig = Rig(
+        tuple(
+            dataclasses.replace(camera, lens=Lens(table=tables[i % len(tables)]))
+            for i, camera in enumerate(rig.cameras)
+        )
+    )
+    plan = plan_focus(SCENE, rig, PlanRequest(method, samples=300, shots=2))
+    assert {camera.device_unit for camera in plan.cameras} == {
+        *("focus_absolute", "steps", "dioptres", None)
+    }
+    for camera, of_rig in zip(plan.cameras, rig.cameras, strict=True):
+        table = of_rig.lens.table
+        if table is None:
+            assert (camera.device_value, camera.device_unit) == (None, None)
+            assert all(shot.device_value is None for shot in camera.shots)
+            continue
+        assert camera.device_unit == table.unit
+        for shot in (camera, *camera.shots):
+            assert table.nearest <= shot.focus_distance <= table.farthest
+            assert shot.device_value == table.value_at(shot.focus_distance)
+            if table.whole:
+                assert table.distance_at(round(shot.device_value)) == shot.focus_distance
+
+
+def test_a_table_that_allows_every_distance_changes_no_plan():
+    told = around(6, 1.0, lens=Lens(table=LensTable("dioptres")))
+    for method in METHODS:
+        plain, with_table = (
+            plan_focus(SCENE, rig, PlanRequest(method, samples=300)) for rig in (RIG, told)
+        )
+        assert plain.cost == with_table.cost
+        np.testing.assert_array_equal(plain.focus_distances, with_table.focus_distances)
+
+
+def test_tables_with_nothing_in_reach_are_an_error():
+    table = LensTable("steps", True, (400.0, 500.0), (0, 10))
+    rig = around(6, 1.0, lens=Lens(table=table))
+    with pytest.raises(InputError, match=r"^lens.table, lens.min_focus, .* none of it, at depths"):
+        plan_focus(SCENE, rig, PlanRequest(samples=300))
 
 
 def test_a_list_is_planned_on_not_rounded_to():

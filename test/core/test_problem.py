@@ -16,8 +16,9 @@ from core.build import (
     torus,
 )
 
-from focus_planner import CostModel, Lens, Problem, Rig, Scene
-from focus_planner.core.problem import build_problem, mean_cost, middle
+from focus_planner import CostModel, Lens, LensTable, Problem, Rig, Scene, focus_interval
+from focus_planner.core.optics import nearest_settable
+from focus_planner.core.problem import build_problem, mean_cost, middle, settable
 from focus_planner.core.shots import with_shots
 from focus_planner.core.types import Samples
 from focus_planner.core.visibility import visible_pairs
@@ -30,6 +31,28 @@ MODELS = {
 
 def mixed_rig(count=5):
     return mixed_lenses(around(count, 1.1, target=(0.1, 0.0, 0.05)))
+
+
+def test_every_camera_may_have_a_table_of_its_own():
+    # More kinds of lenses than a byte tells apart.
+    lenses = tuple(
+        Lens(table=LensTable("steps", i % 2 == 0, (0.5, 0.9 + i / 1000), (0, 40)))
+        for i in range(300)
+    )
+    cameras = np.random.default_rng(0).integers(0, 300, 2000)
+    asked = np.random.default_rng(1).uniform(0.3, 1.5, 2000)
+    moved = settable(lenses, cameras, asked)
+    for camera, distance, told in zip(cameras, asked, moved, strict=True):
+        assert told == nearest_settable(np.array([distance]), lenses[camera])[0]
+    rig = Rig(tuple(forward(f"c{i}", lens=lens) for i, lens in enumerate(lenses)))
+    problem = problem_of(plane(0.1, 0.1, 0.7), rig, 5)
+    assert len(problem.depth) == 5 * 300
+    for i, lens in enumerate(lenses):
+        pairs = problem.camera_index == i
+        expected = focus_interval(problem.depth[pairs], lens)
+        np.testing.assert_array_equal(
+            (problem.focus_near[pairs], problem.focus_far[pairs]), expected
+        )
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS.keys())

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import reference
-from core.build import body, problem_of, random_problem, ring_mask
+from core.build import TABLE_LENSES, body, problem_of, random_problem, ring_mask
 
 from focus_planner import Lens, Problem, cylinder_rig
 from focus_planner.core.shots import sort_shots, spread_start, with_one_shot, with_shots
@@ -12,6 +12,8 @@ LENSES = {
     "limits": Lens(min_focus=0.58, max_focus=0.7),
     "list": Lens(focus_distances=(0.52, 0.58, 0.6, 0.63, 0.67, 0.72, 0.78)),
     "steps": Lens(min_focus=0.5, max_focus=3.0, focus_steps=30),
+    "table": TABLE_LENSES[0],
+    "whole": TABLE_LENSES[1],
 }
 each_lens = pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES.keys())
 each_tolerance = pytest.mark.parametrize("tolerance", [0.0, 0.012])

@@ -15,12 +15,15 @@ from focus_planner import (
     Image,
     InputError,
     Lens,
+    LensTable,
     Mesh,
     PointCloud,
     Rig,
 )
 
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
+COUNTED = LensTable("focus_absolute", True, (0.3, 0.5, 3.0), (30, 20, 6))
+RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
 TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
 
@@ -84,6 +87,33 @@ def test_the_defaults_are_the_papers():
             {"focus_steps": 9, "focus_distances": [1.0], "min_focus": 0.4},
             "lens.focus_steps: expected focus_distances or focus_steps, got both",
         ),
+        ({"table": "dioptres"}, "lens.table: expected a LensTable, got 'dioptres'"),
+        (
+            {"table": COUNTED, "min_focus": 3.5},
+            r"lens.table: expected distances from min_focus \(3.5 m\) to .* got 0.3 to 3 m",
+        ),
+        ({"table": COUNTED, "max_focus": 0.2}, r"max_focus \(0.2 m\), above .* got 0.3 to 3 m"),
+        (
+            {"table": RANGE, "focal_length": 2.5},
+            r"above focal_length \(2.5 m\), got 0.4 to 2 m",
+        ),
+        (
+            {"table": COUNTED, "min_focus": 2.9, "max_focus": 2.95},
+            "lens.table: .* got none of 25 whole values there",
+        ),
+        (
+            {"table": COUNTED, "focus_distances": [1.0]},
+            "lens.table: expected a table of whole values, focus_distances or focus_steps, got two",
+        ),
+        ({"table": COUNTED, "focus_steps": 9, "min_focus": 0.4}, "lens.table: .* got two of them"),
+        (
+            {"table": RANGE, "focus_distances": [1.0, 3.0]},
+            r"from min_focus \(0.4 m\) to max_focus \(2 m\), as the lens's table leaves them",
+        ),
+        (
+            {"table": LensTable("m"), "focus_steps": 9},
+            "lens.min_focus: expected a number above focal_length .*, with focus_steps, got 0",
+        ),
     ],
 )
 def test_lenses_that_cannot_be(values, message):
@@ -126,6 +156,38 @@ def test_a_step_at_infinity_counts_but_is_not_taken():
     assert Lens(min_focus=0.5, focus_steps=2).settable_distances.tolist() == [0.5]
 
 
+def test_a_table_limits_its_lens():
+    assert Lens().focus_limits == (0.0, math.inf)
+    assert Lens(table=LensTable("dioptres")).focus_limits == (0.0, math.inf)
+    assert Lens(table=RANGE).focus_limits == (0.4, 2.0)
+    narrow = Lens(min_focus=0.2, max_focus=1.5, table=RANGE)
+    assert narrow.focus_limits == (0.4, 1.5)
+    assert narrow.settable_distances is None
+    # What was given stays, for another table.
+    assert dataclasses.replace(narrow, table=None) == Lens(min_focus=0.2, max_focus=1.5)
+
+
+def test_a_table_of_whole_values_is_a_list_of_distances():
+    lens = Lens(table=COUNTED)
+    assert lens.settable_distances.tolist() == COUNTED.settable_distances.tolist()
+    assert len(lens.settable_distances) == 25
+    some = Lens(min_focus=0.31, max_focus=1.0, table=COUNTED).settable_distances
+    expected = reference.settable(Lens(0.05, 10.0, 0.31, 1.0, table=COUNTED))
+    np.testing.assert_allclose(some, expected, rtol=1e-15)
+    assert 0 < len(some) < 25
+    # Nothing nearer than its focal length comes into focus.
+    long = Lens(focal_length=0.4, table=COUNTED)
+    assert long.settable_distances.min() > 0.4
+    with pytest.raises(ValueError, match="read-only"):
+        lens.settable_distances[0] = 1
+
+
+def test_lists_and_steps_go_with_a_table_of_a_range():
+    assert Lens(focus_distances=(0.5, 1.0), table=RANGE).settable_distances.tolist() == [0.5, 1.0]
+    stepped = Lens(max_focus=9.0, focus_steps=3, table=RANGE)
+    assert stepped.settable_distances.tolist() == [0.4, 1 / 1.5, 2.0]
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
@@ -135,11 +197,88 @@ def test_a_step_at_infinity_counts_but_is_not_taken():
         ({"fy": -1.0}, "image.fy: expected a number above 0, got -1"),
         ({"cx": math.nan}, "image.cx: expected a number, got nan"),
         ({"cy": "x"}, "image.cy: expected a number, got 'x'"),
+        (
+            {"distortion_model": "fisheye", "distortion": (0.1,)},
+            "image.distortion_model: expected one of .*, got 'fisheye'; rectified images have no d",
+        ),
+        ({"distortion_model": "fisheye"}, "image.distortion_model: expected one of plumb_bob"),
+        ({"distortion": (0.1,) * 5}, "image.distortion_model: expected one of .*, got ''"),
+        (
+            {"distortion_model": "plumb_bob", "distortion": (0.1,) * 8},
+            "image.distortion: expected 4 or 5 coefficients of the model plumb_bob, got 8",
+        ),
+        (
+            {"distortion_model": "rational_polynomial", "distortion": (0.1,) * 5},
+            "image.distortion: expected 8 or 12 or 14 coefficients of the model rational_p.*got 5",
+        ),
+        (
+            {"distortion_model": "equidistant"},
+            "image.distortion: expected 4 coefficients of the model equidistant, got 0",
+        ),
+        (
+            {"distortion_model": "rational_polynomial", "distortion": (0.1,) * 14},
+            "image.distortion: expected a sensor that is not tilted: .*, got 0.1 and 0.1; calibrat",
+        ),
+        (
+            {"distortion_model": "plumb_bob", "distortion": (0.1, math.nan, 0, 0)},
+            r"image.distortion\[1\]: expected a number, got nan",
+        ),
+        (
+            {"distortion_model": "plumb_bob", "distortion": (0.1, -1e40, 0, 0)},
+            r"image.distortion: expected coefficients up to 1e\+30, got -1e\+40",
+        ),
+        ({"distortion": 0.1}, "image.distortion: expected a list of coefficients, got 0.1"),
+        ({"distortion": "0.1"}, "image.distortion: expected a list of coefficients, got '0.1'"),
+        ({"binning": (2,)}, "image.binning: expected columns and rows, got 1 numbers"),
+        ({"binning": 2}, "image.binning: expected columns and rows .*, got 2"),
+        ({"binning": (0, 1)}, r"image.binning\[0\]: expected a whole number of at least 1, got 0"),
+        ({"binning": (581, 1)}, "image.binning: expected at most 580 × 870, .*, got 581 × 1"),
+        (
+            {"binning": (8, 1), "region": (0, 0, 7, 9)},
+            "image.binning: expected at most 7 × 9, what is read, got 8 × 1",
+        ),
+        ({"region": (0, 0, 7)}, "image.region: expected x_offset, .*height, got 3 numbers"),
+        ({"region": (-1, 0, 7, 7)}, r"image.region\[0\]: expected a whole number of at least 0"),
+        ({"region": (0, 0, 7, 0)}, r"image.region\[3\]: expected a whole number of at least 1"),
+        ({"region": (0, 0.5, 7, 1)}, r"image.region\[1\]: expected a whole number .*, got 0.5"),
+        (
+            {"region": (80, 0, 501, 9)},
+            r"image.region: expected .* 580 × 870, got 501 × 9 from \(80, 0\) on; offsets and",
+        ),
     ],
 )
 def test_images_that_cannot_be(values, message):
     with pytest.raises(InputError, match=message):
         Image(**values)
+
+
+def test_polynomials_without_coefficients_are_a_pinhole():
+    for model, count in (("plumb_bob", 5), ("plumb_bob", 0), ("rational_polynomial", 8), ("", 3)):
+        assert Image(distortion_model=model, distortion=[0] * count) == Image()
+    fisheye = Image(distortion_model="equidistant", distortion=[0, 0, 0, 0])
+    assert fisheye != Image()
+    assert fisheye.distortion == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_an_image_is_a_plain_record_whatever_it_was_made_of():
+    image = Image(
+        distortion_model="plumb_bob",
+        distortion=np.array([0.25, 0, 0, 0]),
+        binning=[2, np.int64(3)],
+        region=[1, 2, 5, 10],
+    )
+    assert (image.distortion, image.binning) == ((0.25, 0.0, 0.0, 0.0), (2, 3))
+    assert {type(number) for number in image.distortion} == {float}
+    assert {type(number) for number in (*image.binning, *image.region)} == {int}
+    assert hash(image) == hash(dataclasses.replace(image))
+
+
+def test_pixels_read_are_whole_bins_of_the_region():
+    assert Image().pixels_read == (0, 0, 580, 870)
+    assert Image(region=(0, 0, 580, 870)) == Image()
+    assert Image(region=(3, 4, 11, 13)).pixels_read == (3, 4, 11, 13)
+    assert Image(region=(3, 4, 11, 13), binning=(2, 5)).pixels_read == (3, 4, 10, 10)
+    assert Image(binning=(300, 870)).pixels_read == (0, 0, 300, 870)
 
 
 def test_a_camera_normalises_its_quaternion():

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +16,13 @@ from core.build import (
     sphere,
     torus,
 )
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from images import varied
 from scipy.spatial import cKDTree
 
 from focus_planner import Camera, Image, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
+from focus_planner.core.distortion import view
 from focus_planner.core.geometry import rotation_from_quaternion
 from focus_planner.core.surface import sample_mesh
 from focus_planner.core.types import Samples
@@ -202,6 +207,118 @@ def test_a_flipped_mesh_is_seen_by_nobody():
     assert len(visible_pairs(scene, around(4, 1.5), scene.sample(200, 0)).sample_index) == 0
 
 
+# --- distortion, binning, region of interest -------------------------------------------------
+
+
+def seen_of(points, image):
+    """Which of the points before a camera at the origin it sees."""
+    return visible_pairs(BEHIND, Rig((forward(image=image),)), wall(points)).sample_index.tolist()
+
+
+def at_pixels(image, u, v, depth=2.0):
+    """Points that a pinhole images at these pixel coordinates."""
+    u, v = np.ravel(u), np.ravel(v)
+    x, y = (u - image.cx) / image.fx * depth, (v - image.cy) / image.fy * depth
+    return np.column_stack([x, y, np.full(len(u), depth)])
+
+
+def test_a_barrel_sees_what_the_pinhole_does_not_and_a_pincushion_less():
+    # At 1.1 focal lengths from the centre the pinhole's image, which reaches to 320 / 300, is out.
+    points = [[1.1, 0.0, 1.0], [1.0, 0.0, 1.0], [0.9, 0.0, 1.0]]
+    assert seen_of(points, WIDE) == [1, 2]
+    barrel = replace(WIDE, distortion_model="plumb_bob", distortion=(-0.05, 0, 0, 0))
+    # 1.1 · (1 − 0.05 · 1.21) = 1.033
+    assert seen_of(points, barrel) == [0, 1, 2]
+    # 1.0 · (1 + 0.1) = 1.1; 0.9 · (1 + 0.081) = 0.973
+    pincushion = replace(WIDE, distortion_model="plumb_bob", distortion=(0.1, 0, 0, 0))
+    assert seen_of(points, pincushion) == [2]
+
+
+def test_what_folds_back_into_the_image_is_not_seen():
+    # r − r³/3 grows up to r = 1, and is 0 again, as on the axis, at √3.
+    image = replace(WIDE, distortion_model="plumb_bob", distortion=(-1 / 3, 0, 0, 0))
+    r = np.array([0.0, 0.5, 0.999, 1.001, 1.5, np.sqrt(3)])
+    u, v = reference.pixels(image, r, 0 * r)
+    assert reference.is_read(image, u, v).all()
+    assert seen_of(np.column_stack([r, 0 * r, 1 + 0 * r]), image) == [0, 1, 2]
+
+
+def test_tangential_terms_do_not_fold_back_either():
+    # x + 3 p₂ x² is 0 again at x = −1 / (3 p₂).
+    image = replace(WIDE, distortion_model="plumb_bob", distortion=(0, 0, 0, 0.01))
+    assert seen_of([[-1 / 0.03, 0.0, 1.0], [-0.5, 0.0, 1.0]], image) == [1]
+
+
+def test_a_pole_is_not_passed():
+    # r / (1 − r²/4) is infinite at r = 2, and comes back from the other side.
+    image = replace(
+        WIDE, distortion_model="rational_polynomial", distortion=(0, 0, 0, 0, 0, -0.25, 0, 0)
+    )
+    assert seen_of([[0.5, 0.0, 1.0], [100.0, 0.0, 1.0]], image) == [0]
+
+
+def test_a_fisheye_sees_up_to_a_right_angle_and_nothing_behind():
+    image = Image(400, 400, 120.0, 120.0, 199.5, 199.5, "equidistant", (0.0,) * 4)
+    angles = np.radians([0.0, 45.0, 80.0, 89.0, 91.0, 100.0, 180.0])
+    points = np.column_stack([np.sin(angles), 0 * angles, np.cos(angles)]) * 10
+    # 120 px a radian: 89° is imaged 186 px from the centre, 100° would be 209 px from it.
+    found = visible_pairs(
+        BEHIND, Rig((forward(image=image),)), wall(points, (-0.7, 0.0, -0.7))
+    ).sample_index.tolist()
+    assert found == [0, 1, 2, 3]
+    narrow = replace(image, distortion=(-0.3, 0.0, 0.0, 0.0))  # grows up to 60.4°
+    assert seen_of(points, narrow) == [0, 1]
+
+
+def test_a_region_of_the_left_half_sees_the_left_half_of_a_wall():
+    random = np.random.default_rng(1)
+    u, v = random.uniform(-40, 680, 500), random.uniform(-40, 520, 500)
+    points = at_pixels(WIDE, u, v)
+    left = seen_of(points, replace(WIDE, region=(0, 0, 320, 480)))
+    right = seen_of(points, replace(WIDE, region=(320, 0, 320, 480)))
+    middle = (WIDE.width - 1) / 2
+    assert left == [p for p in seen_of(points, WIDE) if u[p] < middle]
+    assert sorted(left + right) == seen_of(points, WIDE)
+
+
+def test_what_binning_leaves_over_is_not_seen():
+    # Of 7 columns from the second on, three bins of two; of 5 rows from the third, one of three.
+    image = replace(WIDE, region=(1, 2, 7, 5), binning=(2, 3))
+    u, v = np.meshgrid(np.arange(10), np.arange(10))
+    u, v = u.ravel(), v.ravel()
+    expected = np.flatnonzero((u >= 1) & (u < 7) & (v >= 2) & (v < 5)).tolist()
+    for shift in (-0.49, 0.49):
+        assert seen_of(at_pixels(image, u + shift, v + shift), image) == expected
+
+
+@settings(max_examples=25)
+@given(st.lists(varied(st.sampled_from([WIDE, Image()])), min_size=1, max_size=4), st.integers(0))
+def test_any_cameras_see_what_the_oracle_says(images, seed):
+    random = np.random.default_rng(seed)
+    points, ones = random.uniform(-2, 2, (80, 3)), np.ones(80)
+    cameras = []
+    for i, image in enumerate(images):
+        q = random.standard_normal(4)
+        cameras.append(Camera(f"c{i}", (0.0, 0.0, 0.0), tuple(q / np.linalg.norm(q)), image))
+    samples = Samples(points, -points / np.linalg.norm(points, axis=1)[:, None], ones, ones)
+    found = pairs_of(visible_pairs(BEHIND, Rig(tuple(cameras)), samples))
+    for c, camera in enumerate(cameras):
+        for p, point in enumerate(points):
+            u, v, inside = reference.in_image(camera, point)
+            edges = np.abs(np.array([u + 0.5, v + 0.5]) % 1)
+            if math.isnan(u) or np.minimum(edges, 1 - edges).min() > 1e-6:
+                depth = (point - camera.position) @ reference.camera_axes(camera)[2]
+                assert ((p, c) in found) == (inside and depth > camera.lens.focal_length), (p, c)
+
+
+DISTORTED = (
+    Image(50, 40, 80.0, 30.0, 90.0, -7.0, "plumb_bob", (0.1, 0.0, 0.002, -0.001)),
+    replace(WIDE, distortion_model="plumb_bob", distortion=(-0.3, 0.1, 1e-3, 1e-3, -0.02)),
+    replace(WIDE, distortion_model="equidistant", distortion=(0.0,) * 4, region=(9, 9, 300, 400)),
+    replace(WIDE, fx=150.0, fy=150.0, distortion_model="equidistant", distortion=(0.0,) * 4),
+)
+
+
 def in_view(camera, samples, facing):
     """What is in the camera's image, and faces it, sample by sample, as the kernel rounds it."""
     x_axis, y_axis, z_axis = rotation_from_quaternion(np.array([camera.orientation]))[0].T
@@ -211,9 +328,14 @@ def in_view(camera, samples, facing):
         return axis[0] * dx + axis[1] * dy + axis[2] * dz
 
     image, z = camera.image, along(z_axis)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u, v = image.fx * along(x_axis) / z + image.cx, image.fy * along(y_axis) / z + image.cy
-    inside = (u >= -0.5) & (u < image.width - 0.5) & (v >= -0.5) & (v < image.height - 0.5)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        if image.distortion_model:
+            x, y = along(x_axis) / z, along(y_axis) / z
+            u, v = reference.pixels(image, x, y)
+            inside = (np.hypot(x, y) < view(image)[1][1]) & reference.is_read(image, u, v)
+        else:
+            u, v = image.fx * along(x_axis) / z + image.cx, image.fy * along(y_axis) / z + image.cy
+            inside = (u >= -0.5) & (u < image.width - 0.5) & (v >= -0.5) & (v < image.height - 0.5)
     front = (samples.normals.T * [dx, dy, dz]).sum(axis=0) < 0
     return np.flatnonzero(inside & (z > camera.lens.focal_length) & (front | (not facing)))
 
@@ -221,18 +343,24 @@ def in_view(camera, samples, facing):
 @pytest.mark.parametrize("facing", [True, False])
 @pytest.mark.parametrize("offset", [0.0, 5e3], ids=["here", "far from the origin"])
 @pytest.mark.parametrize("size", [0.0, 0.05, 2.0], ids=["a point", "a hand", "a hall"])
-def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing):
+@pytest.mark.parametrize(
+    "images",
+    [(Image(), WIDE, Image(50, 40, 80.0, 30.0, 90.0, -7.0)), (WIDE, *DISTORTED)],
+    ids=["pinholes", "distorted"],
+)
+def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing, images):
     random = np.random.default_rng(0)
     normals = random.standard_normal((3000, 3)) * 0.4 + [1.0, 0.5, 0.0]
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     points, ones = offset + size * random.standard_normal((3000, 3)), np.ones(3000)
     samples = Samples(points, normals, ones, ones)
-    images = (Image(), WIDE, Image(50, 40, 80.0, 30.0, 90.0, -7.0))
     cameras = []
     for i in range(60):
         q = random.standard_normal(4)
         position = tuple(offset + random.standard_normal(3))
-        cameras.append(Camera(f"c{i}", position, tuple(q / np.linalg.norm(q)), images[i % 3]))
+        cameras.append(
+            Camera(f"c{i}", position, tuple(q / np.linalg.norm(q)), images[i % len(images)])
+        )
     # What hides nothing and is oriented, or not.
     away = plane(1.0, 1.0, 1e5)
     points = sample_mesh(away, 50, 0).points

@@ -28,6 +28,7 @@ CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
     *("assigned_samples", "in_focus_samples"),
 ]
+DEVICE_KEYS = ["device_value", "device_unit"]
 
 
 def one_shot(name: str, status: CameraStatus, *values: Any) -> CameraFocus:
@@ -88,6 +89,22 @@ def test_several_shots_come_back(tmp_path: Path) -> None:
     assert list(data["cameras"][0]) == [*CAMERA_KEYS, "shots"]
     assert [shot["focus_distance"] for shot in data["cameras"][0]["shots"]] == [0.5, 12.0]
     assert data["cameras"][0]["shots"][1]["far_limit"] is None
+
+
+def test_device_values_come_back_and_are_not_there_without_tables(tmp_path: Path) -> None:
+    near, far = Shot(0.5, 0.48, 0.52, 3, 3, 180.0), Shot(1.0, 0.9, 1.1, 5, 4, 90.0)
+    camera = CameraFocus("a", CameraStatus.PLANNED, 1.0, 0.9, 1.1, 8, 7, (near, far), 90.0, "steps")
+    only = replace(camera, assigned_samples=5, in_focus_samples=4, shots=(far,))
+    for told, keys in ((camera, [*DEVICE_KEYS, "shots"]), (only, DEVICE_KEYS)):
+        plan = replace(PLAN, cameras=(told,))
+        save_plan(plan, tmp_path / "plan.json")
+        assert load_plan(tmp_path / "plan.json") == plan
+        data = json.loads(plan_to_json(plan))["cameras"][0]
+        assert list(data) == [*CAMERA_KEYS, *keys]
+        assert (data["device_value"], data["device_unit"]) == (90.0, "steps")
+    data = json.loads(plan_to_json(replace(PLAN, cameras=(camera,))))["cameras"][0]
+    assert [shot["device_value"] for shot in data["shots"]] == [180.0, 90.0]
+    assert "device" not in plan_to_json(PLAN)
 
 
 def test_what_is_planned_is_what_is_saved(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.optics import depth_of_field
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import METHODS, FocusPlan, PlanRequest
@@ -92,6 +93,17 @@ def test_the_cost_of_brackets_follows_from_the_files(tmp_path: Path, scene: Scen
             near, far = depth_of_field(focus, lens)
             assert near <= data["depth"][pair] - 0.004
             assert data["depth"][pair] + 0.004 <= far
+
+
+def test_a_tables_limits_are_what_the_lens_can_be_set_to(tmp_path: Path, scene: Scene) -> None:
+    table = LensTable("steps", False, (0.4, 1.3), (0, 900))
+    rig = cylinder_rig(3, 8, lens=Lens(min_focus=0.2, max_focus=1.1, table=table))
+    plan = plan_focus(scene, rig, PlanRequest("em", samples=200))
+    npz, json_path = save(plan, tmp_path)
+    with np.load(npz) as file:
+        assert set(file["min_focus"]) == {0.4}
+        assert set(file["max_focus"]) == {1.1}
+    assert recomputed_cost(npz, json_path) == pytest.approx(plan.cost, rel=1e-13)
 
 
 def test_the_cost_of_a_clouds_own_points_follows_from_the_files(

@@ -10,8 +10,11 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from images import varied
+from messages.build import lens_tables
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
@@ -26,7 +29,7 @@ QUATERNIONS = (
     .filter(lambda q: math.hypot(*q) > 0.1)
     .map(lambda q: tuple(x / math.hypot(*q) for x in q))
 )
-IMAGES = st.builds(
+PLAIN_IMAGES = st.builds(
     Image,
     width=st.integers(1, 10_000),
     height=st.integers(1, 10_000),
@@ -35,6 +38,7 @@ IMAGES = st.builds(
     cx=METRES,
     cy=METRES,
 )
+IMAGES = PLAIN_IMAGES | varied(PLAIN_IMAGES)
 
 
 @st.composite
@@ -44,11 +48,14 @@ def lenses(draw: st.DrawFn) -> Lens:
         focal_length,
         draw(st.floats(0.6, 1e9)),
         draw(st.floats(0.51, 0.6)),
-        draw(st.floats(0.7, 1e3) | st.just(math.inf)),
+        draw(st.floats(1.0, 1e3) | st.just(math.inf)),
     )
+    if draw(st.booleans()):  # whole values need not be within those limits
+        return Lens(0.05, 9.0, table=draw(lens_tables(kinds=(True,))))
     takes = draw(
         st.just({})
         | st.fixed_dictionaries({"focus_steps": st.integers(2, 65_536)})
+        | st.fixed_dictionaries({"table": lens_tables(kinds=(False,))})
         | st.fixed_dictionaries(
             {"focus_distances": st.lists(st.floats(0.6, 0.7), min_size=1, max_size=4)}
         )
@@ -102,7 +109,11 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
+TABLE = "{unit: steps, distances: [0.4, 2], values: [900, 0]}"
 CAMERA = "{name: a, position: [1, 0, 0], orientation: [0, 0, 0, 1]}"
+
+
+STEPS = LensTable("steps", False, (0.4, 2.0), (900, 0))
 
 
 def camera_with(**values: str) -> str:
@@ -124,6 +135,38 @@ def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
     )
     assert rig.cameras[0].image == Image(width=640, height=200)
     assert rig.cameras[0].lens == Lens(focal_length=0.035, min_focus=0.4)
+
+
+def test_images_may_be_distorted_binned_and_read_in_part(tmp_path: Path) -> None:
+    shared = "{distortion_model: plumb_bob, distortion: [-1e-1, 0, 0, 0], binning: [2, 2]}"
+    cameras = (
+        camera_with(image="{region: [8, 4, 100, 50], binning: [1, 1]}"),
+        camera_with(image='{distortion_model: "", distortion: []}').replace("a,", "b,"),
+        camera_with(image="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
+    )
+    text = f"image: {shared}\ncameras: [{', '.join(cameras)}]"
+    images = [camera.image for camera in load_rig(write(tmp_path, text)).cameras]
+    barrel = (-0.1, 0.0, 0.0, 0.0)
+    assert images[0] == Image(
+        distortion_model="plumb_bob", distortion=barrel, region=(8, 4, 100, 50)
+    )
+    assert images[1] == Image(binning=(2, 2))
+    assert images[2].distortion == (0.1, 0.0, 0.0, 0.0, 1.0)
+
+
+def test_an_image_is_written_with_what_it_has_only() -> None:
+    (camera,) = cylinder_rig(1, 1).cameras
+    barrel = Image(distortion_model="plumb_bob", distortion=(-0.1, 0, 0, 0), region=(0, 0, 9, 8))
+    other = replace(camera, name="other")
+    rig = Rig(
+        (replace(camera, image=barrel), replace(other, image=barrel), replace(camera, name="plain"))
+    )
+    lines = rig_to_yaml(rig).splitlines()
+    assert lines[1].endswith(
+        "cy: 434.44, distortion_model: plumb_bob, distortion: [-0.1, 0.0, 0.0, 0.0],"
+        " region: [0, 0, 9, 8]}   # pixels"
+    )
+    assert lines[-1].endswith("image: {distortion_model: '', distortion: [], region: null}}")
 
 
 @pytest.mark.parametrize(
@@ -157,6 +200,9 @@ def test_the_aperture_gives_the_hyperfocal_distance(
         ),
         ("{min_focus: 0.4, focus_steps: 9}", "{focus_distances: null}", {"focus_steps": 9}),
         ("{min_focus: 0.4, focus_steps: 9}", "{focus_steps: null}", {}),
+        (f"{{table: {TABLE}}}", "{}", {"table": STEPS}),
+        (f"{{table: {TABLE}}}", "{table: {unit: dioptres}}", {"table": LensTable("dioptres")}),
+        (f"{{table: {TABLE}}}", "{table: null}", {}),
     ],
 )
 def test_a_camera_overrides_what_its_lens_takes(
@@ -231,11 +277,44 @@ def test_a_camera_overrides_what_its_lens_takes(
             r"yaml: lens\.focus_distances: expected 1 to 65536 distances, got 0",
         ),
         (
+            f"lens: {{table: {{unt: m}}}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.table\.unt: .*did you mean unit\?",
+        ),
+        (
+            f"lens: {{table: {{unit: s, distances: [1], values: [2]}}}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.table: table\.distances: expected at least 2, got 1",
+        ),
+        (
+            f"lens: {{min_focus: 9, table: {TABLE}}}\ncameras: [{CAMERA}]",
+            r"yaml: lens\.table: expected distances from min_focus \(9 m\) .*, got 0.4 to 2 m",
+        ),
+        (f"image: {{width: 9}}\nimage: {{}}\ncameras: [{CAMERA}]", "line 2, .* image stands twice"),
+        (
             f"lens: {{focus_steps: 2.5, min_focus: 1}}\ncameras: [{CAMERA}]",
             r"lens\.focus_steps: expected a whole number",
         ),
         (f"image: {{width: 1.5}}\ncameras: [{CAMERA}]", r"yaml: image\.width: expected a whole"),
         (f"image: {{width: wide}}\ncameras: [{CAMERA}]", r"image\.width: expected a number"),
+        (
+            f"image: {{distortion_model: 3}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.distortion_model: expected a name, got 3",
+        ),
+        (
+            f"image: {{distortion_model: fisheye}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.distortion_model: expected one of .*, got 'fisheye'",
+        ),
+        (
+            f"image: {{distortion: [0.1, x]}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.distortion\[1\]: expected a number, got 'x'",
+        ),
+        (
+            f"image: {{binning: 2}}\ncameras: [{CAMERA}]",
+            r"yaml: image\.binning: expected a list of numbers, got 2",
+        ),
+        (
+            f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",
+            r"cameras\[0\]: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
+        ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),
         (f"grid: {{rows: 2}}\ncameras: [{CAMERA}]", r"grid\.columns: expected a value"),
         (f"grid: {{rows: 2, columns: 3}}\ncameras: [{CAMERA}]", "rows × columns = 1"),
@@ -264,5 +343,10 @@ def test_what_differs_from_the_others_is_written_with_its_camera() -> None:
     lines = rig_to_yaml(Rig((odd, *rest))).splitlines()
     assert [line for line in lines if "image" in line][1].endswith(
         "image: {width: 99}, lens: {max_focus: 2.0}}"
+    )
+    told = replace(odd, lens=Lens(table=STEPS))
+    (line,) = (line for line in rig_to_yaml(Rig((told, *rest))).splitlines() if "table" in line)
+    assert line.endswith(
+        "lens: {table: {unit: steps, distances: [0.4, 2.0], values: [900.0, 0.0]}}}"
     )
     assert sum(bool(re.search("image|lens", line)) for line in lines) == 3

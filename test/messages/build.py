@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from images import varied
 
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import (
     BOUNDS,
     MAX_SAMPLES,
@@ -50,7 +53,17 @@ EMPTY_POSE = {
     "position": {"x": 0.0, "y": 0.0, "z": 0.0},
     "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
 }
-EMPTY_INFO = {"width": 0, "height": 0, "d": [], "k": [0.0] * 9}
+EMPTY_INFO = {
+    "width": 0,
+    "height": 0,
+    "distortion_model": "",
+    "d": [],
+    "k": [0.0] * 9,
+    "binning_x": 0,
+    "binning_y": 0,
+    "roi": {"x_offset": 0, "y_offset": 0, "width": 0, "height": 0, "do_rectify": False},
+}
+EMPTY_TABLE = {"unit": "", "whole": False, "distances": [], "values": []}
 EMPTY_LENS = {
     "focal_length": 0.0,
     "hyperfocal_distance": 0.0,
@@ -60,6 +73,7 @@ EMPTY_LENS = {
     "max_focus": 0.0,
     "focus_distances": [],
     "focus_steps": 0,
+    "table": EMPTY_TABLE,
 }
 EMPTY_CAMERA = {"name": "", "pose": EMPTY_POSE, "camera_info": EMPTY_INFO, "lens": EMPTY_LENS}
 EMPTY_REQUEST = {
@@ -208,18 +222,40 @@ def unit_quaternions(draw):
 
 
 @st.composite
+def lens_tables(draw, kinds=(False, True)):
+    """Tables that hold 1 m, with and without infinity, or of a unit that needs none."""
+    is_whole = draw(st.sampled_from(kinds))
+    if not is_whole and draw(st.booleans()):
+        return LensTable(draw(st.sampled_from(["m", "dioptres"])))
+    nearer = np.cumsum(draw(st.lists(st.floats(0.05, 2.0), min_size=1, max_size=3)))
+    farther = draw(st.sampled_from([(), (3.0,), (2.5, math.inf)]))
+    distances = (*(1 / (1 + nearer[::-1])), 1.0, *farther)
+    count = len(distances) - 1
+    gaps = draw(st.lists(st.floats(1.5, 300.0), min_size=count, max_size=count))
+    values = draw(st.sampled_from([-1, 1])) * (draw(st.floats(-1e3, 1e3)) + np.cumsum([0.0, *gaps]))
+    return LensTable(draw(st.sampled_from(["steps", "m"])), is_whole, distances, values)
+
+
+@st.composite
 def lenses(draw):
     focal_length = draw(st.floats(0.01, 0.2))
     min_focus = draw(st.floats(0.0, 1.0))
     max_focus = draw(st.one_of(st.just(math.inf), st.floats(1.0, 50.0)))
+    hyperfocal_distance = draw(st.floats(0.5, 100.0))
+    if draw(st.booleans()):
+        table = draw(lens_tables())
+        # All tables hold 1 m; whole values need not be near it.
+        limits = (0.0, math.inf) if table.whole else (0.92, 1e4)
+        return Lens(focal_length, hyperfocal_distance, *limits, table=table)
     steps = draw(st.none() | st.integers(2, 65_536)) if min_focus > focal_length else None
     listed = draw(st.none() | st.lists(st.just(1.0), min_size=1)) if steps is None else None
-    return Lens(focal_length, draw(st.floats(0.5, 100.0)), min_focus, max_focus, listed, steps)
+    return Lens(focal_length, hyperfocal_distance, min_focus, max_focus, listed, steps)
 
 
-images = st.builds(
+plain_images = st.builds(
     Image, st.integers(1, 10_000), st.integers(1, 10_000), positive, positive, numbers, numbers
 )
+images = plain_images | varied(plain_images)
 
 
 @st.composite
@@ -259,17 +295,30 @@ shots = st.builds(
     assigned_samples=counts,
     in_focus_samples=counts,
 )
-camera_foci = st.builds(
-    CameraFocus,
-    name=st.just("left"),
-    status=st.sampled_from(CameraStatus),
-    focus_distance=positive,
-    near_limit=positive,
-    far_limit=far_limits,
-    assigned_samples=counts,
-    in_focus_samples=counts,
-    shots=st.lists(shots, min_size=1, max_size=3).map(tuple),
-)
+
+
+@st.composite
+def camera_foci(draw):
+    """What a plan says of a camera, whose lens has a table or none."""
+    focus = draw(
+        st.builds(
+            CameraFocus,
+            name=st.just("left"),
+            status=st.sampled_from(CameraStatus),
+            focus_distance=positive,
+            near_limit=positive,
+            far_limit=far_limits,
+            assigned_samples=counts,
+            in_focus_samples=counts,
+            shots=st.lists(shots, min_size=1, max_size=3).map(tuple),
+        )
+    )
+    if draw(st.booleans()):
+        return focus
+    told = tuple(replace(shot, device_value=draw(numbers)) for shot in focus.shots)
+    return replace(focus, shots=told, device_value=draw(numbers), device_unit="steps")
+
+
 plans = st.builds(
     FocusPlan,
     method=st.sampled_from(METHODS),
@@ -288,7 +337,7 @@ plans = st.builds(
     in_focus_standard_error=positive,
     solve_seconds=positive,
     total_seconds=positive,
-    cameras=st.lists(camera_foci, max_size=3).map(tuple),
+    cameras=st.lists(camera_foci(), max_size=3).map(tuple),
 )
 
 

@@ -11,11 +11,13 @@ import pytest
 from messages.build import Log
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.rig import cylinder_rig
 from focus_planner.core.scene import Scene
-from focus_planner.core.types import Image, Lens, Mesh
+from focus_planner.core.types import Image, Lens, Mesh, Rig
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.planner import NotReady, Planner
 from focus_planner.messages.reading import Optics
@@ -259,6 +261,62 @@ def test_cameras_follow_the_optics(bench):
     optics = Optics(Image(width=500), Lens(hyperfocal_distance=4.0))
     assert same(bench.plan(optics), BOX, read(optics))
     assert same(bench.plan(), BOX, RIG)
+
+
+def with_tables(unit, camera="cam_0_00", **values):
+    return Optics(tables=LensTables({camera: LensTable(unit, **values)}))
+
+
+def completed(lens=None):
+    """What reads the rig as messages are read."""
+    rig = RIG if lens is None else Rig((replace(RIG.cameras[0], lens=lens),))
+    return lambda optics: optics.complete(rig)
+
+
+def test_tables_are_given_to_the_rig_in_force(bench):
+    bench.surface(BOX)
+    bench.rig(completed())
+    assert bench.plan().cameras[0].device_unit is None
+    assert bench.plan(with_tables("dioptres")).cameras[0].device_unit == "dioptres"
+    assert bench.plan(with_tables("m")).cameras[0].device_unit == "m"
+    assert bench.plan().cameras[0].device_unit is None
+
+
+def test_a_rig_that_tables_contradict_is_not_planned_with_until_they_do_not(bench):
+    bench.surface(BOX)
+    bench.rig(completed(Lens(max_focus=2.0)))
+    bad = with_tables("s", distances=(3.0, 4.0), values=(0.0, 1.0))
+    for _ in range(2):
+        with pytest.raises(NotReady, match=r"none that can be used: .*camera cam_0_00: lens.table"):
+            bench.plan(bad)
+    assert [arrival.topic for arrival in bench.planner.arrivals()] == ["~/mesh", "~/rig"]
+    with pytest.raises(NotReady, match="cameras: expected some of the rig's 1: cam_0_00, got x"):
+        bench.plan(with_tables("m", camera="x"))
+    plan = bench.plan(with_tables("m"))
+    assert plan.cameras[0].device_value == plan.cameras[0].focus_distance
+    assert bench.planner.plan(REQUEST, with_tables("m"))[2] == ""
+    assert bench.log.errors == []
+    # It fits the surface again, so what does not is refused.
+    bench.surface(FAR_BOX, digest=False)
+    with pytest.raises(NotReady, match=r"and the surface .* stays in force"):
+        bench.plan(with_tables("m"))
+    # And a newer rig that goes with the tables takes its place.
+    with pytest.raises(NotReady):
+        bench.plan(bad)
+    bench.planner.rig.receive(bench._arrival("~/rig", RIG, None))
+    assert same(bench.plan(bad), BOX, RIG)
+
+
+def test_a_rig_that_was_refused_for_its_tables_is_taken_with_others(bench):
+    bench.surface(BOX)
+    bench.planner.digest(bad := with_tables("m", camera="x"))
+    bench.planner.rig.receive(bench._arrival("~/rig", completed(), None))
+    with pytest.raises(NotReady, match="got x"):
+        bench.plan(bad)
+    assert bench.rigs == []
+    assert same(bench.plan(), BOX, RIG)
+    assert bench.rigs == [RIG]
+    assert bench.reminder() == ""
 
 
 def test_whatever_a_surface_raises_it_is_refused(ready):

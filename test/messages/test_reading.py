@@ -13,6 +13,7 @@ from messages.build import (
     EMPTY_LENS,
     EMPTY_POSE,
     EMPTY_REQUEST,
+    EMPTY_TABLE,
     NUMBERS,
     OPTICS,
     cloud_fields,
@@ -22,13 +23,15 @@ from messages.build import (
 )
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import PlanRequest
-from focus_planner.core.types import PointCloud
+from focus_planner.core.types import Image, PointCloud
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.reading import (
     Datatype,
     camera_from_message,
     cloud_from_message,
-    distorted_cameras,
+    image_from_message,
     lens_from_message,
     poses_from_message,
     request_from_message,
@@ -63,6 +66,46 @@ def test_a_lens_by_f_number_and_circle_of_confusion():
     assert lens.hyperfocal_distance == pytest.approx(10.0)
     with pytest.raises(InputError, match=r"lens\.f_number: expected a number above 0, got 0"):
         lens_from_message(lens_message(focal_length=0.05))
+
+
+def test_a_table_that_makes_no_sense_is_an_input_error():
+    def table(**fields):
+        return lens_message(focal_length=0.05, hyperfocal_distance=9.0, table=EMPTY_TABLE | fields)
+
+    assert lens_from_message(table()).table is None
+    assert lens_from_message(table(unit="dioptres")).table == LensTable("dioptres")
+    for fields, told in [
+        ({"distances": [1.0, 2.0], "values": [0.0, 1.0]}, "unit: expected a name, .* got ''"),
+        ({"values": [0.0, 1.0]}, "unit: expected a name"),
+        ({"unit": "steps"}, "distances: expected at least 2, with the unit steps, got none"),
+        ({"unit": "steps", "distances": [1.0, 2.0], "values": [3.0]}, "values: expected as many"),
+    ]:
+        with pytest.raises(InputError, match=r"^lens\.table\." + told):
+            lens_from_message(table(**fields))
+    whole = {"unit": "s", "whole": True, "distances": [1.0, 2.0], "values": [3.0, 0.0]}
+    with pytest.raises(InputError, match=r"^lens\.table: expected a table of whole values, focus_"):
+        lens_from_message(message(vars(table(**whole)) | {"focus_distances": [1.0]}))
+
+
+def test_tables_are_given_to_cameras_that_bring_none():
+    own = LensTable("m")
+    tables = LensTables({"a": LensTable("dioptres"), "b": LensTable("dioptres")})
+    optics = replace(OPTICS, tables=tables)
+    lens = EMPTY_LENS | {"focal_length": 0.05, "hyperfocal_distance": 9.0}
+    cameras = [
+        EMPTY_CAMERA | {"name": "a", "lens": lens},
+        EMPTY_CAMERA | {"name": "b", "lens": lens | {"table": EMPTY_TABLE | {"unit": "m"}}},
+        EMPTY_CAMERA | {"name": "c"},
+    ]
+    fields = WORLD | {"cameras": cameras, "grid_rows": 0, "grid_columns": 0}
+    rig = rig_from_message(message(fields), optics, "world")
+    assert [camera.lens.table for camera in rig.cameras] == [LensTable("dioptres"), own, None]
+    assert rig.cameras[2].lens == OPTICS.lens
+    poses = message(WORLD | {"poses": [EMPTY_POSE]})
+    with pytest.raises(InputError, match=r"cameras: expected some of the rig's 1: cam_000, got a"):
+        poses_from_message(poses, optics, "world")
+    by_number = replace(OPTICS, tables=LensTables({"cam_000": own}))
+    assert poses_from_message(poses, by_number, "world").cameras[0].lens.table == own
 
 
 def test_what_a_request_leaves_out_is_the_default():
@@ -198,7 +241,81 @@ def test_errors_of_a_camera_name_it():
         camera_from_message(camera_message(name="left", lens=lens), OPTICS)
 
 
-def test_distortion_is_told():
-    distorted = EMPTY_CAMERA | {"name": "b", "camera_info": EMPTY_INFO | {"d": [0.0, 0.1]}}
-    cameras = [EMPTY_CAMERA | {"name": "a"}, distorted]
-    assert distorted_cameras(message({"cameras": cameras})) == ["b"]
+INFO = EMPTY_INFO | {"width": 64, "height": 48, "k": [50, 0, 31.5, 0, 51, 23.5, 0, 0, 1]}
+IMAGE = Image(64, 48, 50, 51, 31.5, 23.5)
+
+
+def info_message(**fields):
+    return message(INFO | fields)
+
+
+def roi(x_offset=0, y_offset=0, width=0, height=0, do_rectify=False):
+    return {
+        "x_offset": x_offset,
+        "y_offset": y_offset,
+        "width": width,
+        "height": height,
+        "do_rectify": do_rectify,
+    }
+
+
+@pytest.mark.parametrize(
+    ("fields", "changes"),
+    [
+        ({}, {}),
+        ({"binning_x": 1, "binning_y": 1, "roi": roi(0, 0, 64, 48)}, {}),
+        ({"binning_x": 2}, {"binning": (2, 1)}),
+        ({"binning_y": 4}, {"binning": (1, 4)}),
+        ({"roi": roi(8, 4, 20, 10)}, {"region": (8, 4, 20, 10)}),
+        # Which part is read out does not depend on what a rectified image is made of.
+        ({"roi": roi(8, 4, 20, 10, True)}, {"region": (8, 4, 20, 10)}),
+        ({"roi": roi(8, 4)}, {}),
+        ({"distortion_model": "plumb_bob", "d": [0.0] * 5}, {}),
+        ({"distortion_model": "plumb_bob", "d": []}, {}),
+        ({"distortion_model": "plumb_bob", "d": [0.0] * 8}, {}),
+        ({"distortion_model": "of this maker", "d": [0.0]}, {}),
+        (
+            {"distortion_model": "plumb_bob", "d": [0.1, 0, 0, 0]},
+            {"distortion_model": "plumb_bob", "distortion": (0.1, 0.0, 0.0, 0.0)},
+        ),
+        (
+            {"distortion_model": "equidistant", "d": [0.0] * 4},
+            {"distortion_model": "equidistant", "distortion": (0.0,) * 4},
+        ),
+    ],
+)
+def test_camera_info_is_read_as_it_is_documented(fields, changes):
+    assert image_from_message(info_message(**fields)) == replace(IMAGE, **changes)
+
+
+@pytest.mark.parametrize(
+    ("fields", "error"),
+    [
+        (
+            {"distortion_model": "of this maker", "d": [0.0, 0.1]},
+            r"image\.distortion_model: expected one of .*, got 'of this maker'; rectified images",
+        ),
+        ({"d": [0.1] * 5}, r"image\.distortion_model: expected one of .*, got ''"),
+        (
+            {"distortion_model": "plumb_bob", "d": [0.1] * 6},
+            r"image\.distortion: expected 4 or 5 coefficients of the model plumb_bob, got 6",
+        ),
+        ({"distortion_model": "equidistant"}, r"image\.distortion: expected 4 coefficients"),
+        (
+            {"distortion_model": "plumb_bob", "d": [0.1, math.nan, 0.0, 0.0]},
+            r"image\.distortion\[1\]: expected a number, got nan",
+        ),
+        ({"roi": roi(8, 4, 60, 10)}, r"image\.region: expected pixels .*, got 60 × 10 from \(8, 4"),
+        ({"roi": roi(8, 4, 20, 0)}, r"image\.region\[3\]: expected a whole number of at least 1"),
+        ({"binning_x": 65}, r"image\.binning: expected at most 64 × 48, .*, got 65 × 1"),
+        (
+            {"width": 0, "d": [0.1]},
+            r"camera_info\.width: expected the width of the image, with dis",
+        ),
+        ({"width": 0, "binning_y": 2}, r"camera_info\.width: expected .*, got 0; fill in width"),
+        ({"width": 0, "roi": roi(8, 4, 20, 9)}, r"camera_info\.width: expected .*, got 0"),
+    ],
+)
+def test_camera_info_that_makes_no_image_is_an_input_error_of_its_camera(fields, error):
+    with pytest.raises(InputError, match=f"camera left: {error}"):
+        camera_from_message(camera_message(name="left", camera_info=INFO | fields), OPTICS)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from messages.build import (
+    EMPTY_INFO,
     OPTICS,
     camera_foci,
     clouds,
@@ -19,7 +20,7 @@ from messages.build import (
     shots,
 )
 
-from focus_planner import Mesh, PlanRequest
+from focus_planner import Image, Mesh, PlanRequest
 from focus_planner.messages import reading, writing
 from focus_planner.messages.reading import (
     camera_focus_from_message,
@@ -78,7 +79,17 @@ def test_poses_are_read_as_they_were_written(rig):
 
 @given(images)
 def test_images_are_read_as_they_were_written(image):
-    assert image_from_message(message(image_to_fields(image))) == image
+    fields = image_to_fields(image)
+    assert is_plain(fields)
+    assert image_from_message(message(fields)) == image
+
+
+def test_of_a_plain_image_only_size_and_matrix_are_not_zero():
+    fields = image_to_fields(Image())
+    rest = {name: fields[name] for name in fields if name not in {"width", "height", "k"}}
+    empty = {name: EMPTY_INFO[name] for name in rest}
+    assert rest["roi"].items() <= empty.pop("roi").items()
+    assert rest | empty == rest
 
 
 @given(lenses())
@@ -122,13 +133,20 @@ def test_shots_are_read_as_they_were_written(shot):
     assert shot_from_message(message(shot_to_fields(shot))) == shot
 
 
-@given(camera_foci)
+@given(camera_foci())
 def test_a_cameras_focus_is_read_as_it_was_written(focus):
-    fields = camera_focus_to_fields(focus, "world", STAMP)
+    fields = camera_focus_to_fields(focus, "world", STAMP, "a name")
     assert is_plain(fields)
     assert camera_focus_from_message(message(fields)) == focus
     assert fields["dioptres"] == 1 / focus.focus_distance
     assert fields["bracket"] == [shot.focus_distance for shot in focus.shots]
+    assert fields["plan_id"] == "a name"
+    if focus.device_unit is None:
+        assert math.isnan(fields["device_value"])
+        assert (fields["device_unit"], fields["device_bracket"]) == ("", [])
+    else:
+        assert (fields["device_value"], fields["device_unit"]) == (focus.device_value, "steps")
+        assert fields["device_bracket"] == [shot.device_value for shot in focus.shots]
 
 
 @given(plans)
@@ -141,6 +159,7 @@ def test_a_plan_is_read_as_it_was_written(plan):
     header = {"frame_id": "world", "stamp": {"sec": 5, "nanosec": 6}}
     assert fields["header"] == header
     assert all(camera["header"] == header for camera in fields["cameras"])
+    assert all(camera["plan_id"] == "a name" for camera in fields["cameras"])
 
 
 def test_every_conversion_has_its_opposite():

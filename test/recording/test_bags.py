@@ -51,6 +51,9 @@ def test_they_are_of_every_kind():
     assert any(not plan.converged for plan in plans)
     assert any(run.beginning.warmth for run in runs.values())
     assert any(plan.shots > 1 for plan in plans)
+    units = [{camera.device_unit for camera in plan.cameras} for plan in plans]
+    assert units.count({None}) == len(plans) - 1
+    assert {"focus_absolute", "steps", "dioptres"} in units
     (mixed,) = runs["mixed_rig"].rigs()
     cameras = mixed.read(runs["mixed_rig"].beginning.settings.optics).cameras
     assert len({camera.lens for camera in cameras}) == 3

@@ -39,6 +39,7 @@ from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, outcome_differences, plan_run
 from focus_planner.recording.run import input_message, inputs_of, read_run
+from focus_planner.recording.what_if import parse_changes, with_changes
 
 PLAN, RESULT = "focus_planner_msgs/msg/FocusPlan", "focus_planner_msgs/msg/RunResult"
 RIG_TYPE = "focus_planner_msgs/msg/CameraRig"
@@ -72,6 +73,26 @@ def run(path):
 # --- the same ----------------------------------------------------------------------------------
 
 SMALL = PlanRequest("em", 250, fresh_samples=200)
+
+
+def test_a_rig_of_different_cameras_is_reproduced(tmp_path):
+    plain = RIG.cameras[0].image
+    images = (
+        plain,
+        replace(plain, distortion_model="plumb_bob", distortion=(-0.2, 0.05, 1e-3, 0, 0.1)),
+        replace(plain, distortion_model="equidistant", distortion=(0.0, 0.1, 0.0, 0.0)),
+        replace(plain, region=(100, 60, 301, 300), binning=(2, 4)),
+    )
+    cameras = tuple(replace(c, image=images[i % 4]) for i, c in enumerate(RIG.cameras))
+    rig = replace(RIG, cameras=cameras)
+    path = record(tmp_path, SMALL, rig=rig)
+    run, again = replayed(path)
+    assert differences(run, again) == []
+    assert [a.read(Optics()) for a in run.rigs()] == [rig]
+    assert run.ending.plan.cost != solved(begun(SMALL)).cost
+    changed = with_changes(run, parse_changes(["f_number=8"])).run
+    (arrival,) = changed.rigs()
+    assert [c.image for c in arrival.read(Optics()).cameras] == [c.image for c in cameras]
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -18,9 +18,11 @@ from recording.runs import TORUS, begun, cloud, record, rewritten, with_payload
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.fingerprint import Fingerprint
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import FocusPlan, PlanRequest, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Camera, Grid, Image, Lens, Mesh, Rig
+from focus_planner.io.lens_tables import lens_tables_from_yaml
 from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import POSES, RIG, deserialize, serialize
@@ -31,6 +33,7 @@ from focus_planner.recording.run import (
     Beginning,
     Ending,
     beginning_messages,
+    beginning_of,
     ending_messages,
     input_message,
     inputs_of,
@@ -101,7 +104,11 @@ LENSES = (
     Lens(0.085, 18.0, focus_distances=(0.45, 0.5, 0.7 + 1e-13, 1.1)),
     Lens(0.05, 7.0, 0.4, 3.0, focus_steps=64),
     Lens(0.05, 7.0, 0.4, focus_steps=9),
+    Lens(0.05, 7.0, table=LensTable("steps", False, (0.3 + 1e-16, 1 / 3, math.inf), (7.25, 1, 0))),
+    Lens(0.05, 7.0, 0.4, table=LensTable("focus_absolute", True, (0.3, 2.0), (250, -3.5))),
+    Lens(table=LensTable("dioptres")),
 )
+TABLES = "default: {unit: dioptres}  # ü\ncameras: {c0: {unit: m}}\n"
 
 
 def mixed_rig():
@@ -198,6 +205,7 @@ def other_than_default(declaration):
         "bound": "tight",
         "frame_id": "booth",
         "record_directory": "/runs/ü",
+        "lens_tables": "not/there/any/more.yaml",
         "k": 3,
         "gap": 0.01 + 1e-12,
         "lens.hyperfocal_distance": 0.0,
@@ -221,7 +229,7 @@ def other_than_default(declaration):
 
 def test_every_parameter_is_read_as_it_was(tmp_path):
     values = {d.name: other_than_default(d) for d in DECLARATIONS}
-    before = Settings.from_values(values)
+    before = Settings.from_values(values, TABLES)
     assert {type(value) for _, value in before.values} == {bool, int, float, str, tuple}
     run = written(tmp_path, replace(begun(), settings=before), [])
     assert run.beginning.settings == before
@@ -230,6 +238,30 @@ def test_every_parameter_is_read_as_it_was(tmp_path):
     ]
     assert dict(run.beginning.settings.values) == values
     assert run.beginning.settings.recording.directory == Path("/runs/ü")
+
+
+def test_lens_tables_are_read_as_their_file_had_them_then(tmp_path):
+    path = tmp_path / "lenses.yaml"
+    path.write_text(TABLES)
+    beginning = begun(lens_tables=str(path))
+    path.unlink()
+    run = written(tmp_path, beginning, inputs_of(beginning, TORUS, SMALL_RIG))
+    (message,) = (m for m in read_bag(run.path).messages if m.type_name == RUN)
+    assert message.read().lens_tables == TABLES
+    read = run.beginning.settings
+    assert read == beginning.settings
+    assert (read.lens_tables_text, read.lens_tables.where) == (TABLES, str(path))
+    (arrival,) = run.rigs()
+    tables = [camera.lens.table for camera in arrival.read(read.optics).cameras]
+    assert tables == [LensTable("m"), *[LensTable("dioptres")] * (len(SMALL_RIG) - 1)]
+
+
+def test_a_run_of_a_file_is_of_its_rig_and_its_tables(tmp_path):
+    tables = lens_tables_from_yaml(TABLES, "lenses.yaml")
+    beginning = beginning_of("a", "/p", PlanRequest(), "world", {}, tables)
+    assert dict(beginning.settings.values)["lens_tables"] == "lenses.yaml"
+    assert beginning.settings.lens_tables == tables
+    assert beginning_of("a", "/p", PlanRequest(), "world", {}).settings.lens_tables is None
 
 
 @settings(max_examples=30)

@@ -11,6 +11,7 @@ from recording.runs import REQUEST, TORUS, Log, begun, record
 from recording.runs import RIG as SMALL_RIG
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.optics import hyperfocal_distance
 from focus_planner.core.planning import plan_focus
 from focus_planner.core.plans import PlanRequest
@@ -277,6 +278,24 @@ def test_limits_and_steps_can_be_taken_away():
     assert set(lenses_of(changed(listed, "focus_distances=2,1").run)) == {
         Lens(0.05, 6.0, 0.3, focus_distances=(1.0, 2.0))
     }
+
+
+def test_lens_tables_can_be_given_and_taken_away(run, tmp_path):
+    file = tmp_path / "lenses.yaml"
+    file.write_text("default: {unit: steps, whole: true, distances: [1, 5], values: [0, 64]}")
+    after = changed(run, f"lens_tables={file}").run
+    table = LensTable("steps", True, (1.0, 5.0), (0.0, 64.0))
+    assert {lens.table for lens in lenses_of(after)} == {table}
+    file.unlink()  # what it said is in the run
+    told = plan_run(after, as_it_was=False).plan
+    for camera in told.cameras:
+        assert camera.device_value == table.value_at(camera.focus_distance)
+        assert camera.focus_distance in table.settable_distances
+    again = changed(after, "f_number=8").run
+    assert {lens.table for lens in lenses_of(again)} == {table}
+    assert set(lenses_of(changed(after, "lens_tables=").run)) == {OWN}
+    with pytest.raises(InputError, match=r"lenses\.yaml: expected lens tables \(YAML\), got no"):
+        changed(run, f"lens_tables={file}")
 
 
 def test_f_number_and_circle_may_both_be_changed(run):

@@ -140,12 +140,14 @@ def test_clouds_survive_the_wire(cloud):
         np.testing.assert_array_equal(received.importance, cloud.importance)
 
 
-@given(camera_foci)
+@given(camera_foci())
 def test_a_cameras_focus_survives_the_wire(focus):
-    message = through_bytes(CameraFocusMsg, camera_focus_to_fields(focus, "world", (5, 6)))
+    message = through_bytes(CameraFocusMsg, camera_focus_to_fields(focus, "world", (5, 6), "a"))
     assert camera_focus_from_message(message) == focus
     assert message.dioptres == 1 / focus.focus_distance
     assert list(message.bracket) == [shot.focus_distance for shot in focus.shots]
+    assert message.plan_id == "a"
+    assert math.isnan(message.device_value) == (focus.device_unit is None)
 
 
 @pytest.mark.parametrize("bound", ["none", "quick"])

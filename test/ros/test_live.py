@@ -252,6 +252,12 @@ def test_where_there_is_no_node_one_line_says_so(runs, capsys, impatient):
     assert "is the node running?" in line
 
 
+def test_lens_tables_reach_the_node_without_their_file(live, of_live, capsys):
+    assert command(BAGS / "lens_tables", "--node", live.name) == 0
+    assert "reproduced" in capsys.readouterr().out
+    assert of_live.get_parameters(["lens_tables"]) == {"lens_tables": ""}
+
+
 def test_what_no_message_can_say_is_refused_in_one_line(live, capsys):
     assert command(BAGS / "files_importance", "--node", live.name) == 2
     line = one_line(capsys)

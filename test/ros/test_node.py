@@ -525,13 +525,29 @@ def test_shots_and_lens_lists_may_be_parameters(ready, body, rig):
     assert {s for focus in plan.cameras for s in focus.bracket} <= {0.7, 0.9, 1.2}
 
 
-def test_distortion_is_warned_of_and_ignored(ready, planner, rig):
+def test_distortion_binning_and_region_are_honoured(ready, body, rig):
     before = planned(ready)
+    fisheye = {"distortion_model": "equidistant", "distortion": (0.0,) * 4}
+    image = replace(rig.cameras[0].image, **fisheye, binning=(2, 2), region=(0, 0, 300, 870))
+    mixed = replace(
+        rig,
+        cameras=tuple(replace(c, image=image) if i % 2 else c for i, c in enumerate(rig.cameras)),
+    )
+    ready.publish_rig(mixed)
+    plan = plan_from_message(planned(ready))
+    assert (plan.cost, plan.cameras) == of_the_core(body, mixed)
+    assert plan.cost != before.cost
+
+
+def test_distortion_of_an_unknown_model_is_refused(ready, rig):
     message = message_to_ros(CameraRig, rig_to_fields(rig))
     message.cameras[4].camera_info.d = [0.1, 0.0]
+    message.cameras[4].camera_info.distortion_model = "of this maker"
     ready.publish("rig", message)
-    assert what_counts(planned(ready)) == what_counts(before)
-    planner.wait_for_log("distortion is ignored, images are taken to be rectified: cam_0_04")
+    response = ready.plan(samples=SAMPLES)
+    assert not response.success
+    assert "camera cam_0_04: image.distortion_model: expected one of plumb_bob" in response.message
+    assert planned(ready).cost > 0
 
 
 def test_the_log_holds_no_traceback(ready, planner):

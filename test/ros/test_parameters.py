@@ -8,6 +8,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.parameter import Parameter
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.types import CostModel, Lens
 from focus_planner.messages.parameters import DECLARATIONS, Recording, Settings
@@ -58,6 +59,7 @@ def test_values_given_at_the_start_are_used(make_node):
         ({"method": "guess"}, InputError, "method: expected one of"),
         ({"frame_id": ""}, InputError, "frame_id: expected the name of a frame"),
         ({"lens.min_focus": 2.0, "lens.max_focus": 1.0}, InputError, "lens.min_focus"),
+        ({"lens_tables": "none.yaml"}, InputError, r"none\.yaml: expected lens tables"),
     ],
 )
 def test_bad_values_at_the_start_are_an_error(make_node, values, error, text):
@@ -95,6 +97,10 @@ def test_bad_values_at_the_start_are_an_error(make_node, values, error, text):
         ({"warm_start": 1}, "Wrong parameter type"),
         ({"warm_start": "yes"}, "Wrong parameter type"),
         ({"lens__min_focus": 2.0, "lens__max_focus": 1.0}, r"lens\.min_focus: expected at most"),
+        ({"lens_tables": "none.yaml"}, r"none\.yaml: expected lens tables .*, got no such file"),
+        ({"lens_tables": __file__}, r"test_parameters\.py: expected YAML, got line"),
+        ({"lens_tables": "~nobody9/x"}, "lens_tables: expected a file, got '~nobody9/x', of no"),
+        ({"lens_tables": 1}, "Wrong parameter type"),
     ],
 )
 def test_a_bad_change_is_refused_with_the_reason(make_node, values, reason):
@@ -139,6 +145,28 @@ def test_a_lens_of_certain_distances(make_node):
     assert parameters.current.optics.lens == Lens(min_focus=0.4, focus_steps=9)
     assert change(node, lens__focus_steps=0, lens__min_focus=0.0).successful
     assert parameters.current.optics.lens == Lens()
+
+
+def test_lens_tables_are_read_when_their_file_is_named(make_node, tmp_path):
+    file = tmp_path / "lenses.yaml"
+    file.write_text("default: {unit: dioptres}")
+    parameters = Parameters(node := started_with(make_node, lens_tables=str(file)))
+    assert parameters.current.lens_tables.default == LensTable("dioptres")
+    assert parameters.current.optics.tables is parameters.current.lens_tables
+    file.unlink()
+    # Not when anything else changes.
+    assert change(node, seed=3).successful
+    assert parameters.current.lens_tables_text == "default: {unit: dioptres}"
+    result = change(node, lens_tables=str(file))
+    assert not result.successful
+    assert re.search(
+        r"lenses\.yaml: expected lens tables \(YAML\), got no such file", result.reason
+    )
+    file.write_text("default: {unit: m}")
+    assert change(node, lens_tables=str(file)).successful
+    assert parameters.current.lens_tables.default == LensTable("m")
+    assert change(node, lens_tables="").successful
+    assert parameters.current == Settings.from_values({"seed": 3})
 
 
 def test_shots_and_depth_tolerance(make_node):

@@ -8,6 +8,15 @@ from focus_planner.core.kernels.branching import confine
 from focus_planner.core.kernels.cells import cell_ranges, maximal_cells
 from focus_planner.core.kernels.compiling import threads_for
 from focus_planner.core.kernels.cost import UNSEEN, base_costs, best_cameras, focus_room
+from focus_planner.core.kernels.distortion import (
+    COEFFICIENTS,
+    FISHEYE,
+    POLYNOMIAL,
+    PROJECTION,
+    bound_view,
+    distort,
+    keep_imaged,
+)
 from focus_planner.core.kernels.k_view import (
     CAMERA_BITS,
     NEVER,
@@ -48,8 +57,12 @@ from focus_planner.core.kernels.visibility import (
 
 __all__ = [
     "CAMERA_BITS",
+    "COEFFICIENTS",
+    "FISHEYE",
     "NEVER",
     "PLACES",
+    "POLYNOMIAL",
+    "PROJECTION",
     "UNSEEN",
     "activate",
     "assign",
@@ -58,6 +71,7 @@ __all__ = [
     "best_pair",
     "block_keys",
     "bound_blocks",
+    "bound_view",
     "by_camera",
     "by_sample",
     "cell_ranges",
@@ -68,11 +82,13 @@ __all__ = [
     "count_near_view",
     "count_shared",
     "descend",
+    "distort",
     "fill_rays",
     "focus_room",
     "gains_by_sample",
     "gather",
     "improve_tuples",
+    "keep_imaged",
     "keep_seen",
     "list_gains",
     "list_in_view",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import reference
 from core.build import (
+    TABLE_LENSES,
     TINY_LENSES,
     body,
     problem_of,
@@ -83,7 +84,11 @@ def test_whatever_the_problem_the_optimum_is_found_and_proven():
     assert stages["prices"] > 400
 
 
-@pytest.mark.parametrize("lens", TINY_LENSES, ids=["any", "limits", "list", "steps", "shallow"])
+@pytest.mark.parametrize(
+    "lens",
+    TINY_LENSES + TABLE_LENSES,
+    ids=["any", "limits", "list", "steps", "shallow", "table", "whole"],
+)
 @pytest.mark.parametrize("tolerance", [0.0, 0.012])
 @pytest.mark.parametrize(("cameras", "shots"), [(1, 1), (1, 3), (2, 2), (3, 1)])
 def test_brackets_and_lenses_are_planned_at_their_optimum(lens, tolerance, cameras, shots):

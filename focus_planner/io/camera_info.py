@@ -1,0 +1,92 @@
+"""Intrinsics of cameras, in the YAML that ROS's camera_calibration writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.types import Image
+from focus_planner.io.yaml_values import load_yaml, number, shown, value_at, within
+
+_SUFFIXES = (".yaml", ".yml")
+
+
+def load_camera_info(path: Path) -> Image:
+    """Read the intrinsics of one camera.
+
+    ``image_width``, ``image_height``, ``camera_matrix``, ``distortion_model`` and
+    ``distortion_coefficients`` are read; the last two may be missing. Rectification and
+    projection are not: what the camera sees does not depend on them.
+
+    Raises
+    ------
+    InputError
+        Names the file and the key; if a value is missing, or the matrix has a skew.
+    """
+    data = load_yaml(path, "the YAML of a camera_calibration")
+    where = f"{path}: "
+    fx, fy, cx, cy = _pinhole(f"{where}camera_matrix", value_at(where, data, "camera_matrix"))
+    model, coefficients = _distortion(where, data)
+    with within(str(path)):
+        return Image(
+            value_at(where, data, "image_width"),
+            value_at(where, data, "image_height"),
+            *(fx, fy, cx, cy),
+            distortion_model=model,
+            distortion=coefficients,
+        )
+
+
+def image_of_camera(path: Path) -> Callable[[str], Image]:
+    """Return what gives a camera's intrinsics by its name.
+
+    Parameters
+    ----------
+    path : Path
+        A file for all cameras, or a folder with ``NAME.yaml`` for each.
+
+    Raises
+    ------
+    InputError
+        As :func:`load_camera_info`; for a folder, as the names are asked for.
+    """
+    if path.is_dir():
+        return lambda name: load_camera_info(_file_of(path, name))
+    image = load_camera_info(path)
+    return lambda _: image
+
+
+def _file_of(folder: Path, name: str) -> Path:
+    for suffix in _SUFFIXES:
+        if (folder / f"{name}{suffix}").exists():
+            return folder / f"{name}{suffix}"
+    raise InputError(str(folder), f"{name}.yaml, a file per camera", "none of that name")
+
+
+def _pinhole(where: str, matrix: Any) -> tuple[float, float, float, float]:
+    values = _data(where, matrix)
+    if len(values) != 9:
+        raise InputError(f"{where}.data", "9 numbers, row by row", str(len(values)))
+    fx, skew, cx, zero, fy, cy, *last = values
+    if (skew, zero, last) != (0, 0, [0, 0, 1]):
+        raise InputError(f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", shown(values))
+    return fx, fy, cx, cy
+
+
+def _distortion(where: str, data: Any) -> tuple[str, tuple[float, ...]]:
+    if "distortion_coefficients" not in data:
+        return "", ()
+    coefficients = _data(f"{where}distortion_coefficients", data["distortion_coefficients"])
+    model = value_at(where, data, "distortion_model")
+    if not isinstance(model, str):
+        raise InputError(f"{where}distortion_model", "a name", shown(model))
+    return model, tuple(coefficients)
+
+
+def _data(where: str, matrix: Any) -> list[float]:
+    data = value_at(where, matrix, "data")
+    if not isinstance(data, list):
+        raise InputError(f"{where}.data", "a list of numbers", shown(data))
+    return [number(f"{where}.data[{i}]", value) for i, value in enumerate(data)]

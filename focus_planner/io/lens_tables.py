@@ -1,0 +1,161 @@
+"""Lens tables of a studio's cameras, in a YAML file of their own."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
+from focus_planner.core.types import Camera, Rig
+from focus_planner.io.files import read_text
+from focus_planner.io.yaml_values import Values, mapping, numbers, read_yaml, shown, within
+
+_FILE_KEYS = ("default", "cameras")
+_TABLE_KEYS = tuple(field.name for field in fields(LensTable))
+_NAMES_SHOWN = 3
+
+
+@dataclass(frozen=True)
+class LensTables:
+    """The tables of cameras, by name.
+
+    Attributes
+    ----------
+    cameras : mapping of str to LensTable
+    default : LensTable or None
+        For cameras that are not among them.
+    text : str
+        The file's.
+    where : str
+        What the file is called in errors.
+    """
+
+    cameras: Mapping[str, LensTable]
+    default: LensTable | None = None
+    text: str = field(default="", compare=False)
+    where: str = field(default="lens tables", compare=False)
+
+    def apply(self, rig: Rig) -> Rig:
+        """Return the rig with a table for every camera that brings none, if there is one for it.
+
+        A camera's own table stays: who describes the lens knows its table. Cameras of the file
+        that the rig has not are passed over, so that one file does for a studio's rigs.
+
+        Raises
+        ------
+        InputError
+            If the file names cameras and the rig has none of them, or a table contradicts its
+            camera's lens.
+        """
+        self._check_names([camera.name for camera in rig.cameras])
+        return replace(rig, cameras=tuple(map(self._with_table, rig.cameras)))
+
+    def _with_table(self, camera: Camera) -> Camera:
+        table = self.cameras.get(camera.name, self.default)
+        if table is None or camera.lens.table is not None:
+            return camera
+        with within(f"{self.where}: camera {camera.name}"):
+            return replace(camera, lens=replace(camera.lens, table=table))
+
+    def _check_names(self, names: list[str]) -> None:
+        if not self.cameras or not self.cameras.keys().isdisjoint(names):
+            return
+        close = (difflib.get_close_matches(name, names, n=1) for name in self.cameras)
+        meant = next((match[0] for match in close if match), None)
+        raise InputError(
+            f"{self.where}: cameras",
+            f"some of the rig's {len(names)}: {_some(names)}",
+            _some(self.cameras),
+            f"did you mean {meant}?" if meant else "",
+        )
+
+
+def load_lens_tables(path: str | PathLike[str]) -> LensTables:
+    """Read the tables of a file; see :func:`lens_tables_from_yaml`.
+
+    Raises
+    ------
+    InputError
+        Names the file, the camera, the key, and a key that was probably meant.
+    """
+    return lens_tables_from_yaml(read_text(Path(path), "lens tables (YAML)"), str(path))
+
+
+def lens_tables_from_yaml(text: str, where: str) -> LensTables:
+    """Return the tables of a YAML text: of ``cameras`` by name, and a ``default`` for the others.
+
+    A table has the keys of :class:`~focus_planner.core.lens_table.LensTable`::
+
+        default: {unit: dioptres}
+        cameras:
+          cam_0_00: {unit: focus_absolute, whole: true, distances: [0.3, 3], values: [250, 20]}
+
+    Parameters
+    ----------
+    text : str
+    where : str
+        What the text is called in errors.
+
+    Raises
+    ------
+    InputError
+        As :func:`load_lens_tables`.
+    """
+    top = mapping(where, read_yaml(where, text), _FILE_KEYS, prefix=f"{where}: ")
+    cameras = top.get("cameras", {})
+    if not isinstance(cameras, dict):
+        raise InputError(f"{where}: cameras", "a table for each camera's name", shown(cameras))
+    default = top.get("default")
+    if not cameras and default is None:
+        raise InputError(where, "tables of cameras, or a default", "neither")
+    for name in cameras:
+        if not isinstance(name, str):
+            raise InputError(f"{where}: cameras", "names", shown(name), "put it in quotes")
+    return LensTables(
+        {name: table_of(f"{where}: cameras.{name}", table) for name, table in cameras.items()},
+        None if default is None else table_of(f"{where}: default", default),
+        text,
+        where,
+    )
+
+
+def table_of(where: str, data: Any) -> LensTable:
+    """Return the table that a YAML mapping says.
+
+    Parameters
+    ----------
+    where : str
+        What the mapping is called in errors.
+    data : object
+
+    Raises
+    ------
+    InputError
+        If a key is unknown, or they make no table.
+    """
+    values = dict(mapping(where, data, _TABLE_KEYS))
+    if "unit" not in values:
+        raise InputError(f"{where}.unit", "a value", "none")
+    for key in ("distances", "values"):
+        if key in values:
+            values[key] = numbers(f"{where}.{key}", values[key])
+    with within(where):
+        return LensTable(**values)
+
+
+def table_values(table: LensTable) -> Values:
+    """Return what :func:`table_of` makes the table of."""
+    values = {key: getattr(table, key) for key in _TABLE_KEYS}
+    return {key: value for key, value in values.items() if value}
+
+
+def _some(names: Iterable[str]) -> str:
+    """Return the first few names."""
+    listed = list(names)
+    text = ", ".join(listed[:_NAMES_SHOWN])
+    return text + (", ..." if len(listed) > _NAMES_SHOWN else "")

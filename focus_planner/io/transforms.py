@@ -1,0 +1,319 @@
+"""Rigs out of lists of transforms, as tf2 has them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from fnmatch import fnmatchcase
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from focus_planner.core.checks import InputError, check_choice, check_number
+from focus_planner.core.transforms import (
+    BODY_FROM_OPTICAL,
+    FrameTransform,
+    FrameTree,
+    Similarity,
+    pose,
+    quaternion_from_angles,
+)
+from focus_planner.core.types import Camera, Image, Lens, Rig
+from focus_planner.io.files import read_text
+from focus_planner.io.names import camera_names
+from focus_planner.io.yaml_values import number, read_yaml_documents, shown, value_at, within
+
+CONVENTIONS = ("optical", "body")
+
+_WHAT = "a list of transforms"
+_PUBLISHER = "static_transform_publisher"
+_FLAGS = {
+    "translation": ("--x", "--y", "--z"),
+    "quaternion": ("--qx", "--qy", "--qz", "--qw"),
+    "angles": ("--roll", "--pitch", "--yaw"),
+    "frames": ("--frame-id", "--child-frame-id"),
+}
+_OPTICAL = re.compile(r"(^|[_/])optical(_frame)?$")
+_FARTHEST = 100.0  # metres between cameras that need no --scale
+_SHOWN = 6
+
+
+def load_transforms(
+    path: str | PathLike[str],
+    *,
+    root: str = "",
+    cameras: str = "",
+    convention: str = "",
+    scale: float | None = None,
+    image_of: Callable[[str], Image] | None = None,
+    lens: Lens | None = None,
+    frame_id: str = "",
+) -> tuple[Rig, list[str]]:
+    """Read transforms; some of their frames are the cameras of the rig.
+
+    Parameters
+    ----------
+    path : path
+        YAML or JSON of ``TransformStamped`` messages: a list, or what ``ros2 topic echo
+        /tf_static`` prints. Or text: ``x y z qx qy qz qw parent child`` or ``x y z yaw pitch roll
+        parent child`` a line, or commands of ``static_transform_publisher`` with their flags;
+        metres and radians.
+    root : str
+        The frame that the rig is in; by default the one frame without a parent.
+    cameras : str
+        A pattern (``cam*_optical_frame``) of the frames of cameras. By default those that have no
+        children and an optical frame's name, or if there is none, all that have no children.
+    convention : str
+        ``"optical"`` (z forward, x right, y down) or ``"body"`` (x forward, y left, z up), what
+        the frames of cameras are. By default (REP 103) those whose names end in ``_optical_frame``
+        or ``_optical`` are optical and others body.
+    scale : float, optional
+        Metres per unit of the translations. By default 1, and cameras far apart are refused.
+    image_of : callable, optional
+        Gives a camera's intrinsics by its name; the paper's by default.
+    lens : Lens, optional
+        That of all cameras.
+    frame_id : str
+        The frame's name in the rig; ``root`` by default.
+
+    Returns
+    -------
+    rig : Rig
+        Cameras in the order of their first transforms, named by their frames, without
+        ``_optical_frame``: :func:`~focus_planner.io.names.camera_names`.
+    notes : list of str
+        What had to be guessed.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, its frames are no tree, or there is no such frame.
+    """
+    path = Path(path)
+    notes: list[str] = []
+    with within(str(path)):
+        tree = FrameTree(_transforms(path))
+    root = _root(path, tree, root.lstrip("/"))
+    frames = _camera_frames(path, tree, root, cameras, notes)
+    names = camera_names(f"{path}: frames", [_without_optical(frame) for frame in frames])
+    bodies = _bodies(frames, convention, notes)
+    poses = [
+        tree.lookup(root, frame) @ (BODY_FROM_OPTICAL if frame in bodies else Similarity())
+        for frame in frames
+    ]
+    to_metres = _to_metres(path, poses, scale)
+    image_of, of_all = image_of or (lambda _: Image()), lens or Lens()
+    rig = Rig(
+        tuple(
+            Camera(name, at.position, at.orientation, image_of(name), of_all)
+            for name, at in zip(names, (to_metres @ pose for pose in poses), strict=True)
+        ),
+        frame_id or root,
+    )
+    return rig, notes
+
+
+# --- which frames ------------------------------------------------------------------------------
+
+
+def _root(path: Path, tree: FrameTree, root: str) -> str:
+    if root:
+        if root not in tree:
+            close = difflib.get_close_matches(root, tree.frames, n=1)
+            remedy = f"did you mean {close[0]}?" if close else ""
+            raise InputError(f"{path}: root", f"one of {_listed(tree.frames)}", repr(root), remedy)
+        return root
+    if len(tree.roots) > 1:
+        raise InputError(
+            f"{path}: frames",
+            "one tree",
+            f"{len(tree.roots)}, of {_listed(tree.roots)}",
+            "add the transform between them, or name the --root of one",
+        )
+    return tree.roots[0]
+
+
+def _camera_frames(
+    path: Path, tree: FrameTree, root: str, pattern: str, notes: list[str]
+) -> list[str]:
+    if not pattern:
+        return _optical_leaves(path, tree, root, notes)
+    chosen = [frame for frame in tree.frames if fnmatchcase(frame, pattern.lstrip("/"))]
+    apart = [frame for frame in chosen if tree.root_of(frame) != tree.root_of(root)]
+    if apart:
+        raise InputError(
+            f"{path}: frame {apart[0]}",
+            f"transforms that lead to {root}",
+            f"some that lead to {tree.root_of(apart[0])}",
+        )
+    if not chosen:
+        raise InputError(
+            f"{path}: cameras", f"frames that match {pattern}", f"only {_listed(tree.frames)}"
+        )
+    return chosen
+
+
+def _optical_leaves(path: Path, tree: FrameTree, root: str, notes: list[str]) -> list[str]:
+    leaves = [frame for frame in tree.leaves if frame != root]
+    joined = [frame for frame in leaves if tree.root_of(frame) == tree.root_of(root)]
+    chosen = [frame for frame in joined if _OPTICAL.search(frame)] or joined
+    if not chosen:
+        raise InputError(f"{path}: root {root}", "cameras in its tree", "none")
+    left = [frame for frame in leaves if frame not in set(chosen)]
+    if left:
+        notes.append(f"not taken for cameras: {_listed(left)}; --cameras says which frames are")
+    return chosen
+
+
+def _bodies(frames: Sequence[str], convention: str, notes: list[str]) -> set[str]:
+    """Return which of the frames are body frames."""
+    if convention:
+        check_choice("convention", convention, CONVENTIONS)
+        return set(frames) if convention == "body" else set()
+    bodies = [frame for frame in frames if not _OPTICAL.search(frame)]
+    if bodies:
+        notes.append(
+            f"taken for body frames, x forward, by their names: {_listed(bodies)};"
+            " --convention says what they are"
+        )
+    return set(bodies)
+
+
+def _without_optical(frame: str) -> str:
+    return _OPTICAL.sub("", frame) or frame
+
+
+def _listed(frames: Sequence[str]) -> str:
+    more = f" and {len(frames) - _SHOWN} more" if len(frames) > _SHOWN else ""
+    return ", ".join(frames[:_SHOWN]) + more
+
+
+def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> Similarity:
+    if scale is not None:
+        return Similarity(scale=check_number("scale", scale, above=0))
+    span = float(np.ptp([pose.translation for pose in poses], axis=0).max())
+    if span > _FARTHEST:
+        raise InputError(
+            f"{path}: translations",
+            f"metres, cameras at most {_FARTHEST:g} m apart",
+            f"{span:g} m",
+            "give --scale 0.001 if they are millimetres, --scale 1 if they are metres",
+        )
+    return Similarity()
+
+
+# --- the file ----------------------------------------------------------------------------------
+
+
+def _transforms(path: Path) -> list[FrameTransform]:
+    text = read_text(path, _WHAT)
+    lines = [
+        (f"{path}: line {i}", line.strip())
+        for i, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if lines and _is_command(lines[0][1]):
+        return [_transform_of_line(where, line) for where, line in lines]
+    entries = _entries(path, read_yaml_documents(str(path), text))
+    transforms = [
+        _transform_of_message(f"{path}: transforms[{i}]", entry) for i, entry in enumerate(entries)
+    ]
+    if not transforms:
+        raise InputError(str(path), _WHAT, "none")
+    return transforms
+
+
+def _is_command(line: str) -> bool:
+    """Return whether the line is text's; YAML's and JSON's start otherwise."""
+    return _PUBLISHER in line or re.match(r"--[a-z]|[-+]?[.\d][-+.e\d]*\s", line) is not None
+
+
+def _entries(path: Path, documents: Sequence[Any]) -> Iterator[Any]:
+    for document in documents:
+        messages = document
+        if isinstance(document, dict):
+            messages = document.get("transforms", [document])
+        if messages is None:  # after the last ---
+            continue
+        if not isinstance(messages, list):
+            raise InputError(f"{path}: transforms", _WHAT, shown(messages))
+        yield from messages
+
+
+def _transform_of_message(where: str, data: Any) -> FrameTransform:
+    translation, rotation = (
+        [
+            number(
+                f"{where}.transform.{part}.{axis}", value_at(where, data, "transform", part, axis)
+            )
+            for axis in axes
+        ]
+        for part, axes in (("translation", "xyz"), ("rotation", "xyzw"))
+    )
+    return FrameTransform(
+        _frame(where, value_at(where, data, "header", "frame_id")),
+        _frame(where, value_at(where, data, "child_frame_id")),
+        pose(where, translation, rotation),
+    )
+
+
+def _frame(where: str, name: Any) -> str:
+    if not isinstance(name, str) or not name.lstrip("/"):
+        raise InputError(where, "a frame's name", shown(name))
+    return name.lstrip("/")
+
+
+def _transform_of_line(where: str, line: str) -> FrameTransform:
+    words = _arguments(where, line)
+    if any(word.startswith("--") for word in words):
+        return _transform_of_flags(where, words)
+    *numbers, parent, child = words if len(words) in (8, 9) else ["", ""]
+    if not numbers:
+        raise InputError(
+            where,
+            "x y z qx qy qz qw parent child, or x y z yaw pitch roll parent child",
+            f"{len(words)} words",
+        )
+    x, y, z, *turn = (number(where, value) for value in numbers)
+    if len(turn) == 3:
+        turn = list(quaternion_from_angles(*reversed(turn)))
+    return FrameTransform(_frame(where, parent), _frame(where, child), pose(where, (x, y, z), turn))
+
+
+def _arguments(where: str, line: str) -> list[str]:
+    """Return the words of a line without the command that they are for."""
+    try:
+        words = shlex.split(line, comments=True)
+    except ValueError as error:
+        raise InputError(where, "words", str(error).lower()) from None
+    ends = [i for i, word in enumerate(words) if word.endswith(_PUBLISHER)]
+    words = words[ends[-1] + 1 :] if ends else words
+    return words[: words.index("&")] if "&" in words else words
+
+
+def _transform_of_flags(where: str, words: Sequence[str]) -> FrameTransform:
+    given = _flags(where, words)
+
+    def values(kind: str) -> list[float]:
+        return [
+            number(where, given.get(flag, 1.0 if flag == "--qw" else 0.0)) for flag in _FLAGS[kind]
+        ]
+
+    by_angles = any(flag in given for flag in _FLAGS["angles"])
+    if by_angles and any(flag in given for flag in _FLAGS["quaternion"]):
+        raise InputError(where, "a quaternion, or roll, pitch and yaw", "both")
+    turn = quaternion_from_angles(*values("angles")) if by_angles else values("quaternion")
+    parent, child = (_frame(where, given.get(flag)) for flag in _FLAGS["frames"])
+    return FrameTransform(parent, child, pose(where, values("translation"), turn))
+
+
+def _flags(where: str, words: Sequence[str]) -> dict[str, str]:
+    known = [flag for flags in _FLAGS.values() for flag in flags]
+    given = dict(zip(words[::2], words[1::2], strict=False))
+    if not given.keys() <= set(known) or 2 * len(given) != len(words):
+        raise InputError(where, f"a value after each of {' '.join(known)}", " ".join(words))
+    return given

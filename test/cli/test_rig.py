@@ -1,0 +1,206 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from focus_planner.cli import main as cli
+from focus_planner.core.geometry import camera_rotations
+from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.types import Image, Lens
+from focus_planner.io.rigs import load_rig, save_rig
+
+LENS = Lens(0.035, 5.0)
+RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05, lens=LENS)
+LENS_OPTIONS = ["--focal-length", "0.035", "--hyperfocal-distance", "5"]
+BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.3)
+BALL.apply_translation([0.0, 0.0, 0.9])
+CALIBRATION = """image_width: 580
+image_height: 870
+camera_matrix: {rows: 3, cols: 3, data: [1190.732, 0, 284.813, 0, 1190.732, 434.440, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write_model(folder: Path, unit: float) -> None:
+    """Write the rig as a COLMAP model of which one unit is so many metres."""
+    image = RIG.cameras[0].image
+    centre = f"{image.cx + 0.5!r} {image.cy + 0.5!r}"
+    size = f"{image.width} {image.height}"
+    folder.mkdir(parents=True)
+    (folder / "cameras.txt").write_text(f"1 PINHOLE {size} {image.fx!r} {image.fy!r} {centre}\n")
+    lines = []
+    for i, turn in enumerate(camera_rotations(RIG)):
+        camera = RIG.cameras[i]
+        x, y, z, w = camera.orientation
+        place = -turn.T @ camera.position / unit
+        words = (i, w, -x, -y, -z, *place.tolist())
+        lines += [f"{' '.join(map(repr, words))} 1 {camera.name}/1.jpg", "1.5 2.5 -1"]
+    (folder / "images.txt").write_text("\n".join(lines) + "\n")
+
+
+def write_transforms(path: Path, suffix: str = "_optical_frame") -> None:
+    lines = [
+        f"{' '.join(map(repr, (*camera.position, *camera.orientation)))} hall {camera.name}{suffix}"
+        for camera in RIG.cameras
+    ]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def made(capsys: Any, *options: str) -> tuple[Any, str]:
+    """Return the rig that the command prints, and what it says on stderr."""
+    assert cli.main(["rig", *options]) == 0
+    out, err = capsys.readouterr()
+    Path("made.yaml").write_text(out)
+    return load_rig("made.yaml"), err
+
+
+def fails(capsys: Any, telling: str, *options: str) -> None:
+    assert cli.main(["rig", *options]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("focus_planner: error: ")
+    assert err.count("\n") == 1
+    assert telling in err
+
+
+def assert_same(rig: Any) -> None:
+    for own, other in zip(rig.cameras, RIG.cameras, strict=True):
+        assert (own.name, own.lens) == (other.name, other.lens)
+        np.testing.assert_allclose(own.position, other.position, atol=1e-12)
+        assert own.image.cx == pytest.approx(other.image.cx, rel=1e-12)
+    np.testing.assert_allclose(camera_rotations(rig), camera_rotations(RIG), atol=1e-12)
+
+
+def cost(capsys: Any, rig: str) -> float:
+    assert cli.main(["plan", "ball.ply", "--rig", rig, "--samples", "300", "--method", "em"]) == 0
+    return float(json.loads(capsys.readouterr().out)["cost"])
+
+
+def test_rigs_of_colmap_and_of_transforms_plan_as_well(here: Path, capsys: Any) -> None:
+    BALL.export("ball.ply")
+    save_rig(RIG, Path("rig.yaml"))
+    expected = cost(capsys, "rig.yaml")
+    write_model(Path("sparse/0"), 0.01)
+    rig, notes = made(capsys, "colmap", "sparse/0", "--scale", "0.01", *LENS_OPTIONS)
+    assert notes == ""
+    assert_same(rig)
+    assert rig.frame_id == "world"
+    assert cost(capsys, "made.yaml") == pytest.approx(expected, rel=1e-9)
+    write_transforms(Path("tf.txt"))
+    Path("camera.yaml").write_text(CALIBRATION)
+    rig, notes = made(capsys, "transforms", "tf.txt", "--camera-info", "camera.yaml", *LENS_OPTIONS)
+    assert notes == ""
+    assert_same(rig)
+    assert rig.frame_id == "hall"
+    assert cost(capsys, "made.yaml") == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_model_without_a_scale_says_so(here: Path, capsys: Any) -> None:
+    write_model(Path("model"), 0.01)
+    rig, notes = made(capsys, "colmap", "model", "--frame-id", "booth", "--images", "cam_0*")
+    assert notes == (
+        "focus_planner: note: COLMAP knows no metres; taken as such, the cameras span"
+        " 150 m; --scale says how many metres one unit is\n"
+    )
+    assert (len(rig), rig.frame_id) == (6, "booth")
+
+
+def test_distorted_images_stay_so(here: Path, capsys: Any) -> None:
+    write_model(Path("model"), 1.0)
+    Path("model/cameras.txt").write_text(
+        "1 OPENCV 580 870 1190 1191 285 435 -0.1 0.2 0.003 0.004\n"
+    )
+    rig, _ = made(capsys, "colmap", "model", "--scale", "1")
+    image = Image(
+        *(580, 870, 1190, 1191, 284.5, 434.5),
+        distortion_model="plumb_bob",
+        distortion=(-0.1, 0.2, 0.003, 0.004, 0),
+    )
+    assert {camera.image for camera in rig.cameras} == {image}
+
+
+def test_a_model_can_be_aligned(here: Path, capsys: Any) -> None:
+    write_model(Path("model"), 0.01)
+    Path("to_rig.txt").write_text("0 -10 0 1\n10 0 0 2\n0 0 10 3\n0 0 0 1\n")
+    rig, notes = made(capsys, "colmap", "model", "--transform", "to_rig.txt", "--scale", "0.001")
+    assert notes == ""
+    for own, other in zip(rig.cameras, RIG.cameras, strict=True):
+        x, y, z = other.position
+        np.testing.assert_allclose(own.position, (1 - y, 2 + x, 3 + z), atol=1e-12)
+    about_z = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    np.testing.assert_allclose(camera_rotations(rig), about_z @ camera_rotations(RIG), atol=1e-12)
+
+
+def test_guesses_are_told(here: Path, capsys: Any) -> None:
+    write_transforms(Path("tf.txt"), suffix="")
+    rig, notes = made(capsys, "transforms", "tf.txt")
+    first, second = notes.splitlines()
+    assert first.startswith("focus_planner: note: taken for body frames, x forward, by their names")
+    assert second == (
+        "focus_planner: note: all cameras have the paper's image; --camera-info or --image says"
+        " theirs"
+    )
+    assert rig.cameras[0].image == Image()
+    options = ["--convention", "optical", "--image", "640x480", "--fx", "500", *LENS_OPTIONS]
+    rig, notes = made(capsys, "transforms", "tf.txt", *options)
+    assert notes == ""
+    assert rig.cameras[0].image == Image(640, 480, 500, 500, 319.5, 239.5)
+    options += ["--fy", "510", "--cx", "0", "--cy", "7.5", "--frame-id", "booth"]
+    options += ["--root", "hall", "--cameras", "cam_1_0*", "--scale", "2"]
+    rig, _ = made(capsys, "transforms", "tf.txt", *options)
+    assert rig.cameras[0].image == Image(640, 480, 500, 510, 0, 7.5)
+    assert (len(rig), rig.frame_id) == (6, "booth")
+    np.testing.assert_allclose(rig.cameras[0].position, (1.5, 0, 2.1))
+
+
+def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
+    write_transforms(Path("tf.txt"))
+    Path("info").mkdir()
+    for i, camera in enumerate(RIG.cameras):
+        Path(f"info/{camera.name}.yaml").write_text(
+            CALIBRATION.replace("data: [0,", f"data: [0.{i},")
+        )
+    rig, _ = made(capsys, "transforms", "tf.txt", "--camera-info", "info")
+    assert rig.cameras[0].image == Image()
+    assert rig.cameras[3].image.distortion == (0.3, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "telling"),
+    [
+        ("colmap none", "none: expected a sparse model"),
+        ("colmap model --scale 0", "--scale: expected a number above 0, got 0"),
+        ("colmap model --scale big", "argument --scale: invalid float value: 'big'"),
+        ("colmap model --transform tf.txt", "tf.txt: expected 16 numbers"),
+        ("colmap model --images x", "images: expected some that match x"),
+        ("colmap model --f-number 8", "lens: expected f_number and circle_of_confusion together"),
+        ("colmap", "the following arguments are required: FOLDER"),
+        ("transforms none", "none: expected a list of transforms, got no such file"),
+        ("transforms tf.txt --root x", "tf.txt: root: expected one of hall, "),
+        ("transforms tf.txt --convention x", "convention: expected one of optical, body, got 'x'"),
+        ("transforms tf.txt --image 4x3", "--image and --fx: expected both, or neither"),
+        ("transforms tf.txt --fx 3", "--image and --fx: expected both, or neither"),
+        ("transforms tf.txt --image 4 --fx 3", "--image: expected WIDTHxHEIGHT in pixels, such as"),
+        ("transforms tf.txt --image 4x0 --fx 3", "image.height: expected a whole number of at"),
+        ("transforms tf.txt --camera-info x --fx 3", "--camera-info: expected it, or --image and"),
+        ("transforms tf.txt --camera-info none", "none: expected the YAML of a camera_calibration"),
+        ("transforms tf.txt --camera-info model", "model: expected cam_0_00.yaml, a file per"),
+        ("transforms tf.txt --colour red", "unrecognized arguments: --colour red"),
+    ],
+)
+def test_it_refuses(here: Path, capsys: Any, options: str, telling: str) -> None:
+    write_model(Path("model"), 1.0)
+    write_transforms(Path("tf.txt"))
+    fails(capsys, telling, *options.split())

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from focus_planner.core.checks import InputError
+from focus_planner.io.names import camera_names
+
+
+@pytest.mark.parametrize(
+    ("paths", "names"),
+    [
+        (["cam01/0001", "cam02/0001"], ["cam01", "cam02"]),
+        (["set/cam01/0001", "set/cam02/0001"], ["cam01", "cam02"]),
+        (["cam01/0001", "cam01/0002"], ["cam_0001", "cam_0002"]),
+        (["cam01/0001", "cam02/0002"], ["cam01_0001", "cam02_0002"]),
+        (["cam01/0001"], ["cam01_0001"]),
+        (["IMG_0001", "IMG_0002"], ["IMG_0001", "IMG_0002"]),
+        (["0/a", "1"], ["cam_0_a", "cam_1"]),
+        (["left side (1)", "Süd"], ["left_side_1", "S_d"]),
+        ([], []),
+    ],
+)
+def test_names_are_short_and_fit_for_topics(paths: list[str], names: list[str]) -> None:
+    assert camera_names("images", paths) == names
+
+
+@pytest.mark.parametrize(
+    ("paths", "telling"),
+    [
+        (
+            ["a-b", "a b"],
+            "got 'a-b' and 'a b', both of which make a_b; rename one, or choose fewer",
+        ),
+        (["a/1", "a/1"], "'a/1' and 'a/1', both of which make cam_1"),
+        (["a", "—"], "images: expected names with a letter or digit, got '—'"),
+        ([""], "images: expected names with a letter or digit, got ''"),
+    ],
+)
+def test_what_names_no_camera_is_refused(paths: list[str], telling: str) -> None:
+    with pytest.raises(InputError, match=re.escape(telling)):
+        camera_names("images", paths)
