@@ -292,7 +292,11 @@ def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -
 
 
 def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
-    """Yield the messages that a run ends with, after its plan."""
+    """Yield the messages that a run ends with."""
+    if ending.plan is not None:
+        frame_id = beginning.settings.frame_id
+        fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
+        yield _message(beginning, "focus_plan", PLAN, fields, at)
     result = {
         "success": ending.success,
         "message": ending.message,
@@ -300,14 +304,6 @@ def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[B
         "fingerprints": [vars(fingerprint) for fingerprint in ending.fingerprints],
     }
     yield _message(beginning, "run/result", _RESULT, result, at)
-
-
-def plan_message(beginning: Beginning, ending: Ending, at: int) -> BagMessage:
-    """Return the message of a run's plan, as a planner publishes it."""
-    assert ending.plan is not None
-    frame_id = beginning.settings.frame_id
-    fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
-    return _message(beginning, "focus_plan", PLAN, fields, at)
 
 
 def answered_plan(beginning: Beginning, payload: bytes, *, published: bool) -> BagMessage:

@@ -14,7 +14,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import partial
@@ -31,8 +31,10 @@ from rclpy.clock_type import ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.task import Future
@@ -104,6 +106,7 @@ _SECONDS_TO_FINISH = 3.0
 _SECONDS_TO_MEET = 0.3
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
+_FIRST_STATE, _LAST_STATE = "unconfigured", "finalized"
 _INACTIVE = Outcome(
     Reason.INACTIVE, "the planner is not active; activate it, by its service ~/change_state"
 )
@@ -138,7 +141,7 @@ class _Listener:
 
 
 class _Gate(ReentrantCallbackGroup):
-    """Subscriptions that are read while the node is active only; messages wait, as QoS allows."""
+    """What is read at certain times only; until then messages and calls wait, as QoS allows."""
 
     is_open = False
 
@@ -203,8 +206,11 @@ class PlannerNode(LifecycleNode):
         self._diagnostics = Diagnostics(self, self._diagnose)
         self._status_topic = self.create_publisher(PlannerStatus, "~/status", LATCHED)
         self._reading = _Gate()
-        self._answering = ReentrantCallbackGroup()
+        self._answering = _Gate()
         self._planning: Planning | None = None
+        self._focus_plan: Publisher | None = None
+        self._lenses: Subscription | None = None
+        self._service: Service | None = None
         self._action: PlanAction | None = None
         self._listeners: list[_Listener] = []
         self._stopping = threading.Event()
@@ -219,11 +225,11 @@ class PlannerNode(LifecycleNode):
 
     def autostart(self) -> None:
         """Configure and activate, if the parameter ``autostart`` says so."""
-        if not self._settings.current.serving.autostart:
-            return
-        with self._changing:
-            if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
-                self.trigger_activate()
+        if self._settings.current.serving.autostart:
+            self._start()
+        # Who calls meanwhile waits, and is not told that it is inactive.
+        self._answering.is_open = True
+        self._wake_executor()
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Answer until :meth:`stop`, and then until every caller has an answer."""
@@ -244,8 +250,17 @@ class PlannerNode(LifecycleNode):
     def finish(self, timeout: float) -> bool:
         """Shut down, after :meth:`stop`; return whether planning and recording have ended."""
         with self._changing:
-            self.trigger_shutdown()
+            if self._state != _LAST_STATE:
+                self.trigger_shutdown()
         return self._release(timeout)
+
+    def _start(self) -> None:
+        with self._changing:
+            # Whoever manages it may have been faster.
+            if self._state != _FIRST_STATE:
+                return
+            if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
+                self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Bring the last plan into force, load what plans, open what is served."""
@@ -289,8 +304,18 @@ class PlannerNode(LifecycleNode):
             return TransitionCallbackReturn.ERROR
 
     def _configure(self) -> bool:
-        self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
-        self._restore_last_plan()
+        with ExitStack() as failed:
+            failed.callback(self._clean_up)
+            self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
+            self._restore_last_plan()
+            if not self._load():
+                return False
+            self._open()
+            failed.pop_all()
+        return True
+
+    def _load(self) -> bool:
+        """Load all that plans; return whether it came to its end."""
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         # It takes seconds, and comes after the last plan.
         from focus_planner.ros.planning import Planning, Surroundings  # noqa: PLC0415
@@ -307,11 +332,7 @@ class PlannerNode(LifecycleNode):
         )
         if self._stopping.is_set():
             self._planning.stop()
-        if not self._planning.load():
-            self._clean_up()
-            return False
-        self._open()
-        return True
+        return self._planning.load()
 
     def _activate(self) -> bool:
         self._reading.is_open = True
@@ -329,7 +350,8 @@ class PlannerNode(LifecycleNode):
         self._deactivate()
         self._release(_SECONDS_TO_FINISH)
         self._cameras.clear()
-        self.destroy_publisher(self._focus_plan)
+        if self._focus_plan:
+            self.destroy_publisher(self._focus_plan)
         self._status = StatusBoard()
         return True
 
@@ -341,8 +363,10 @@ class PlannerNode(LifecycleNode):
         for listener in self._listeners:
             self.destroy_subscription(listener.subscription)
         self._listeners = []
-        self.destroy_subscription(self._lenses)
-        self.destroy_service(self._service)
+        if self._lenses:
+            self.destroy_subscription(self._lenses)
+        if self._service:
+            self.destroy_service(self._service)
         if self._action:
             self._action.destroy()
         self._action = None
@@ -392,13 +416,11 @@ class PlannerNode(LifecycleNode):
         """Open topics, service and action."""
         assert self._planning is not None
         surface, rig = self._planning.receive_surface, self._planning.receive_rig
-        self._listeners = [
-            self._listen(Mesh, "~/mesh", surface, self._read_mesh),
-            self._listen(PointCloud2, "~/cloud", surface, self._read_cloud),
-            self._listen(PoseArray, "~/camera_poses", rig, self._read_poses),
-            self._listen(CameraRig, "~/rig", rig, self._read_rig),
-        ]
-        self._lenses: Subscription = self.create_subscription(
+        self._listen(Mesh, "~/mesh", surface, self._read_mesh)
+        self._listen(PointCloud2, "~/cloud", surface, self._read_cloud)
+        self._listen(PoseArray, "~/camera_poses", rig, self._read_poses)
+        self._listen(CameraRig, "~/rig", rig, self._read_rig)
+        self._lenses = self.create_subscription(
             LensState,
             "~/lens_states",
             self._receive_lens_state,
@@ -417,7 +439,7 @@ class PlannerNode(LifecycleNode):
 
     def _listen(
         self, message_type: type, topic: str, keep: Callable[[Arrival[Any]], None], read: Read
-    ) -> _Listener:
+    ) -> None:
         name, type_name = self.resolve_topic_name(topic), type_name_of(message_type)
 
         def receive(payload: bytes) -> None:
@@ -426,18 +448,27 @@ class PlannerNode(LifecycleNode):
         def take(payload: bytes, info: dict[str, int]) -> None:
             self._take_all([_Taken(info["received_timestamp"], payload, receive)])
 
-        with_info: Callable[..., None] = take  # rclpy's type knows only callbacks without
-        subscription = self.create_subscription(
-            message_type,
-            topic,
-            with_info,
-            # Its own: what is overridden is written into it.
-            QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
-            callback_group=self._reading,
-            raw=True,
-            qos_overriding_options=_OVERRIDES,
-        )
-        return _Listener(subscription, receive)
+        self._listeners.append(_Listener(self._subscribe(message_type, topic, take), receive))
+
+    def _subscribe(self, message_type: type, topic: str, take: Callable[..., None]) -> Subscription:
+        try:
+            return self.create_subscription(
+                message_type,
+                topic,
+                take,
+                # Its own: what is overridden is written into it.
+                QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
+                callback_group=self._reading,
+                raw=True,
+                qos_overriding_options=_OVERRIDES,
+            )
+        except (ParameterException, RuntimeError, ValueError) as error:
+            raise InputError(
+                f"qos_overrides.{self.resolve_topic_name(topic)}.subscription",
+                "history, depth, reliability and durability as ROS names them",
+                f"what rclpy refuses ({error})",
+                "for instance durability:=transient_local",
+            ) from None
 
     def _take_all(self, taken: list[_Taken]) -> None:
         """Receive what was taken and all else that has arrived, in the order of arrival.
@@ -549,7 +580,11 @@ class PlannerNode(LifecycleNode):
 
     def _restore_last_plan(self) -> None:
         directory = self._settings.current.recording.directory
-        last = directory and last_plan(directory, self.get_fully_qualified_name())
+        try:
+            last = directory and last_plan(directory, self.get_fully_qualified_name())
+        except OSError as error:
+            self.get_logger().error(f"the last plan cannot be looked for: {error}")
+            return
         if not last:
             return
         plan = message_to_ros(FocusPlan, fields_of(last.message))
@@ -563,6 +598,7 @@ class PlannerNode(LifecycleNode):
     def _publish(self, plan: FocusPlan, *, from_record: bool = False) -> None:
         # Before anybody can report what became of it.
         self._status.planned(plan, from_record=from_record)
+        assert self._focus_plan is not None
         self._focus_plan.publish(plan)
         self._cameras.publish(plan)
 
@@ -605,7 +641,7 @@ class PlannerNode(LifecycleNode):
         yield diagnose_cameras(run, self._status.counts)
         yield diagnose_recorder(
             settings.recording.directory,
-            run.failure if run else "",
+            self._planning.recording_failure if self._planning else "",
             self._planning.runs_to_write if self._planning else 0,
         )
         yield diagnose_memory()
