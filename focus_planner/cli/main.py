@@ -1,4 +1,4 @@
-"""The command line: ``focus_planner rig | plan | replay | node | demo``.
+"""The command line: ``focus_planner rig | plan | replay | node | parameters | demo``.
 
 Results go to stdout, everything else to stderr. Exit status 2 and one line say what was wrong
 with the input.
@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
-from focus_planner.cli import plan, replay, rig
+from focus_planner.cli import parameters, plan, replay, rig
 from focus_planner.core.checks import InputError
 
 # Modules of focus_planner.ros: what they do, and their executables.
@@ -125,6 +125,7 @@ def _parser() -> argparse.ArgumentParser:
     plan.add(commands)
     replay.add(commands)
     _add_nodes(commands)
+    parameters.add(commands)
     _add_demo(commands)
     return parser
 

@@ -1,0 +1,26 @@
+"""``focus_planner parameters``: a parameter file for the node."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parameters = commands.add_parser(
+        "parameters",
+        help="print a parameter file for the node: all parameters, explained",
+        description="Print all parameters of the node with their defaults, descriptions, units and"
+        " ranges, as a file for: focus_planner node --ros-args --params-file FILE",
+    )
+    parameters.set_defaults(command=_parameters)
+
+
+def _parameters(_: argparse.Namespace) -> int:
+    from focus_planner.messages.parameter_file import parameters_to_yaml
+    from focus_planner.messages.parameters import DECLARATIONS
+
+    sys.stdout.write(parameters_to_yaml(DECLARATIONS))
+    return 0
