@@ -33,6 +33,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.task import Future
@@ -206,6 +207,8 @@ class PlannerNode(LifecycleNode):
         self._planning: Planning | None = None
         self._action: PlanAction | None = None
         self._listeners: list[_Listener] = []
+        self._lenses: Subscription | None = None
+        self._service: Service | None = None
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
@@ -309,7 +312,11 @@ class PlannerNode(LifecycleNode):
         if not self._planning.load():
             self._clean_up()
             return False
-        self._open()
+        try:
+            self._open()
+        except InputError:
+            self._clean_up()
+            raise
         return True
 
     def _activate(self) -> bool:
@@ -340,11 +347,14 @@ class PlannerNode(LifecycleNode):
         for listener in self._listeners:
             self.destroy_subscription(listener.subscription)
         self._listeners = []
-        self.destroy_subscription(self._lenses)
-        self.destroy_service(self._service)
+        # Configuring may have failed before these were there.
+        if self._lenses:
+            self.destroy_subscription(self._lenses)
+        if self._service:
+            self.destroy_service(self._service)
         if self._action:
             self._action.destroy()
-        self._action = None
+        self._lenses = self._service = self._action = None
         planning.stop()
         while self._unfinished:
             self._finish_one()
@@ -391,13 +401,11 @@ class PlannerNode(LifecycleNode):
         """Open topics, service and action."""
         assert self._planning is not None
         surface, rig = self._planning.receive_surface, self._planning.receive_rig
-        self._listeners = [
-            self._listen(Mesh, "~/mesh", surface, self._read_mesh),
-            self._listen(PointCloud2, "~/cloud", surface, self._read_cloud),
-            self._listen(PoseArray, "~/camera_poses", rig, self._read_poses),
-            self._listen(CameraRig, "~/rig", rig, self._read_rig),
-        ]
-        self._lenses: Subscription = self.create_subscription(
+        self._listen(Mesh, "~/mesh", surface, self._read_mesh)
+        self._listen(PointCloud2, "~/cloud", surface, self._read_cloud)
+        self._listen(PoseArray, "~/camera_poses", rig, self._read_poses)
+        self._listen(CameraRig, "~/rig", rig, self._read_rig)
+        self._lenses = self.create_subscription(
             LensState,
             "~/lens_states",
             self._receive_lens_state,
@@ -416,7 +424,7 @@ class PlannerNode(LifecycleNode):
 
     def _listen(
         self, message_type: type, topic: str, keep: Callable[[Arrival[Any]], None], read: Read
-    ) -> _Listener:
+    ) -> None:
         name, type_name = self.resolve_topic_name(topic), type_name_of(message_type)
 
         def receive(payload: bytes) -> None:
@@ -426,17 +434,37 @@ class PlannerNode(LifecycleNode):
             self._take_all([_Taken(info["received_timestamp"], payload, receive)])
 
         with_info: Callable[..., None] = take  # rclpy's type knows only callbacks without
-        subscription = self.create_subscription(
-            message_type,
-            topic,
-            with_info,
-            # Its own: what is overridden is written into it.
-            QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
-            callback_group=self._reading,
-            raw=True,
-            qos_overriding_options=_OVERRIDES,
-        )
-        return _Listener(subscription, receive)
+        subscription = self._subscribe(message_type, topic, with_info)
+        self._listeners.append(_Listener(subscription, receive))
+
+    def _subscribe(
+        self, message_type: type, topic: str, receive: Callable[..., None]
+    ) -> Subscription:
+        """Subscribe as the parameters say.
+
+        Raises
+        ------
+        InputError
+            If a policy is overridden with what it cannot be.
+        """
+        try:
+            return self.create_subscription(
+                message_type,
+                topic,
+                receive,
+                # Its own: what is overridden is written into it.
+                QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
+                callback_group=self._reading,
+                raw=True,
+                qos_overriding_options=_OVERRIDES,
+            )
+        except (ParameterException, RuntimeError, ValueError) as error:
+            raise InputError(
+                f"qos_overrides.{self.resolve_topic_name(topic)}.subscription",
+                "policies that a subscription can have",
+                f"'{error}'",
+                "correct it and start the node anew",
+            ) from None
 
     def _take_all(self, taken: list[_Taken]) -> None:
         """Receive what was taken and all else that has arrived, in the order of arrival.
