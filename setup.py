@@ -34,6 +34,8 @@ setup(
         "console_scripts": [
             "focus_planner = focus_planner.cli.main:main",
             "planner_node = focus_planner.ros.node:main",
+            "lens_adapter = focus_planner.ros.lens_adapter:main",
+            "simulated_lens = focus_planner.ros.simulated_lens:main",
         ],
     },
     zip_safe=False,

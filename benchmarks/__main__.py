@@ -1,7 +1,9 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
 The usual ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones ``optimum``, ``deadlines``, ``warm``, ``growth`` and ``scale``.
+the long ones ``optimum``, ``deadlines``, ``warm``, ``growth`` and ``scale``. What the node promises
+under load and faults is put to the test by ``load``, ``endurance``, ``fuzz`` and ``faults``; the
+exit status is 1 if a promise is broken.
 """
 
 from __future__ import annotations
@@ -13,19 +15,20 @@ from rich.console import Console
 
 _USUAL = ("speed", "memory", "service", "recording", "quality", "clouds")
 _LONG = ("optimum", "deadlines", "warm", "growth", "scale")
+_PROMISES = ("load", "endurance", "fuzz", "faults")
+_ALL = _USUAL + _LONG + _PROMISES
 
 
 def main() -> int:
     """Run the benchmarks named on the command line."""
     chosen = sys.argv[1:] or _USUAL
-    unknown = [name for name in chosen if name not in _USUAL + _LONG]
+    unknown = [name for name in chosen if name not in _ALL]
     if unknown:
-        print(f"benchmarks: expected some of {', '.join(_USUAL + _LONG)}, got {unknown[0]!r}")
+        print(f"benchmarks: expected some of {', '.join(_ALL)}, got {unknown[0]!r}")
         return 2
     console = Console(width=None if sys.stdout.isatty() else 160)
-    for name in chosen:
-        import_module(f"benchmarks.{name}").run(console)
-    return 0
+    outcomes = [import_module(f"benchmarks.{name}").run(console) for name in chosen]
+    return 1 if False in outcomes else 0
 
 
 sys.exit(main())

@@ -10,12 +10,19 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli import parameters, plan, replay, rig
 from focus_planner.core.checks import InputError
 
+# Modules of focus_planner.ros: what they do, and their executables.
+_NODES = {
+    "node": ("run the ROS 2 node", "planner_node"),
+    "lens_adapter": ("run the node that tells lens drivers what is planned", "lens_adapter"),
+    "simulated_lens": ("run driver nodes whose lenses are simulated", "simulated_lens"),
+}
 _BAD_INPUT, _INTERRUPTED, _PIPE_CLOSED = 2, 130, 141
 
 
@@ -52,8 +59,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    if argv[:1] == ["node"] and argv[1:] not in (["-h"], ["--help"]):
-        return _node(argv[1:])
+    if argv and argv[0] in _NODES and argv[1:] not in (["-h"], ["--help"]):
+        return _node(*argv)
     options = _parser().parse_args(argv)
     command: Callable[[argparse.Namespace], int] = options.command
     return command(options)
@@ -67,12 +74,12 @@ def _fail(message: str) -> int:
 # --- commands ----------------------------------------------------------------------------------
 
 
-def _node(arguments: list[str]) -> int:
+def _node(command: str, *arguments: str) -> int:
     try:
-        from focus_planner.ros.node import main as node_main
+        module = import_module(f"focus_planner.ros.{command}")
     except ImportError as error:
-        return _fail(f"the node needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
-    return node_main(arguments) or 0
+        return _fail(f"the {command} needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    return module.main(list(arguments)) or 0
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -117,19 +124,21 @@ def _parser() -> argparse.ArgumentParser:
     rig.add(commands)
     plan.add(commands)
     replay.add(commands)
-    _add_node(commands)
+    _add_nodes(commands)
     parameters.add(commands)
     _add_demo(commands)
     return parser
 
 
-def _add_node(commands: Any) -> None:
-    commands.add_parser(
-        "node",
-        help="run the ROS 2 node; --ros-args and all that follows go to it",
-        usage="%(prog)s [--ros-args ...]",
-        description="Run the ROS 2 node, the same as planner_node. What follows goes to it.",
-    )
+def _add_nodes(commands: Any) -> None:
+    for command, (what, executable) in _NODES.items():
+        commands.add_parser(
+            command,
+            help=f"{what}; --ros-args and all that follows go to it",
+            usage="%(prog)s [--ros-args ...]",
+            description=f"{what[0].upper()}{what[1:]}, the same as {executable}."
+            " What follows goes to it.",
+        )
 
 
 def _add_demo(commands: Any) -> None:

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+# Characters of what came: messages bring names of any length, and an error is one line of a log.
+_MOST_TOLD = 400
+
 
 class InputError(ValueError):
     """Input that cannot be planned with; its text is fit for the person who gave it.
@@ -18,7 +21,8 @@ class InputError(ValueError):
     argument : str
         Name of what was wrong, as the user knows it (``"vertices"``, ``"rig.yaml: lens"``).
     expected, got : str
-        What would have been accepted, and what came.
+        What would have been accepted, and what came. Of what came in many words the beginning and
+        the end are told.
     remedy : str, optional
         What to do about it, as a clause.
     """
@@ -26,10 +30,18 @@ class InputError(ValueError):
     def __init__(self, argument: str, expected: str, got: str, remedy: str = "") -> None:
         self.argument = argument
         self.expected = expected
-        self.got = got
+        self.got = _brief(got)
         self.remedy = remedy
         tail = f"; {remedy}" if remedy else ""
-        super().__init__(f"{argument}: expected {expected}, got {got}{tail}")
+        super().__init__(f"{argument}: expected {expected}, got {self.got}{tail}")
+
+
+def _brief(text: str) -> str:
+    """Return a text, of a long one its beginning and its end."""
+    if len(text) <= _MOST_TOLD:
+        return text
+    half = _MOST_TOLD // 2
+    return f"{text[:half]} … {text[-half:]}"
 
 
 def check_array(
@@ -65,7 +77,7 @@ def check_array(
 
 def check_finite(argument: str, array: NDArray[np.float64], what: str, remedy: str = "") -> None:
     """Raise unless every row of ``array`` is finite; ``what`` names a row (``"vertex"``)."""
-    finite = np.isfinite(array).reshape(len(array), -1).all(axis=1)
+    finite = np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
     if finite.all():
         return
     bad = np.flatnonzero(~finite)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from functools import cached_property
@@ -32,6 +32,9 @@ IntArray = NDArray[np.int32]
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _UNIT_TOLERANCE = 1e-3
 _FARTHEST = 1e8
+_FARTHEST_FOCUS = 1e12
+# The square of what is shorter has next to no digits.
+_SHORTEST = 1e-150
 #: kernels/k_view.py numbers cameras with 18 bits.
 MAX_CAMERAS = 250_000
 #: A topic's name, which has a camera's in it, has room for 247.
@@ -99,6 +102,8 @@ class Lens:
         check_number("lens.focal_length", self.focal_length, above=0)
         check_number("lens.hyperfocal_distance", self.hyperfocal_distance, above=self.focal_length)
         check_number("lens.min_focus", self.min_focus, at_least=0)
+        for name in ("focal_length", "hyperfocal_distance", "min_focus"):
+            _check_optical_reach(f"lens.{name}", getattr(self, name))
         check_number("lens.max_focus", self.max_focus, above=self.focal_length, infinite=True)
         if self.min_focus > self.max_focus:
             raise InputError(
@@ -108,6 +113,7 @@ class Lens:
             )
         if self.table is not None:
             _check_table(self, self.table)
+            _check_optical_reach("lens.table", self.focus_limits[0])
         if self.focus_distances is not None:
             object.__setattr__(self, "focus_distances", _listed_distances(self))
         if self.focus_steps is not None:
@@ -133,6 +139,12 @@ class Lens:
             return None
         settable.flags.writeable = False
         return settable
+
+
+def _check_optical_reach(argument: str, metres: float) -> None:
+    """Raise if a lens's products with other distances would overflow."""
+    if metres > _FARTHEST_FOCUS:
+        raise InputError(argument, f"metres up to {_FARTHEST_FOCUS:g}", f"{metres:g}")
 
 
 def _steps(nearest: float, farthest: float, count: int) -> FloatArray:
@@ -200,6 +212,7 @@ def _listed_distances(lens: Lens) -> tuple[float, ...]:
             str(len(listed)),
             "leave it out for a lens that takes every distance between its limits",
         )
+    _check_optical_reach(name, listed[0])
     nearest, farthest = lens.focus_limits
     if not nearest <= listed[0] <= listed[-1] <= farthest:
         raise InputError(
@@ -394,36 +407,27 @@ class Camera:
     lens: Lens = field(default_factory=Lens)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not _NAME.match(self.name):
-            raise InputError(
-                "camera name",
-                "letters, digits and underscores, starting with a letter (it names a topic)",
-                repr(self.name),
-            )
-        if len(self.name) > MAX_NAME:
-            raise InputError(
-                "camera name", f"at most {MAX_NAME} characters (it names a topic)", repr(self.name)
-            )
-        position = check_array(f"camera {self.name}: position", self.position, (3,))
-        if not (np.abs(position) <= _FARTHEST).all():
+        check_camera_name(self.name)
+        position = _numbers(f"camera {self.name}: position", self.position, 3)
+        if not all(abs(metres) <= _FARTHEST for metres in position):
             raise InputError(
                 f"camera {self.name}: position",
                 f"finite metres, up to {_FARTHEST:g}",
                 f"{self.position}",
             )
-        quaternion = check_array(f"camera {self.name}: orientation", self.orientation, (4,))
-        norm = math.sqrt(sum(float(q) ** 2 for q in quaternion))
+        quaternion = _numbers(f"camera {self.name}: orientation", self.orientation, 4)
+        norm = _length(quaternion)
         if not abs(norm - 1) <= _UNIT_TOLERANCE:
             raise InputError(
                 f"camera {self.name}: orientation",
                 "a unit quaternion x, y, z, w",
-                f"{tuple(quaternion.tolist())} of length {norm:g}",
+                f"{quaternion} of length {norm:g}",
                 "the pose was probably never set" if norm == 0 else "",
             )
-        object.__setattr__(self, "position", tuple(position.tolist()))
+        object.__setattr__(self, "position", position)
         if abs(norm - 1) > _ROUNDING:  # else saving and loading a rig would move its cameras
-            quaternion = quaternion / norm
-        object.__setattr__(self, "orientation", tuple(quaternion.tolist()))
+            quaternion = tuple(q / norm for q in quaternion)
+        object.__setattr__(self, "orientation", quaternion)
 
 
 @dataclass(frozen=True)
@@ -541,6 +545,8 @@ class Mesh:
         triangles = check_array("mesh triangles", self.triangles, (None, 3), np.int64)
         if len(triangles) == 0:
             raise InputError("mesh", "at least one triangle", "none")
+        if len(vertices) == 0:
+            raise InputError("mesh vertices", "at least one", "none")
         check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
         _check_reach("mesh vertices", vertices)
         out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
@@ -651,11 +657,46 @@ class Samples:
         return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
-def _check_reach(argument: str, points: FloatArray) -> None:
-    """Raise if coordinates are no metres of this world: their squares would overflow."""
-    farthest = float(np.abs(points).max())
+def check_camera_name(name: object) -> None:
+    """Raise unless a name can be a camera's.
+
+    Raises
+    ------
+    InputError
+        If it could not be a part of a topic's name.
+    """
+    if not isinstance(name, str) or not _NAME.match(name):
+        raise InputError(
+            "camera name",
+            "letters, digits and underscores, starting with a letter (it names a topic)",
+            repr(name),
+        )
+    if len(name) > MAX_NAME:
+        raise InputError(
+            "camera name", f"at most {MAX_NAME} characters (it names a topic)", repr(name)
+        )
+
+
+def _numbers(argument: str, values: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return that many numbers; of floats, which a message has, without the way through NumPy."""
+    floats = isinstance(values, tuple) and all(type(value) is float for value in values)
+    if floats and len(values) == count:
+        return tuple(values)
+    return tuple(check_array(argument, values, (count,)).tolist())
+
+
+def _length(quaternion: Sequence[float]) -> float:
+    """Return a quaternion's length; infinite where its square would overflow."""
+    if any(abs(q) > _FARTHEST for q in quaternion):
+        return math.inf
+    return math.sqrt(sum(q**2 for q in quaternion))
+
+
+def _check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
+    """Raise if numbers are none of this world: their squares would overflow."""
+    farthest = float(np.abs(vectors).max())
     if farthest > _FARTHEST:
-        raise InputError(argument, f"metres up to {_FARTHEST:g}", f"{farthest:g}")
+        raise InputError(argument, f"{what} up to {_FARTHEST:g}", f"{farthest:g}")
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:
@@ -665,9 +706,10 @@ def _frozen(array: NDArray[np.int32]) -> IntArray:
 
 def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     check_finite(argument, vectors, "normal")
+    _check_reach(argument, vectors, "components")
     lengths = np.sqrt((vectors**2).sum(axis=1))
-    if not (lengths > 0).all():
-        zero = np.flatnonzero(~(lengths > 0))
+    if not (lengths > _SHORTEST).all():
+        zero = np.flatnonzero(~(lengths > _SHORTEST))
         raise InputError(
             argument,
             "vectors with a length",

@@ -60,6 +60,24 @@ def header_stamp(payload: bytes) -> tuple[int, int]:
     return seconds, nanoseconds
 
 
+def length_after_header(payload: bytes) -> int:
+    """Return the length of the sequence that follows the header of a serialized message.
+
+    Zero where these are not the bytes of such a message.
+    """
+    order = _BYTE_ORDERS.get(bytes(payload[:2]))
+    start = _ENCAPSULATION + _STAMP
+    if order is None or len(payload) < start + 4:
+        return 0
+    # The frame's name, and what fills its last word.
+    start += 4 + struct.unpack_from(order + "I", payload, start)[0]
+    start += -start % 4
+    if len(payload) < start + 4:
+        return 0
+    length: int = struct.unpack_from(order + "I", payload, start)[0]
+    return length
+
+
 def write_mesh(
     triangles: NDArray[np.int32], vertices: NDArray[np.float64], *, big_endian: bool = False
 ) -> bytes:

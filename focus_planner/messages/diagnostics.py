@@ -128,10 +128,11 @@ def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
     if plan is not None:
         values["cameras"] = str(len(plan.cameras))
     if lenses[Lens.FAILED] or lenses[Lens.DIFFERS]:
-        bad = f"{lenses[Lens.FAILED]} lenses failed, {lenses[Lens.DIFFERS]} differ from the plan"
+        failed, differ = lenses[Lens.FAILED], lenses[Lens.DIFFERS]
+        bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
         return Diagnosis("cameras", Level.ERROR, bad, values)
     if blind:
-        return Diagnosis("cameras", Level.WARN, f"{_some(blind)} see nothing", values)
+        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(blind)}", values)
     return Diagnosis("cameras", Level.OK, "all see the surface" if plan else "no plan yet", values)
 
 
@@ -155,8 +156,7 @@ def diagnose_memory() -> Diagnosis:
     kilobytes = _proc("/proc/self/status", "VmRSS", "VmHWM")
     kilobytes |= _proc("/proc/meminfo", "MemTotal", "MemAvailable")
     values = {f"{name} [MB]": f"{size / 1024:.0f}" for name, size in kilobytes.items()}
-    resident = kilobytes.get("VmRSS", math.nan) / 1024
-    message = f"{resident:.0f} MB"
+    message = f"{kilobytes['VmRSS'] / 1024:.0f} MB" if "VmRSS" in kilobytes else "not known"
     available = kilobytes.get("MemAvailable", math.inf)
     if available < _LITTLE_MEMORY * kilobytes.get("MemTotal", 0):
         message += f"; only {available / 1024:.0f} MB are left to all on this machine"
@@ -166,12 +166,13 @@ def diagnose_memory() -> Diagnosis:
 
 def _some(names: list[str]) -> str:
     shown = ", ".join(names[:_MOST_NAMES])
-    return f"{len(names)} cameras ({shown}{', ...' if len(names) > _MOST_NAMES else ''})"
+    more = len(names) - _MOST_NAMES
+    return f"{shown} and {more} more" if more > 0 else shown
 
 
 def _free_bytes(directory: Path) -> int | None:
-    there = next((each for each in (directory, *directory.parents) if each.exists()), None)
     try:
+        there = next((each for each in (directory, *directory.parents) if each.exists()), None)
         return shutil.disk_usage(there).free if there else None
     except OSError:
         return None

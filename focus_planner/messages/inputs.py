@@ -35,6 +35,39 @@ class Log(Protocol):
         """Report what should not have happened."""
 
 
+class SparingLog:
+    """Tells of some in a row, then of one a second, and how many it left out.
+
+    A sender that sends what is refused does so again and again.
+
+    Parameters
+    ----------
+    log : Log
+    """
+
+    _IN_A_ROW = 10.0
+    _PER_SECOND = 1.0
+
+    def __init__(self, log: Log) -> None:
+        self._log = log
+        self._credit = self._IN_A_ROW
+        self._since: datetime | None = None
+        self._left_out = 0
+
+    def warning(self, message: str, at: datetime) -> None:
+        """Report what happened then, unless that is too much."""
+        passed = (at - (self._since or at)).total_seconds()
+        if passed >= 0:  # messages of one backlog are read from the newest on
+            self._credit = min(self._IN_A_ROW, self._credit + passed * self._PER_SECOND)
+            self._since = at
+        if self._credit < 1:
+            self._left_out += 1
+            return
+        more = f" ({self._left_out} more were not logged)" if self._left_out else ""
+        self._credit, self._left_out = self._credit - 1, 0
+        self._log.warning(message + more)
+
+
 @dataclass(frozen=True, eq=False)
 class Arrival(Generic[Said]):
     """A message as it came; it is read later, on the planning thread.
@@ -122,6 +155,7 @@ class Input(Generic[Said, Value]):
         self._sources = sources
         self._make = make
         self._log = log
+        self._sparing = SparingLog(log)
         self._inbox: deque[Arrival[Said]] = deque(maxlen=_BACKLOG)
         self._refused: tuple[Arrival[Said], InputError] | None = None
         self._told = False
@@ -147,7 +181,7 @@ class Input(Generic[Said, Value]):
 
     def refuse(self, arrival: Arrival[Said], error: InputError) -> None:
         """Remember, and log, why a message is not planned with."""
-        self._log.warning(f"refused the {self.name} {arrival}: {error}")
+        self._sparing.warning(f"refused the {self.name} {arrival}: {error}", arrival.at)
         if self._refused is None or arrival.at >= self._refused[0].at:
             self._refused = arrival, error
             self._told = False

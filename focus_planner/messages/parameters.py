@@ -22,6 +22,7 @@ from focus_planner.core.plans import (
 )
 from focus_planner.core.types import CostModel, Image, Lens
 from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
+from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import Optics, lens_from_message
 
 _MAX_COUNT = 2**31 - 1
@@ -235,6 +236,28 @@ DECLARATIONS = (
         "epsilon2, metres." + _COST,
     ),
     Declaration(
+        "max_points",
+        5_000_000,
+        "Number of points that a cloud may have; a larger one is refused before it is read. 0 for"
+        " no limit. A change applies to the clouds that come after it.",
+        high=_MAX_COUNT,
+    ),
+    Declaration(
+        "max_triangles",
+        5_000_000,
+        "Number of triangles that a mesh may have, and of vertices three times as many; a larger"
+        " one is refused before it is read. 0 for no limit. A change applies to the meshes that"
+        " come after it.",
+        high=_MAX_COUNT,
+    ),
+    Declaration(
+        "max_cameras",
+        20_000,
+        "Number of cameras that a rig may have, each of which has a topic; a larger one is refused"
+        " before it is read. 0 for no limit. A change applies to the rigs that come after it.",
+        high=_MAX_COUNT,
+    ),
+    Declaration(
         "record_directory",
         "",
         "Folder below which every run is recorded, one folder each; '' to record none. It is made"
@@ -383,6 +406,8 @@ class Settings:
     optics : Optics
         What a camera takes that brings no image, lens or lens table.
     model : CostModel
+    limits : Limits
+        How large a message may be.
     recording : Recording
     serving : Serving
     values : tuple
@@ -394,6 +419,7 @@ class Settings:
     warm_start: bool
     optics: Optics
     model: CostModel
+    limits: Limits
     recording: Recording
     serving: Serving
     values: tuple[tuple[str, Value], ...]
@@ -447,6 +473,11 @@ class Settings:
                 tables=_lens_tables(values["lens_tables"], lens_tables_text),
             ),
             model=CostModel(**_group(values, "cost.")),
+            limits=Limits(
+                max_points=values["max_points"] or math.inf,
+                max_triangles=values["max_triangles"] or math.inf,
+                max_cameras=values["max_cameras"] or math.inf,
+            ),
             recording=Recording(
                 directory=_path("record_directory", "a folder", values["record_directory"]),
                 markers=values["record_markers"],

@@ -30,13 +30,16 @@ from focus_planner.core.types import (
     Mesh,
     PointCloud,
     Rig,
+    check_camera_name,
 )
 from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
+from focus_planner.messages.limits import Limits
 
 #: A message of any library: its attributes are read, which its definition names.
 Message = Any
+_NO_LIMITS = Limits()
 Position = tuple[float, float, float]
 Orientation = tuple[float, float, float, float]
 
@@ -63,6 +66,8 @@ _NUMBERS = _FLOATS | {
     Datatype.INT32: "i4",
     Datatype.UINT32: "u4",
 }
+# NumPy's records are not larger.
+_LARGEST_STEP = 2**31 - 1
 #: What the fields of a cloud are called.
 POINT = ("x", "y", "z")
 NORMAL = ("normal_x", "normal_y", "normal_z")
@@ -98,19 +103,23 @@ def check_frame(header: Message, frame_id: str) -> None:
         )
 
 
-def mesh_from_bytes(payload: bytes) -> Mesh:
-    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``."""
+def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
+    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``, unless it is too large."""
     triangles, vertices = read_mesh(payload)
+    limits.check_mesh(len(triangles), len(vertices))
     return Mesh(vertices=vertices, triangles=triangles.astype(np.int64))
 
 
-def cloud_from_message(message: Message, frame_id: str) -> PointCloud:
+def cloud_from_message(message: Message, frame_id: str, limits: Limits = _NO_LIMITS) -> PointCloud:
     """Return the points, with their normals and their importance if there are any.
+
+    Raises if there are too many points.
 
     The importance is the field ``importance``, or else ``weight``, of any type of number. Points
     of which a coordinate is not finite are left out if the message says that it is not dense.
     """
     check_frame(message.header, frame_id)
+    limits.check_cloud(message.width * message.height)
     names = {field.name for field in message.fields}
     geometry = POINT + NORMAL if names.issuperset(NORMAL) else POINT
     importance = importance_column(names)
@@ -199,11 +208,11 @@ def _own_image(message: Message) -> Image | None:
 
 def camera_from_message(message: Message, optics: Optics) -> Camera:
     """Return the camera; what it leaves out is taken from ``optics``."""
-    camera = Camera(message.name, *pose_from_message(message.pose))
-    with _named(f"camera {camera.name}: "):
+    check_camera_name(message.name)
+    with _named(f"camera {message.name}: "):
         image = _own_image(message.camera_info) or optics.image
         lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
-    return Camera(camera.name, camera.position, camera.orientation, image, lens)
+    return Camera(message.name, *pose_from_message(message.pose), image, lens)
 
 
 def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
@@ -304,7 +313,20 @@ def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
     InputError
         If a field is missing or the message's sizes contradict each other.
     """
+    _check_sizes(message)
+    if message.width * message.height == 0:
+        return np.empty((0, len(names)))
     row = _point_dtype(message, names)
+    points: Any = np.ndarray(
+        (message.height, message.width),
+        row,
+        message.data,
+        strides=(message.row_step, message.point_step),
+    )
+    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+
+
+def _check_sizes(message: Message) -> None:
     size = message.height * message.row_step
     if message.row_step < message.width * message.point_step or len(message.data) != size:
         raise InputError(
@@ -313,15 +335,10 @@ def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
             f"{len(message.data)} bytes for {message.height} rows of {message.row_step},"
             f" {message.width} points of {message.point_step} each",
         )
-    if size == 0:
-        return np.empty((0, len(names)))
-    points: Any = np.ndarray(
-        (message.height, message.width),
-        row,
-        message.data,
-        strides=(message.row_step, message.point_step),
-    )
-    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+    if message.point_step > _LARGEST_STEP:
+        raise InputError(
+            "cloud point_step", f"at most {_LARGEST_STEP} bytes", f"{message.point_step}"
+        )
 
 
 def _point_dtype(message: Message, names: tuple[str, ...]) -> np.dtype[np.void]:

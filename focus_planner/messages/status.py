@@ -24,15 +24,12 @@ class LastRun:
     plan : FocusPlan or None
     seconds : float
         From the request to its answer.
-    failure : str
-        Why it was not recorded; empty if it was, or was not to be.
     """
 
     plan_id: str
     message: str
     plan: FocusPlan | None
     seconds: float
-    failure: str = ""
 
     @property
     def blind(self) -> list[str]:

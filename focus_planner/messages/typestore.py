@@ -173,7 +173,7 @@ def _deserialized(store: Typestore, type_name: str, payload: bytes) -> Message:
             raise SerdeError("no plain CDR")
         known = store.get_msgdef(type_name)
         read = known.deserialize_cdr_le if little_endian else known.deserialize_cdr_be
-        return read(payload[_ENCAPSULATION:], 0, known.cls, store)[0]
+        return read(memoryview(payload)[_ENCAPSULATION:], 0, known.cls, store)[0]
     except _BROKEN as error:
         raise InputError(
             f"{type_name} message", "its serialized form", f"other bytes ({_short(error)})"

@@ -33,7 +33,6 @@ from focus_planner.recording.run import (
     beginning_messages,
     ending_messages,
     markers_message,
-    plan_message,
     progress_message,
     stamp_of,
 )
@@ -346,8 +345,8 @@ class RunRecorder:
             if rig is not None and self._how.markers:
                 self._bag.add(markers_message(self._beginning, plan, rig, at))
             ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
-            if not self._plan_is_kept:
-                self._bag.add(plan_message(self._beginning, ending, at))
+        if self._plan_is_kept:
+            ending = replace(ending, plan=None)
         for message in ending_messages(self._beginning, ending, at):
             self._bag.add(message)
         self._bag.flush()

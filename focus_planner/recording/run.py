@@ -21,6 +21,7 @@ from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Mesh, PointCloud, Rig, Surface
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.inputs import Arrival
+from focus_planner.messages.limits import Limits
 from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.parameters import Settings, Value
 from focus_planner.messages.reading import (
@@ -62,6 +63,8 @@ _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PARAMETER = "rcl_interfaces/msg/Parameter"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
+# What has no limits: plans for files, and nodes that are older than limits.
+_WITHOUT_LIMITS = {"max_points": 0, "max_triangles": 0, "max_cameras": 0}
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
@@ -172,7 +175,7 @@ class Run:
         data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
         frame_id = self.beginning.settings.frame_id
         return [
-            _arrival(message, partial(_read_surface, message, data, frame_id))
+            _arrival(message, partial(_read_surface, message, data, frame_id, self._limits))
             for message in self.inputs
             if message.type_name in _SURFACES
         ]
@@ -181,10 +184,16 @@ class Run:
         """Return the rigs, as messages to be read."""
         frame_id = self.beginning.settings.frame_id
         return [
-            _arrival(message, partial(_read_rig, message, frame_id))
+            _arrival(message, partial(_read_rig, message, frame_id, self._limits))
             for message in self.inputs
             if message.type_name in _RIGS
         ]
+
+    @property
+    def _limits(self) -> Limits:
+        """What refused an input; nothing did where there is a plan, whatever the limits were."""
+        planned = self.ending is not None and self.ending.success
+        return Limits() if planned else self.beginning.settings.limits
 
 
 def stamp_of(at: int) -> Stamp:
@@ -213,7 +222,7 @@ def beginning_of(
 
     All parameters are the request's, but for the file that the lens tables are from.
     """
-    values: dict[str, Any] = vars(request) | {"frame_id": frame_id}
+    values: dict[str, Any] = _WITHOUT_LIMITS | vars(request) | {"frame_id": frame_id}
     values["time_budget"] = 0.0 if math.isinf(request.time_budget) else request.time_budget
     values["lens_tables"] = tables.where if tables else ""
     settings = Settings.from_values(values, tables.text if tables else "")
@@ -283,7 +292,11 @@ def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -
 
 
 def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
-    """Yield the messages that a run ends with, after its plan."""
+    """Yield the messages that a run ends with."""
+    if ending.plan is not None:
+        frame_id = beginning.settings.frame_id
+        fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
+        yield _message(beginning, "focus_plan", PLAN, fields, at)
     result = {
         "success": ending.success,
         "message": ending.message,
@@ -291,14 +304,6 @@ def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[B
         "fingerprints": [vars(fingerprint) for fingerprint in ending.fingerprints],
     }
     yield _message(beginning, "run/result", _RESULT, result, at)
-
-
-def plan_message(beginning: Beginning, ending: Ending, at: int) -> BagMessage:
-    """Return the message of a run's plan, as a planner publishes it."""
-    assert ending.plan is not None
-    frame_id = beginning.settings.frame_id
-    fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
-    return _message(beginning, "focus_plan", PLAN, fields, at)
 
 
 def answered_plan(beginning: Beginning, payload: bytes, *, published: bool) -> BagMessage:
@@ -391,7 +396,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
         beginning=Beginning(
             run_id=run.run_id,
             planner=run.planner,
-            settings=Settings.from_values(values, run.lens_tables),
+            settings=Settings.from_values(_WITHOUT_LIMITS | values, run.lens_tables),
             asked=fields_of(asked),
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
             software={entry.key: entry.value for entry in run.software},
@@ -410,10 +415,12 @@ def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
     return messages
 
 
-def _read_surface(message: BagMessage, data: list[BagMessage], frame_id: str, _: Optics) -> Surface:
+def _read_surface(
+    message: BagMessage, data: list[BagMessage], frame_id: str, limits: Limits, _: Optics
+) -> Surface:
     if message.type_name == CLOUD:
-        return cloud_from_message(message.read(), frame_id)
-    mesh = mesh_from_bytes(message.payload)
+        return cloud_from_message(message.read(), frame_id, limits)
+    mesh = mesh_from_bytes(message.payload, limits)
     if not data:
         return mesh
     vertices = data[0].read()
@@ -426,7 +433,8 @@ def _read_surface(message: BagMessage, data: list[BagMessage], frame_id: str, _:
     )
 
 
-def _read_rig(message: BagMessage, frame_id: str, optics: Optics) -> Rig:
+def _read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics) -> Rig:
+    limits.check_rig(message.payload)
     from_message = rig_from_message if message.type_name == RIG else poses_from_message
     return from_message(message.read(), optics, frame_id)
 

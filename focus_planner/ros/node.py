@@ -14,7 +14,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import partial
@@ -31,6 +31,7 @@ from rclpy.clock_type import ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
@@ -53,6 +54,7 @@ from focus_planner.messages.diagnostics import (
     diagnose_recorder,
 )
 from focus_planner.messages.inputs import Arrival, InputState
+from focus_planner.messages.limits import Limits
 from focus_planner.messages.outcome import Reason
 from focus_planner.messages.reading import (
     Optics,
@@ -104,6 +106,7 @@ _SECONDS_TO_FINISH = 3.0
 _SECONDS_TO_MEET = 0.3
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
+_FIRST_STATE, _LAST_STATE = "unconfigured", "finalized"
 _INACTIVE = Outcome(
     Reason.INACTIVE, "the planner is not active; activate it, by its service ~/change_state"
 )
@@ -138,7 +141,7 @@ class _Listener:
 
 
 class _Gate(ReentrantCallbackGroup):
-    """Subscriptions that are read while the node is active only; messages wait, as QoS allows."""
+    """What is read at certain times only; until then messages and calls wait, as QoS allows."""
 
     is_open = False
 
@@ -203,12 +206,13 @@ class PlannerNode(LifecycleNode):
         self._diagnostics = Diagnostics(self, self._diagnose)
         self._status_topic = self.create_publisher(PlannerStatus, "~/status", LATCHED)
         self._reading = _Gate()
-        self._answering = ReentrantCallbackGroup()
+        self._answering = _Gate()
         self._planning: Planning | None = None
-        self._action: PlanAction | None = None
-        self._listeners: list[_Listener] = []
+        self._focus_plan: Publisher | None = None
         self._lenses: Subscription | None = None
         self._service: Service | None = None
+        self._action: PlanAction | None = None
+        self._listeners: list[_Listener] = []
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
@@ -221,11 +225,11 @@ class PlannerNode(LifecycleNode):
 
     def autostart(self) -> None:
         """Configure and activate, if the parameter ``autostart`` says so."""
-        if not self._settings.current.serving.autostart:
-            return
-        with self._changing:
-            if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
-                self.trigger_activate()
+        if self._settings.current.serving.autostart:
+            self._start()
+        # Who calls meanwhile waits, and is not told that it is inactive.
+        self._answering.is_open = True
+        self._wake_executor()
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Answer until :meth:`stop`, and then until every caller has an answer."""
@@ -246,8 +250,17 @@ class PlannerNode(LifecycleNode):
     def finish(self, timeout: float) -> bool:
         """Shut down, after :meth:`stop`; return whether planning and recording have ended."""
         with self._changing:
-            self.trigger_shutdown()
+            if self._state != _LAST_STATE:
+                self.trigger_shutdown()
         return self._release(timeout)
+
+    def _start(self) -> None:
+        with self._changing:
+            # Whoever manages it may have been faster.
+            if self._state != _FIRST_STATE:
+                return
+            if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
+                self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Bring the last plan into force, load what plans, open what is served."""
@@ -291,8 +304,18 @@ class PlannerNode(LifecycleNode):
             return TransitionCallbackReturn.ERROR
 
     def _configure(self) -> bool:
-        self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
-        self._restore_last_plan()
+        with ExitStack() as failed:
+            failed.callback(self._clean_up)
+            self._focus_plan = self.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
+            self._restore_last_plan()
+            if not self._load():
+                return False
+            self._open()
+            failed.pop_all()
+        return True
+
+    def _load(self) -> bool:
+        """Load all that plans; return whether it came to its end."""
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         # It takes seconds, and comes after the last plan.
         from focus_planner.ros.planning import Planning, Surroundings  # noqa: PLC0415
@@ -309,15 +332,7 @@ class PlannerNode(LifecycleNode):
         )
         if self._stopping.is_set():
             self._planning.stop()
-        if not self._planning.load():
-            self._clean_up()
-            return False
-        try:
-            self._open()
-        except InputError:
-            self._clean_up()
-            raise
-        return True
+        return self._planning.load()
 
     def _activate(self) -> bool:
         self._reading.is_open = True
@@ -335,7 +350,8 @@ class PlannerNode(LifecycleNode):
         self._deactivate()
         self._release(_SECONDS_TO_FINISH)
         self._cameras.clear()
-        self.destroy_publisher(self._focus_plan)
+        if self._focus_plan:
+            self.destroy_publisher(self._focus_plan)
         self._status = StatusBoard()
         return True
 
@@ -347,14 +363,13 @@ class PlannerNode(LifecycleNode):
         for listener in self._listeners:
             self.destroy_subscription(listener.subscription)
         self._listeners = []
-        # Configuring may have failed before these were there.
         if self._lenses:
             self.destroy_subscription(self._lenses)
         if self._service:
             self.destroy_service(self._service)
         if self._action:
             self._action.destroy()
-        self._lenses = self._service = self._action = None
+        self._action = None
         planning.stop()
         while self._unfinished:
             self._finish_one()
@@ -433,25 +448,14 @@ class PlannerNode(LifecycleNode):
         def take(payload: bytes, info: dict[str, int]) -> None:
             self._take_all([_Taken(info["received_timestamp"], payload, receive)])
 
-        with_info: Callable[..., None] = take  # rclpy's type knows only callbacks without
-        subscription = self._subscribe(message_type, topic, with_info)
-        self._listeners.append(_Listener(subscription, receive))
+        self._listeners.append(_Listener(self._subscribe(message_type, topic, take), receive))
 
-    def _subscribe(
-        self, message_type: type, topic: str, receive: Callable[..., None]
-    ) -> Subscription:
-        """Subscribe as the parameters say.
-
-        Raises
-        ------
-        InputError
-            If a policy is overridden with what it cannot be.
-        """
+    def _subscribe(self, message_type: type, topic: str, take: Callable[..., None]) -> Subscription:
         try:
             return self.create_subscription(
                 message_type,
                 topic,
-                receive,
+                take,
                 # Its own: what is overridden is written into it.
                 QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
                 callback_group=self._reading,
@@ -461,9 +465,9 @@ class PlannerNode(LifecycleNode):
         except (ParameterException, RuntimeError, ValueError) as error:
             raise InputError(
                 f"qos_overrides.{self.resolve_topic_name(topic)}.subscription",
-                "policies that a subscription can have",
-                f"'{error}'",
-                "correct it and start the node anew",
+                "history, depth, reliability and durability as ROS names them",
+                f"what rclpy refuses ({error})",
+                "for instance durability:=transient_local",
             ) from None
 
     def _take_all(self, taken: list[_Taken]) -> None:
@@ -479,22 +483,28 @@ class PlannerNode(LifecycleNode):
     # By the functions that a replay reads with, so that what is refused is refused alike.
 
     def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
-        return mesh_from_bytes(payload)
+        return mesh_from_bytes(payload, self._limits)
 
     def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
-        return cloud_from_message(deserialize(CLOUD, payload), self._frame_id)
+        return cloud_from_message(deserialize(CLOUD, payload), self._frame_id, self._limits)
 
     def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
+        self._limits.check_rig(payload)
         message = deserialize(POSES, payload)
         return self._cameras.check(poses_from_message(message, optics, self._frame_id))
 
     def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
+        self._limits.check_rig(payload)
         message = deserialize(RIG, payload)
         return self._cameras.check(rig_from_message(message, optics, self._frame_id))
 
     @property
     def _frame_id(self) -> str:
         return self._settings.current.frame_id
+
+    @property
+    def _limits(self) -> Limits:
+        return self._settings.current.limits
 
     def _receive_lens_state(self, payload: bytes) -> None:
         try:
@@ -570,7 +580,11 @@ class PlannerNode(LifecycleNode):
 
     def _restore_last_plan(self) -> None:
         directory = self._settings.current.recording.directory
-        last = directory and last_plan(directory, self.get_fully_qualified_name())
+        try:
+            last = directory and last_plan(directory, self.get_fully_qualified_name())
+        except OSError as error:
+            self.get_logger().error(f"the last plan cannot be looked for: {error}")
+            return
         if not last:
             return
         plan = message_to_ros(FocusPlan, fields_of(last.message))
@@ -584,6 +598,7 @@ class PlannerNode(LifecycleNode):
     def _publish(self, plan: FocusPlan, *, from_record: bool = False) -> None:
         # Before anybody can report what became of it.
         self._status.planned(plan, from_record=from_record)
+        assert self._focus_plan is not None
         self._focus_plan.publish(plan)
         self._cameras.publish(plan)
 
@@ -626,7 +641,7 @@ class PlannerNode(LifecycleNode):
         yield diagnose_cameras(run, self._status.counts)
         yield diagnose_recorder(
             settings.recording.directory,
-            run.failure if run else "",
+            self._planning.recording_failure if self._planning else "",
             self._planning.runs_to_write if self._planning else 0,
         )
         yield diagnose_memory()

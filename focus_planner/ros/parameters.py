@@ -38,7 +38,7 @@ class Parameters:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._values = {
-            d.name: node.declare_parameter(d.name, d.default, _descriptor(d)).value
+            d.name: node.declare_parameter(d.name, d.default, describe(d)).value
             for d in DECLARATIONS
         }
         self.current = self._checked = Settings.from_values(self._values)
@@ -70,7 +70,7 @@ class Parameters:
             )
 
 
-def _descriptor(declaration: Declaration) -> ParameterDescriptor:
+def describe(declaration: Declaration) -> ParameterDescriptor:
     """Return what ``ros2 param describe`` shows."""
     low, high = declaration.low, declaration.high
     descriptor = ParameterDescriptor(

@@ -104,6 +104,7 @@ class Planning:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
         self._stopping = threading.Event()
+        self._record: RunRecorder | None = None
         self.snapshot = Snapshot(self._planner.surface.state, self._planner.rig.state)
 
     def load(self) -> bool:
@@ -140,6 +141,11 @@ class Planning:
         if not recorded:
             self._log.error("not recorded: runs that took too long to write stay partial")
         return recorded and ended
+
+    @property
+    def recording_failure(self) -> str:
+        """Why the last run is not recorded; empty if it is, or is not to be."""
+        return self._record.failure if self._record else ""
 
     @property
     def runs_to_write(self) -> int:
@@ -193,7 +199,7 @@ class Planning:
         record = None
         try:
             self._planner.digest(request.settings.optics)
-            record = self._record(request)
+            record = self._record = self._begin_record(request)
             outcome = self._plan(request, record)
         except NotReady as error:
             outcome = self._no_plan(request, Reason.NOT_READY, str(error), record)
@@ -205,7 +211,7 @@ class Planning:
         if not request.finish(outcome):
             outcome.afterwards()
 
-    def _record(self, request: Request) -> RunRecorder | None:
+    def _begin_record(self, request: Request) -> RunRecorder | None:
         """Begin to record a run, if runs are recorded."""
         settings = request.settings
         if settings.recording.directory is None:
@@ -225,7 +231,7 @@ class Planning:
         self, request: Request, reason: Reason, message: str, record: RunRecorder | None
     ) -> Outcome:
         self._node.reporter.info(f"no plan: {message}")
-        self._tell(request, message, None, record)
+        self._tell(request, message)
         if record is None:
             return Outcome(reason, message)
         return Outcome(reason, message, afterwards=partial(record.finish, False, message))
@@ -271,7 +277,7 @@ class Planning:
         parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, lost]
         summary = "; ".join(part for part in parts if part)
         self._node.reporter.info(f"{request.plan_id}: {summary}")
-        self._tell(request, summary, plan, record)
+        self._tell(request, summary, plan)
         if record is None:
             return Outcome(reason, summary, message)
         finish = partial(record.finish, True, summary, plan, rig, stamp)
@@ -287,13 +293,10 @@ class Planning:
             "rig": plan_input_to_fields(rig.arrival, asked),
         }
 
-    def _tell(
-        self, request: Request, message: str, plan: SolvedPlan | None, record: RunRecorder | None
-    ) -> None:
+    def _tell(self, request: Request, message: str, plan: SolvedPlan | None = None) -> None:
         seconds = time.perf_counter() - request.started
-        failure = record.failure if record else ""
         told = None if plan is None else without_problem(plan)
-        self._take_snapshot(LastRun(request.plan_id, message, told, seconds, failure))
+        self._take_snapshot(LastRun(request.plan_id, message, told, seconds))
 
     def _watch(self, request: Request, wanted: PlanRequest) -> Watch:
         feedback = Feedback(wanted.time_budget)

@@ -121,15 +121,24 @@ class Request:
                 return False
             if self.goes_on:
                 self._stop = reason
-            waits = not self._begun
-        if waits:
-            self.finish(outcome or Outcome(reason, _MESSAGES[reason]))
+            if self._begun:
+                return True
+            self._answered = self._settled = True
+        self.answer(outcome or Outcome(reason, _MESSAGES[reason]))
         return True
 
     def drop(self, reason: Reason) -> None:
-        """End it without a plan, whether its turn has come or not."""
-        self.stop(reason)
-        self.finish(Outcome(reason, _MESSAGES[reason]))
+        """End it without a plan, whether its turn has come or not.
+
+        One whose plan is about to be published, or answered, keeps it.
+        """
+        with self._lock:
+            if self._settled or self._answered:
+                return
+            # Whoever wanted it to end with a plan is overruled.
+            self._stop = reason
+            self._answered = self._settled = True
+        self.answer(Outcome(reason, _MESSAGES[reason]))
 
     def settle(self) -> Reason:
         """Return why it was ended, if it was; it cannot be from now on."""
@@ -178,11 +187,13 @@ class Requests:
         """Return whether another goal may come, and end those that it takes the place of."""
         if serving.overlap == "refuse":
             return not self.open
-        if serving.overlap == "preempt":
-            for request in self.open:
-                if request.is_goal:
-                    request.stop(Reason.PREEMPTED)
-        return self.waiting < serving.max_waiting
+        makes_way = [r for r in self.open if r.is_goal and serving.overlap == "preempt"]
+        stays = [r for r in self.open if not r.begun and r not in makes_way]
+        if len(stays) >= serving.max_waiting:
+            return False
+        for request in makes_way:
+            request.stop(Reason.PREEMPTED)
+        return True
 
     def add(self, request: Request) -> bool:
         """Have a request wait for its turn; return whether it does, or was turned away."""
@@ -207,12 +218,11 @@ class Requests:
         return request.stop(Reason.BUSY, Outcome(Reason.BUSY, self._busy(request)))
 
     def _busy(self, request: Request) -> str:
-        before = [other for other in self.open if other.at < request.at]
         planned = self.planned
         what = "others" if planned is None else f"{planned.plan_id} since {_since(planned)}"
-        waiting = sum(not other.begun for other in before)
+        waiting = sum(not other.begun and other.at < request.at for other in self.open)
         return (
-            f"busy: planning {what}, {waiting} requests before this one; call again, or send a"
+            f"busy: planning {what}, waiting before this one: {waiting}; call again, or send a"
             " goal to ~/plan, which waits for its turn"
         )
 

@@ -13,6 +13,7 @@ from threading import Lock
 from builtin_interfaces.msg import Time
 from focus_planner_msgs.msg import CameraFocus, FocusPlan, InputStatus, LensState, PlannerStatus
 
+from focus_planner.core.checks import InputError
 from focus_planner.messages.diagnostics import Lens
 from focus_planner.messages.inputs import InputState
 from focus_planner.messages.reading import Message
@@ -40,7 +41,8 @@ class StatusBoard:
     def planned(self, plan: FocusPlan, *, from_record: bool = False) -> None:
         """Take in the plan that is in force from now on; nothing is known of its lenses yet."""
         lenses = [_unreported(plan, camera) for camera in plan.cameras]
-        with self._change() as message:
+        with self._lock:
+            self._changed, message = True, self._message
             message.plan_id, message.planned_at = plan.plan_id, plan.header.stamp
             message.from_record = from_record
             message.plan_surface, message.plan_rig = plan.surface, plan.rig
@@ -48,11 +50,22 @@ class StatusBoard:
             self._places = {lens.name: place for place, lens in enumerate(lenses)}
 
     def reported(self, state: Message) -> bool:
-        """Take in what became of the plan at a lens; return whether it is about that plan."""
-        with self._change() as message:
+        """Take in what became of the plan at a lens; return whether it is about that plan.
+
+        Raises
+        ------
+        InputError
+            If its status is none.
+        """
+        if state.status not in set(Lens):
+            expected = f"{min(Lens)} to {max(Lens)}, as LensState names them"
+            raise InputError("status", expected, str(state.status))
+        with self._lock:
+            message = self._message
             place = self._places.get(state.name)
             if place is None or state.plan_id != message.plan_id:
                 return False
+            self._changed = True
             lens = message_to_ros(LensState, fields_of(state))
             lens.planned_distance = message.lenses[place].planned_distance
             message.lenses[place] = lens
@@ -66,7 +79,7 @@ class StatusBoard:
     def counts(self) -> Counter[int]:
         """How many lenses of the plan in force have which status."""
         with self._lock:
-            return Counter(lens.status for lens in self._message.lenses)
+            return self._count()
 
     def due(self, period: float) -> bool:
         """Return whether it is time to tell."""
@@ -84,11 +97,10 @@ class StatusBoard:
         now: datetime,
     ) -> Iterator[PlannerStatus]:
         """Hold the message while it is published."""
-        counts = self.counts
         surface, rig = (message_to_ros(InputStatus, input_to_fields(i, now)) for i in inputs)
         with self._lock:
             self._changed, self._told = False, time.monotonic()
-            message = self._message
+            message, counts = self._message, self._count()
             message.header.stamp = stamp
             message.state, message.planning, message.waiting = state, planning, waiting
             message.surface, message.rig = surface, rig
@@ -97,11 +109,8 @@ class StatusBoard:
             message.failed = counts[Lens.FAILED]
             yield message
 
-    @contextmanager
-    def _change(self) -> Iterator[PlannerStatus]:
-        with self._lock:
-            self._changed = True
-            yield self._message
+    def _count(self) -> Counter[int]:
+        return Counter(lens.status for lens in self._message.lenses)
 
 
 def _unreported(plan: FocusPlan, camera: CameraFocus) -> LensState:

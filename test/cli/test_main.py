@@ -453,7 +453,7 @@ def test_help_names_every_choice_and_default(capsys: Any) -> None:
     assert f"({defaults.tuples})" in text
 
 
-@pytest.mark.parametrize("words", ["", "rig", "node", "demo", "rig cylinder"])
+@pytest.mark.parametrize("words", ["", "rig", "node", "lens_adapter", "demo", "rig cylinder"])
 def test_every_command_has_help(words: str, capsys: Any) -> None:
     assert cli.main([*words.split(), "--help"]) == 0
     assert "usage: focus_planner" in capsys.readouterr().out
@@ -475,10 +475,11 @@ def module(name: str, monkeypatch: pytest.MonkeyPatch, **functions: Any) -> None
     monkeypatch.setitem(sys.modules, name, stand_in)
 
 
-def test_node_passes_everything_on(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens"])
+def test_node_passes_everything_on(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[list[str]] = []
-    module("focus_planner.ros.node", monkeypatch, main=lambda args: seen.append(args) or 7)
-    assert cli.main(["node", "--ros-args", "-p", "samples:=9", "--help"]) == 7
+    module(f"focus_planner.ros.{command}", monkeypatch, main=lambda args: seen.append(args) or 7)
+    assert cli.main([command, "--ros-args", "-p", "samples:=9", "--help"]) == 7
     assert seen == [["--ros-args", "-p", "samples:=9", "--help"]]
 
 
@@ -490,9 +491,9 @@ def test_demo_takes_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     assert seen == [Path("demo_output"), Path("there")]
 
 
-@pytest.mark.parametrize("command", ["node", "demo"])
+@pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens", "demo"])
 def test_without_ros_it_says_so(command: str, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    monkeypatch.setitem(sys.modules, "focus_planner.ros.node", None)
+    monkeypatch.setitem(sys.modules, f"focus_planner.ros.{command}", None)
     monkeypatch.setitem(sys.modules, "focus_planner.demo", None)
     fails_in_one_line(capsys, cli.main([command]), "needs ROS 2 (rclpy)")
 

@@ -20,6 +20,13 @@ def test_an_error_says_what_where_and_what_to_do():
     assert isinstance(error, ValueError)
 
 
+def test_of_what_came_in_many_words_the_beginning_and_the_end_are_told():
+    error = InputError("frame_id", "'world'", f"a{'b' * 100_000}c")
+    assert len(str(error)) < 500
+    assert str(error).startswith("frame_id: expected 'world', got abbb")
+    assert str(error).endswith("bbbc")
+
+
 def test_an_array_is_copied_contiguous_and_read_only():
     given = np.arange(12, dtype=np.float32).reshape(3, 4).T
     array = check_array("points", given, (None, 3))

@@ -53,6 +53,9 @@ def test_the_defaults_are_the_papers():
         ({"hyperfocal_distance": math.inf}, "lens.hyperfocal_distance: .* got inf"),
         ({"min_focus": -0.1}, "lens.min_focus: expected a number of at least 0, got -0.1"),
         ({"min_focus": math.inf}, "lens.min_focus: .* got inf"),
+        ({"min_focus": 1e13}, r"lens.min_focus: expected metres up to 1e\+12, got 1e\+13"),
+        ({"hyperfocal_distance": 1e308}, "lens.hyperfocal_distance: expected metres up to"),
+        ({"focus_distances": [1e13]}, "lens.focus_distances: expected metres up to"),
         ({"max_focus": 0.05}, "lens.max_focus: expected a number above 0.05, got 0.05"),
         (
             {"min_focus": 2.0, "max_focus": 1.5},
@@ -310,6 +313,8 @@ def test_names_that_are_no_topic(name):
         ),
         ({"orientation": (0, 0, 0, 1.01)}, "of length 1.01"),
         ({"orientation": (0, 0, 0, math.nan)}, "of length nan"),
+        ({"orientation": (math.nan, 0, 0, 1e300)}, "of length inf"),
+        ({"orientation": (0.0, 0.0, 0.0, 1e308)}, "of length inf"),
     ],
 )
 def test_poses_that_cannot_be(values, message):
@@ -376,6 +381,7 @@ def test_cross_products_point_outward_with_twice_the_area():
     [
         ({"triangles": np.zeros((0, 3), int)}, "mesh: expected at least one triangle, got none"),
         ({"triangles": [[0, 1]]}, r"mesh triangles: expected shape \(n, 3\), got shape \(1, 2\)"),
+        ({"vertices": np.zeros((0, 3))}, "mesh vertices: expected at least one, got none"),
         ({"vertices": np.zeros((4, 2))}, r"mesh vertices: expected shape \(n, 3\)"),
         (
             {"triangles": [[0, 1, 2], [0, 1, 4]]},
@@ -484,6 +490,8 @@ def test_a_cloud_keeps_its_own_read_only_arrays():
         (np.ones((16, 3)), np.ones((15, 3)), r"cloud normals: expected shape \(16, 3\)"),
         (np.ones((16, 3)), np.zeros((16, 3)), "cloud normals: expected vectors with a length"),
         (np.ones((16, 3)), np.full((16, 3), np.nan), "cloud normals: expected finite numbers"),
+        (np.ones((16, 3)), np.full((16, 3), 1e200), "cloud normals: expected components up to 1e"),
+        (np.ones((16, 3)), np.full((16, 3), 1e-160), "16 of 16 of length zero"),
     ],
 )
 def test_clouds_that_cannot_be(points, normals, message):

@@ -202,6 +202,22 @@ def test_a_cloud_that_contradicts_itself_is_an_input_error(change, error):
         read_cloud(cloud_fields(np.zeros((20, 3))) | change)
 
 
+def test_no_cloud_has_points_of_gigabytes():
+    fields = cloud_fields(np.zeros((20, 3))) | {"width": 1, "point_step": 2**31, "row_step": 2**31}
+    large = message(fields)
+    large.data = np.broadcast_to(np.uint8(0), 2**31)  # which takes one byte
+    with pytest.raises(InputError, match="cloud point_step: expected at most 2147483647 bytes"):
+        cloud_from_message(large, "world")
+
+
+@pytest.mark.parametrize("size", [0, 2**31 - 1])
+def test_a_cloud_without_points_is_empty_whatever_its_fields(size):
+    fields = cloud_fields(np.zeros((20, 3)))
+    empty = {"width": 0, "point_step": size, "row_step": 0, "data": b"", "fields": []}
+    with pytest.raises(InputError, match="cloud: expected at least 16 points, got an empty cloud"):
+        read_cloud(fields | empty)
+
+
 # --- cameras -----------------------------------------------------------------------------------
 
 

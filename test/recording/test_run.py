@@ -224,7 +224,9 @@ def other_than_default(declaration):
     default = declaration.default
     if declaration.name in special:
         return special[declaration.name]
-    return not default if isinstance(default, bool) else default + 3
+    if isinstance(default, bool):
+        return not default
+    return "refuse" if declaration.name == "overlap" else default + 3
 
 
 def test_every_parameter_is_read_as_it_was(tmp_path):

@@ -159,7 +159,7 @@ def test_a_policy_that_there_is_not_is_told_in_words():
     override = "qos_overrides./unheard/mesh.subscription.durability:=latched"
     planner = PlannerProcess("unheard", "-p", override)
     try:
-        planner.wait_for_log(r"qos_overrides\./unheard/mesh\.subscription: expected policies that")
+        planner.wait_for_log(r"qos_overrides\./unheard/mesh\.subscription: expected history, depth")
         with PlannerClient("/unheard") as client:
             assert client.state() == "unconfigured"
     finally:

@@ -11,7 +11,7 @@ from focus_planner.core.checks import InputError
 from focus_planner.core.lens_table import LensTable
 from focus_planner.core.plans import PlanRequest
 from focus_planner.core.types import CostModel, Lens
-from focus_planner.messages.parameters import DECLARATIONS, Recording, Settings
+from focus_planner.messages.parameters import DECLARATIONS, Recording, Serving, Settings
 from focus_planner.messages.reading import Optics
 from focus_planner.ros.parameters import Parameters
 
@@ -30,7 +30,8 @@ def test_the_defaults_are_the_cores(make_node):
     settings = Parameters(make_node()).current
     assert settings == Settings.from_values({})
     expected = ("world", PlanRequest(), False, Optics(), CostModel(), Recording())
-    assert tuple(vars(settings).values())[:-1] == expected
+    assert tuple(vars(settings).values())[:6] == expected
+    assert settings.serving == Serving()
     assert dict(settings.values) == {d.name: d.default for d in DECLARATIONS}
 
 

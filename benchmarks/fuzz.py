@@ -1,0 +1,176 @@
+"""Malformed messages on every input of the node, over DDS: does it go on with what it has?"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+from messages.malformed import (
+    BALL,
+    RIG,
+    SETTINGS,
+    TYPES,
+    Bench,
+    absurd,
+    broken,
+)
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.node import Node as RosNode
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rich.console import Console
+
+from benchmarks.promises import (
+    Cameras,
+    Node,
+    Outcome,
+    cameras_for,
+    cameras_of,
+    own_graph,
+    report,
+    running,
+)
+from focus_planner.ros.client import PlannerClient
+
+_MESSAGES = int(os.environ.get("MESSAGES", "10000"))
+_SEED = 1
+# As many as the node keeps: more at once would push each other out unread.
+_AT_ONCE = 4
+_BETWEEN_PLANS = 200
+# With a depth of 1 Fast DDS asks for an acknowledgement with every message, else every 3 s.
+_ACKNOWLEDGED = QoSProfile(depth=1)
+_PATIENCE = 60.0
+_REQUEST = {"method": "em", "samples": 200}
+# MiB. The allocator keeps some of what large messages took.
+_MOST_GROWTH = 64.0
+_MOST_LOGGED = 2_000_000
+
+
+def run(console: Console) -> bool:
+    """Print the table; return whether all promises were kept."""
+    with own_graph() as folder:
+        tests = [partial(_fuzz, topic, folder) for topic in TYPES]
+        return report(console, "Malformed messages", tests)
+
+
+def _fuzz(topic: str, folder: Path) -> Outcome:
+    request = SETTINGS.request
+    expected = cameras_for(BALL, RIG, **vars(request))
+    with (
+        running(f"fuzz_{topic}", fresh_samples=request.fresh_samples) as node,
+        PlannerClient(node.name) as client,
+        _publisher(node.name, topic) as publisher,
+    ):
+        client.wait_for_node(180)
+        client.publish_rig(RIG)
+        client.publish_mesh(BALL)
+        return _Fuzzer(topic, node, client, publisher, expected).outcome(folder)
+
+
+class _Fuzzer:
+    """Sends malformed messages of one kind, and looks at the node between them."""
+
+    def __init__(
+        self, topic: str, node: Node, client: PlannerClient, publisher: Publisher, expected: Cameras
+    ) -> None:
+        self._topic = topic
+        self._node = node
+        self._client = client
+        self._publisher = publisher
+        self._expected = expected
+        self._right = self._wrong = self._good = self._told = 0
+        self._longest = 0
+
+    def outcome(self, folder: Path) -> Outcome:
+        plan_id = self._check_plan()
+        before = self._node.memory
+        for sent, payload in enumerate(self._payloads(plan_id), 1):
+            self._send(payload)
+            if sent % _AT_ONCE == 0:
+                self._wait_until_read()
+            if self._topic != "lens_states" and sent % _BETWEEN_PLANS == 0:
+                self._check_plan()
+        self._check_plan()
+        self._client.status()
+        return self._judge(self._node.memory - before, folder)
+
+    def _payloads(self, plan_id: str) -> Iterator[bytes]:
+        """Yield messages that the library refuses, half of them structured, half bytes."""
+        bench = None if self._topic == "lens_states" else Bench()
+        changes = {"plan_id": plan_id} if bench is None else {}
+        random, sent = np.random.default_rng(_SEED), 0
+        while sent < _MESSAGES:
+            make = absurd if sent % 2 else broken
+            payload = make(self._topic, random, **changes)
+            if bench is None or bench.refuses(self._topic, payload):
+                sent += 1
+                yield payload
+            else:
+                self._good += 1
+
+    def _send(self, payload: bytes) -> None:
+        self._publisher.publish(payload)
+        if not self._publisher.wait_for_all_acked(Duration(seconds=_PATIENCE)):
+            raise TimeoutError("the node does not take messages any more")
+
+    def _wait_until_read(self) -> None:
+        if self._topic == "lens_states":
+            self._client.state()
+            return
+        answer = self._client.plan(_PATIENCE, **_REQUEST)
+        self._longest = max(self._longest, len(answer.message))
+        if not answer.success:
+            self._told += "stays in force" in answer.message
+
+    def _check_plan(self) -> str:
+        """Plan, as a caller does who asks again after having been told."""
+        answer = self._client.plan(_PATIENCE, **_REQUEST)
+        if not answer.success:
+            answer = self._client.plan(_PATIENCE, **_REQUEST)
+        right = answer.success and cameras_of(answer.plan) == self._expected
+        self._right, self._wrong = self._right + right, self._wrong + (not right)
+        plan_id: str = answer.plan.plan_id
+        return plan_id
+
+    def _judge(self, growth: float, folder: Path) -> Outcome:
+        log, faults = self._node.log, self._node.faults
+        files = sum(file.stat().st_size for file in (folder / "log").rglob("*") if file.is_file())
+        result = (
+            f"{self._right} plans between them the same, {self._wrong} others;"
+            f" callers told {self._told:,} times, in {self._longest} characters at most;"
+            f" {self._good:,} that happened to be good left out; memory {growth:+.1f} MiB;"
+            f" {len(log.splitlines()):,} lines logged, {(len(log) + files) / 1000:.0f} kB;"
+            f" {len(faults)} errors logged"
+        )
+        kept = (
+            not self._wrong
+            and not faults
+            and self._node.is_alive
+            and growth < _MOST_GROWTH
+            and len(log) < _MOST_LOGGED
+        )
+        for line in faults[:5]:
+            result += f"; {line[:200]}"
+        return Outcome(f"on ~/{self._topic}", _MESSAGES, result, kept)
+
+
+@contextmanager
+def _publisher(planner: str, topic: str) -> Iterator[Publisher]:
+    """Yield a publisher that takes bytes, once the node listens."""
+    package, _, name = TYPES[topic].split("/")
+    message_type = getattr(import_module(f"{package}.msg"), name)
+    context = Context()
+    context.init(args=[])
+    node = RosNode("fuzzer", context=context, use_global_arguments=False, enable_rosout=False)
+    try:
+        publisher = node.create_publisher(message_type, f"{planner}/{topic}", _ACKNOWLEDGED)
+        yield publisher
+    finally:
+        node.destroy_node()
+        context.try_shutdown()

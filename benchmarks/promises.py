@@ -1,0 +1,139 @@
+"""What the node promises, put to the test: the node in its own process, and a table of outcomes."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from ros.planner_process import PlannerProcess
+
+from focus_planner import FocusPlan, Mesh, PlanRequest, Rig, Scene, plan_focus
+from focus_planner.messages.reading import plan_from_message
+
+# What a message said stands within a line, never at its start.
+_FAULT = re.compile(r"^\[(ERROR|FATAL)\]|Traceback|internal error|Warning:")
+Cameras = tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was done, how often, what came of it, and whether that is what is promised."""
+
+    what: str
+    times: int
+    result: str
+    kept: bool
+
+
+def report(console: Console, title: str, tests: list[Callable[[], Outcome]]) -> bool:
+    """Do the tests, print their outcomes; return whether every promise was kept."""
+    table = Table("what was done", "times", "what came of it", "kept", title=title)
+    kept = True
+    for test in tests:
+        outcome = _outcome(test)
+        table.add_row(
+            outcome.what, f"{outcome.times:,}", outcome.result, "yes" if outcome.kept else "NO"
+        )
+        console.print(f"{outcome.what}: {outcome.result}", style="dim")
+        kept = kept and outcome.kept
+    console.print(table)
+    return kept
+
+
+def _outcome(test: Callable[[], Outcome]) -> Outcome:
+    try:
+        return test()
+    except Exception as error:  # noqa: BLE001 - a test that fails must not cost the others
+        traceback.print_exc()
+        name = getattr(test, "__name__", "test").strip("_")
+        return Outcome(name, 0, f"{type(error).__name__}: {error}", False)
+
+
+class Node(PlannerProcess):
+    """The node in a process of its own, whose memory and log are looked at."""
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def is_alive(self) -> bool:
+        return self._process.poll() is None
+
+    @property
+    def memory(self) -> float:
+        """Resident memory, MiB."""
+        return self._status("VmRSS")
+
+    @property
+    def peak(self) -> float:
+        """The most resident memory so far, MiB."""
+        return self._status("VmHWM")
+
+    @property
+    def faults(self) -> list[str]:
+        """Lines of the log that should not be there."""
+        return [line for line in self.log.splitlines() if _FAULT.search(line)]
+
+    def kill(self) -> None:
+        """End it as the kernel does."""
+        self.signal(signal.SIGKILL)
+        self.wait()
+
+    def _status(self, field: str) -> float:
+        lines = Path(f"/proc/{self.pid}/status").read_text().splitlines()
+        return next(int(line.split()[1]) for line in lines if line.startswith(field)) / 1024
+
+
+@contextmanager
+def own_graph() -> Iterator[Path]:
+    """Keep to this machine, and apart from other graphs; yield a folder, logs are in ``log``."""
+    os.environ.setdefault("ROS_DOMAIN_ID", "89")
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    folder = Path(tempfile.mkdtemp(prefix="focus_planner_"))
+    os.environ["ROS_LOG_DIR"] = str(folder / "log")
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def running(name: str, **parameters: object) -> Iterator[Node]:
+    """Run a node; it must end well."""
+    node = Node(f"{name}_{os.getpid()}", *arguments(**parameters))
+    try:
+        yield node
+    finally:
+        if node.is_alive:
+            node.stop()
+
+
+def arguments(**parameters: object) -> list[str]:
+    """Return parameters as ROS arguments."""
+    return [part for key, value in parameters.items() for part in ("-p", f"{key}:={_text(value)}")]
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def cameras_for(surface: Mesh, rig: Rig, **request: object) -> Cameras:
+    """Return what the library plans."""
+    return plan_focus(Scene(surface), rig, PlanRequest(**request)).cameras  # type: ignore[arg-type]
+
+
+def cameras_of(message: object) -> Cameras:
+    """Return what a plan that came says."""
+    plan: FocusPlan = plan_from_message(message)
+    return plan.cameras

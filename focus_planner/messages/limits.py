@@ -1,0 +1,59 @@
+"""How large a message may be, told by its counts before it is read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from focus_planner.core.checks import InputError
+from focus_planner.messages.cdr import length_after_header
+
+# A closed mesh has half as many vertices as triangles, one of loose triangles thrice as many.
+_VERTICES_PER_TRIANGLE = 3
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a message may hold at most; infinity for no limit.
+
+    Attributes
+    ----------
+    max_points : float
+        Points of a cloud.
+    max_triangles : float
+        Triangles of a mesh; of vertices three times as many.
+    max_cameras : float
+        Cameras of a rig.
+    """
+
+    max_points: float = math.inf
+    max_triangles: float = math.inf
+    max_cameras: float = math.inf
+
+    def check_cloud(self, points: int) -> None:
+        """Raise ``InputError`` if a cloud has too many points."""
+        _check("cloud", points, "points", self.max_points, "max_points", "thin the cloud out")
+
+    def check_mesh(self, triangles: int, vertices: int) -> None:
+        """Raise ``InputError`` if a mesh has too many triangles or vertices."""
+        limit, name = self.max_triangles, "max_triangles"
+        _check("mesh", triangles, "triangles", limit, name, "simplify the mesh")
+        most = _VERTICES_PER_TRIANGLE * limit
+        _check("mesh", vertices, "vertices", most, f"3 × {name}", "leave out those of no triangle")
+
+    def check_rig(self, payload: bytes) -> None:
+        """Raise ``InputError`` if a serialized rig, or its poses, has too many cameras."""
+        cameras = length_after_header(payload)
+        _check("rig", cameras, "cameras", self.max_cameras, "max_cameras", "plan it in parts")
+
+
+def _check(
+    argument: str, count: int, of_what: str, limit: float, parameter: str, remedy: str
+) -> None:
+    if count > limit:
+        raise InputError(
+            argument,
+            f"at most {limit:,.0f} {of_what} (parameter {parameter})",
+            f"{count:,}",
+            f"{remedy}, or raise the parameter where there is memory for it",
+        )

@@ -1,0 +1,227 @@
+"""Tells lenses what the planner plans: ``CameraFocus`` in, parameters of driver nodes out."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+import threading
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+from focus_planner_msgs.msg import CameraFocus, LensState
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.client import Client
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+
+from focus_planner.messages.lens_control import LensControl
+from focus_planner.messages.lens_driver import (
+    LensReport,
+    LensStatus,
+    Time,
+    Value,
+    order_from_message,
+    report_to_fields,
+)
+from focus_planner.messages.lens_parameters import ADAPTER_DECLARATIONS, AdapterSettings
+from focus_planner.ros.cameras import LATCHED
+from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.process import declare, run, spinning
+
+# Each of the default callbacks is one more thing that the executor waits for, per camera.
+_NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
+
+
+class DriverParameters:
+    """The parameters of a driver node, for :class:`LensControl`.
+
+    Its calls are made in an asyncio loop and answered by the executor's thread. One that is
+    cancelled is forgotten at once.
+    """
+
+    def __init__(self, node: Node, name: str) -> None:
+        self.name = name
+        self._list = node.create_client(ListParameters, f"{name}/list_parameters")
+        self._set = node.create_client(SetParameters, f"{name}/set_parameters")
+        self._get = node.create_client(GetParameters, f"{name}/get_parameters")
+
+    def is_there(self) -> bool:
+        """Return whether its parameter services are."""
+        return all(client.service_is_ready() for client in (self._list, self._set, self._get))
+
+    async def list_parameters(self, names: Collection[str]) -> Collection[str]:
+        """Return which of these parameters it has."""
+        answer = await _call(self._list, ListParameters.Request(prefixes=list(names)))
+        return set(names).intersection(answer.result.names)
+
+    async def set_parameter(self, name: str, value: Value) -> str | None:
+        """Set a parameter; return None, or the reason why it was refused."""
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        answer = await _call(self._set, SetParameters.Request(parameters=[parameter]))
+        refused = [result.reason for result in answer.results if not result.successful]
+        return refused[0] if refused or not answer.results else None
+
+    async def get_parameter(self, name: str) -> Value | None:
+        """Return a parameter's value, None where it has no number."""
+        answer = await _call(self._get, GetParameters.Request(names=[name]))
+        values = [parameter_value_to_python(value) for value in answer.values]
+        return values[0] if values and isinstance(values[0], (int, float)) else None
+
+
+class LensAdapter(Node):
+    """Brings lenses to what the planner plans, and says what became of it.
+
+    Subscribes (reliable, transient local, depth 1)
+    -----------------------------------------------
+    <planner>/cameras/<name>/focus : focus_planner_msgs/msg/CameraFocus
+
+    Publishes (reliable, transient local)
+    -------------------------------------
+    <planner>/lens_states : focus_planner_msgs/msg/LensState
+        Whenever something else is to be said of a camera, and of all cameras to a new subscriber.
+
+    Calls
+    -----
+    <driver node>/list_parameters, set_parameters, get_parameters
+
+    Parameters are those of :mod:`focus_planner.messages.lens_parameters`.
+
+    Notes
+    -----
+    The executor's thread only hands messages and answers over. An asyncio loop on a thread of its
+    own waits for them, with a :class:`LensControl` for each camera.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("lens_adapter")
+        settings = AdapterSettings.from_values(declare(self, ADAPTER_DECLARATIONS))
+        self._loop: asyncio.AbstractEventLoop
+        self._states: dict[str, LensState] = {}
+        self._publisher = self.create_publisher(
+            LensState,
+            f"{settings.planner}/lens_states",
+            _states_qos(len(settings.nodes)),
+            event_callbacks=PublisherEventCallbacks(
+                matched=self._on_match, use_default_callbacks=False
+            ),
+        )
+        self._controls = {
+            camera: self._control(camera, node, settings) for camera, node in settings.nodes.items()
+        }
+        for camera in settings.nodes:
+            self._listen(camera, f"{settings.planner}/cameras/{camera}/focus")
+
+    @contextmanager
+    def working(self) -> Iterator[None]:
+        """Obey orders, on a thread of its own; then leave the lenses as they are."""
+        self._loop = asyncio.new_event_loop()
+        thread = threading.Thread(target=self._loop.run_forever, name="lenses")
+        thread.start()
+        try:
+            yield
+        finally:
+            asyncio.run_coroutine_threadsafe(self._stop(), self._loop).result()
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            thread.join()
+            self._loop.close()
+
+    def _control(self, camera: str, node: str, settings: AdapterSettings) -> LensControl:
+        return LensControl(
+            DriverParameters(self, node),
+            settings.profile,
+            partial(self._tell, camera),
+            self._time,
+            settings.patience,
+            settings.tolerance,
+            settings.tables.get(camera),
+        )
+
+    def _listen(self, camera: str, topic: str) -> None:
+        receive = partial(self._receive, camera)
+        self.create_subscription(CameraFocus, topic, receive, LATCHED, event_callbacks=_NO_EVENTS)
+
+    # What follows runs on the executor's thread.
+
+    def _receive(self, camera: str, message: CameraFocus) -> None:
+        order = order_from_message(message)
+        self._loop.call_soon_threadsafe(self._controls[camera].obey, order)
+
+    def _on_match(self, event: Any) -> None:
+        # The history that a new subscriber gets need not hold every camera's newest state.
+        if event.current_count_change > 0:
+            self._loop.call_soon_threadsafe(self._publish_all)
+
+    # What follows runs in the loop.
+
+    def _publish_all(self) -> None:
+        for state in self._states.values():
+            self._publisher.publish(state)
+
+    def _tell(self, camera: str, report: LensReport) -> None:
+        fields = report_to_fields(report, camera, self._time())
+        self._states[camera] = message_to_ros(LensState, fields)
+        self._publisher.publish(self._states[camera])
+        self._log(camera, report)
+
+    def _log(self, camera: str, report: LensReport) -> None:
+        if report.status in (LensStatus.FAILED, LensStatus.DIFFERS):
+            self.get_logger().warning(f"{camera}: {report.message}")
+        else:
+            self.get_logger().debug(f"{camera}: {report.status.name.lower()} {report.sent_value:g}")
+
+    def _time(self) -> Time:
+        seconds, nanoseconds = self.get_clock().now().seconds_nanoseconds()
+        return seconds, nanoseconds
+
+    async def _stop(self) -> None:
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _call(client: Client, request: Any) -> Any:
+    loop = asyncio.get_running_loop()
+    answered: asyncio.Future[Any] = loop.create_future()
+    call = client.call_async(request)
+    call.add_done_callback(lambda done: loop.call_soon_threadsafe(_hand_over, done, answered))
+    try:
+        return await answered
+    finally:
+        client.remove_pending_request(call)
+
+
+def _hand_over(call: Future, answered: asyncio.Future[Any]) -> None:
+    if not answered.done():
+        answered.set_result(call.result())
+
+
+def _states_qos(cameras: int) -> QoSProfile:
+    # Each camera says what was sent and what was read back, maybe all at the same time.
+    return QoSProfile(
+        depth=2 * cameras,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the adapter until SIGINT or SIGTERM; return the exit status."""
+    return run("lens_adapter", _serve, args)
+
+
+def _serve(signals: set[signal.Signals]) -> None:
+    adapter = LensAdapter()
+    with adapter.working(), spinning([adapter]):
+        adapter.get_logger().info("ready")
+        signal.sigwait(signals)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

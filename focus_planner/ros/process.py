@@ -1,0 +1,106 @@
+"""What the processes of the lens nodes share: how they start, what they are told, how they end."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import NameValidationException, ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args, try_shutdown
+
+from focus_planner.core.checks import InputError
+from focus_planner.messages.parameters import Declaration
+from focus_planner.ros.parameters import describe
+
+_BAD_INPUT = 2
+_BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
+
+
+def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
+    """Declare parameters and return their values by name.
+
+    Raises
+    ------
+    rclpy.exceptions.ParameterException
+        If one is of another type or out of range.
+    """
+    return {
+        d.name: node.declare_parameter(d.name, d.default, describe(d)).value for d in declarations
+    }
+
+
+def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[str] | None) -> int:
+    """Run nodes until SIGINT or SIGTERM; return the exit status.
+
+    Parameters
+    ----------
+    program : str
+        Name for error messages.
+    serve : callable
+        Gets the signals, which are blocked, and returns after one came. What it raises before is
+        told in one line.
+    args : list of str, optional
+        ROS arguments; those of the process by default.
+    """
+    with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
+        try:
+            _refuse_others(program, args)
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            serve(signals)
+        except _BAD as error:
+            what = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+            line = " ".join(f"{program}: {what}{error}".split())
+            print(line, file=sys.stderr)  # noqa: T201 - no logger yet
+            return _BAD_INPUT
+        finally:
+            try_shutdown()
+    return 0
+
+
+@contextmanager
+def spinning(nodes: Sequence[Node]) -> Iterator[None]:
+    """Serve nodes on a thread of its own."""
+    executor = SingleThreadedExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, name="executor")
+    thread.start()
+    try:
+        yield
+    finally:
+        executor.shutdown()
+        thread.join()
+
+
+def _refuse_others(program: str, args: list[str] | None) -> None:
+    """Raise if there are arguments that are not for ROS: a parameter was probably meant."""
+    given = list(sys.argv[1:] if args is None else args)
+    others = remove_ros_args([program, *given])[1:]
+    if others:
+        raise InputError(
+            "arguments",
+            "none but those after --ros-args",
+            " ".join(others),
+            "parameters are given as --ros-args -p driver:=camera_ros",
+        )
+
+
+@contextmanager
+def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
+    """Keep signals from every thread that is started, to be waited for.
+
+    A handler could only run once the main thread is back from the middleware.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield set(signals)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,0 +1,131 @@
+"""Driver nodes whose lenses are simulated, for tests and for work without hardware."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from focus_planner.core.lens_motion import MovingLens
+from focus_planner.messages.lens_parameters import SIMULATION_DECLARATIONS, SimulationSettings
+from focus_planner.ros.process import declare, run, spinning
+
+_ON = {"AfMode": 2, "focus_automatic_continuous": True}
+
+
+class SimulatedLens(Node):
+    """Stands in for one camera's driver node: its parameters, and a lens behind them.
+
+    As in the drivers themselves a lens does not obey during autofocus: v4l2_camera refuses to set
+    it, without a reason, and camera_ros takes the value and does nothing.
+
+    Parameters
+    ----------
+    node : str
+        Full name of the node.
+    settings : SimulationSettings
+    stuck : bool
+        Whether the lens never moves.
+    number : int
+        Makes its chance another than that of the other lenses.
+    """
+
+    def __init__(self, node: str, settings: SimulationSettings, stuck: bool, number: int) -> None:
+        self._settings = settings
+        self._focus = settings.profile.parameter
+        self._chance = np.random.default_rng([settings.seed, number])
+        self._lens = MovingLens(settings.mechanics, settings.mechanics.low, stuck)
+        self._switches = [name for name, _ in settings.profile.manual if name in _ON]
+        namespace, _, name = node.rpartition("/")
+        # Its parameters are not those of the process, and the base class asks for some already.
+        super().__init__(
+            name, namespace=namespace or "/", use_global_arguments=False, enable_rosout=False
+        )
+        for switch in self._switches:
+            self.declare_parameter(switch, _ON[switch] if settings.autofocus else _off(switch))
+        self.declare_parameter(
+            self._focus, self._number(settings.mechanics.low), self._descriptor()
+        )
+        self.add_on_set_parameters_callback(self._check)
+        self.add_post_set_parameters_callback(self._move)
+
+    def get_parameter(self, name: str) -> Parameter:
+        """Return a parameter; for that of the lens where the lens is, if that is reported."""
+        if name == self._focus and self._settings.reports_position:
+            return Parameter(name, value=self._number(self._lens.position(time.monotonic())))
+        return super().get_parameter(name)
+
+    def _check(self, parameters: Iterable[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            if parameter.name != self._focus:
+                continue
+            if self._chance.random() < self._settings.failure_rate:
+                return SetParametersResult(successful=False, reason="simulated failure")
+            if self._settings.profile.whole and self._autofocus():
+                return SetParametersResult(successful=False, reason="")
+        return SetParametersResult(successful=True)
+
+    def _move(self, parameters: Iterable[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == self._focus and not self._autofocus():
+                value = self._settings.mechanics.clamp(parameter.value)
+                self._lens.command(value, time.monotonic())
+
+    def _autofocus(self) -> bool:
+        values = (super(SimulatedLens, self).get_parameter(name) for name in self._switches)
+        return any(bool(parameter.value) for parameter in values)
+
+    def _number(self, value: float) -> int | float:
+        return round(value) if self._settings.profile.whole else float(value)
+
+    def _descriptor(self) -> ParameterDescriptor:
+        mechanics = self._settings.mechanics
+        descriptor = ParameterDescriptor(description="Focus of the simulated lens.")
+        limits: dict[str, Any] = {
+            "from_value": self._number(mechanics.low),
+            "to_value": self._number(mechanics.high),
+        }
+        if self._settings.clamps:
+            return descriptor
+        if self._settings.profile.whole:
+            descriptor.integer_range = [IntegerRange(**limits, step=0)]
+        else:
+            descriptor.floating_point_range = [FloatingPointRange(**limits, step=0.0)]
+        return descriptor
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run simulated lenses until SIGINT or SIGTERM; return the exit status."""
+    return run("simulated_lens", _serve, args)
+
+
+def _serve(signals: set[signal.Signals]) -> None:
+    node = Node("simulated_lens")
+    settings = SimulationSettings.from_values(declare(node, SIMULATION_DECLARATIONS))
+    lenses = [
+        SimulatedLens(name, settings, camera in settings.stuck, number)
+        for number, (camera, name) in enumerate(settings.nodes.items())
+    ]
+    with spinning([node, *lenses]):
+        node.get_logger().info(f"{len(lenses)} lenses, ready")
+        signal.sigwait(signals)
+
+
+def _off(switch: str) -> int | bool:
+    return type(_ON[switch])(0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,223 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from focus_planner.core.checks import InputError
+from focus_planner.core.lens_table import LensTable
+from focus_planner.messages.lens_driver import (
+    DIOPTRES,
+    METRES,
+    PROFILES,
+    DriverProfile,
+    FocusOrder,
+    LensCommand,
+    LensReport,
+    LensStatus,
+    Tolerance,
+    command_for,
+    distance_of,
+    order_from_message,
+    report_to_fields,
+)
+from focus_planner.messages.typestore import deserialize, serialize
+
+CAMERA_ROS, V4L2 = PROFILES["camera_ros"], PROFILES["v4l2_camera"]
+IN_METRES = DriverProfile("focus", METRES, False)
+STEPS = LensTable("steps", distances=(0.5, 1.0, math.inf), values=(100.0, 50.0, 0.0))
+CALIBRATED = LensTable("dioptres", distances=(0.5, math.inf), values=(2.2, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("profile", "table", "value", "unit"),
+    [
+        (CAMERA_ROS, None, 1.25, DIOPTRES),
+        (IN_METRES, None, 0.8, METRES),
+        (V4L2, STEPS, 62, "steps"),  # 62.5: to the even one
+        (replace(V4L2, whole=False), STEPS, 62.5, "steps"),
+        (CAMERA_ROS, STEPS, 1.25, DIOPTRES),
+        (CAMERA_ROS, CALIBRATED, 0.1 + 1.25 * 1.05, DIOPTRES),
+    ],
+)
+def test_what_a_driver_is_told_of_a_distance(profile, table, value, unit):
+    command = command_for(FocusOrder("a", 0.8), profile, table)
+    assert command.value == pytest.approx(value)
+    assert isinstance(command.value, int if profile.whole else float)
+    assert command.unit == unit
+
+
+@pytest.mark.parametrize(
+    ("profile", "unit", "value", "told"),
+    [
+        (V4L2, "focus_absolute", 61.7, (62, "focus_absolute")),
+        (CAMERA_ROS, DIOPTRES, 1.3, (1.3, DIOPTRES)),
+        (CAMERA_ROS, "steps", 62.5, (1.25, DIOPTRES)),
+        (IN_METRES, METRES, 0.81, (0.81, METRES)),
+        (IN_METRES, DIOPTRES, 1.3, (0.8, METRES)),
+    ],
+)
+def test_the_planners_device_value_counts_in_the_drivers_unit(profile, unit, value, told):
+    order = FocusOrder("a", 0.8, device_value=value, device_unit=unit)
+    command = command_for(order, profile)
+    assert (command.value, command.unit) == told
+
+
+def test_the_planners_value_goes_before_the_adapters_table():
+    order = FocusOrder("a", 0.8, device_value=63.0, device_unit="steps")
+    assert command_for(order, V4L2, STEPS).value == 63
+
+
+@pytest.mark.parametrize(
+    ("order", "profile", "table", "error"),
+    [
+        (
+            FocusOrder("", 0.0, planned=False),
+            CAMERA_ROS,
+            None,
+            "status: expected that of a plan, got STATUS_UNKNOWN; this is not a plan",
+        ),
+        *(
+            (
+                FocusOrder("a", distance),
+                CAMERA_ROS,
+                None,
+                (
+                    f"focus_distance: expected a distance above 0 m, got {distance:g}; this is not"
+                    " a plan"
+                ),
+            )
+            for distance in (0.0, -1.0, math.inf, math.nan)
+        ),
+        (
+            FocusOrder("a", 0.8),
+            V4L2,
+            None,
+            (
+                "device_value: expected a value for focus_absolute in the driver's own unit, got"
+                " none; give the planner or this adapter lens tables"
+            ),
+        ),
+        (
+            FocusOrder("a", 0.8, device_value=1.25, device_unit=DIOPTRES),
+            V4L2,
+            None,
+            (
+                "device_value: expected a value for focus_absolute in the driver's own unit, got"
+                " one in dioptres; give the planner or this adapter lens tables"
+            ),
+        ),
+        (
+            FocusOrder("a", 0.8, device_value=62.0, device_unit="focus_absolute"),
+            V4L2,
+            STEPS,
+            (
+                "device_unit: expected 'steps', as in the adapter's lens tables, got"
+                " 'focus_absolute'; give the planner and the adapter the same lens tables"
+            ),
+        ),
+        (
+            FocusOrder("a", 0.4),
+            V4L2,
+            STEPS,
+            "focus distance: expected metres from 0.5 to inf, which the lens table has, got 0.4",
+        ),
+    ],
+)
+def test_what_no_driver_can_be_told(order, profile, table, error):
+    with pytest.raises(InputError) as raised:
+        command_for(order, profile, table)
+    assert str(raised.value) == error
+
+
+@pytest.mark.parametrize(
+    ("command", "value", "table", "distance"),
+    [
+        (LensCommand(2.0, DIOPTRES), 4.0, None, 0.25),
+        (LensCommand(2.0, DIOPTRES), 0.0, None, math.inf),
+        (LensCommand(2.0, DIOPTRES), -1.0, None, math.nan),
+        (LensCommand(2.0, DIOPTRES, calibrated=True), 4.0, None, math.nan),
+        (LensCommand(2.0, DIOPTRES), 2.2, CALIBRATED, 0.5),
+        (LensCommand(2.0, METRES), 4.0, None, 4.0),
+        (LensCommand(60, "steps"), 50, STEPS, 1.0),
+        (LensCommand(60, "steps"), 101, STEPS, math.nan),
+        (LensCommand(60, "steps"), 50, None, math.nan),
+        (LensCommand(60, "steps"), 50, CALIBRATED, math.nan),
+    ],
+)
+def test_the_distance_of_what_was_read_back(command, value, table, distance):
+    assert distance_of(command, value, table) == pytest.approx(distance, nan_ok=True)
+
+
+def test_a_table_in_dioptres_calibrates():
+    order = FocusOrder("a", 0.8, device_value=1.3, device_unit=DIOPTRES)
+    assert command_for(order, CAMERA_ROS).calibrated
+    assert not command_for(replace(order, device_value=1 / 0.8), CAMERA_ROS).calibrated
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "sent", "read", "accepted"),
+    [
+        (Tolerance(0.0, 0.0), 60, 60, True),
+        (Tolerance(0.0, 0.0), 60, 61, False),
+        (Tolerance(1.0, 0.0), 60, 61, True),
+        (Tolerance(1.0, 0.0), 60, 58.9, False),
+        (Tolerance(0.0, 0.01), -100, -101, True),
+        (Tolerance(0.0, 0.01), -100, -101.1, False),
+        (Tolerance(0.1, 0.01), 100, 101.05, True),
+        (Tolerance(9.0, 1.0), 1.0, math.nan, False),
+        (Tolerance(), 1.6, 1.600000023841858, True),  # as 32 bits have it
+    ],
+)
+def test_what_verifies(tolerance, sent, read, accepted):
+    assert tolerance.accepts(sent, read) is accepted
+
+
+def test_drivers_are_told_what_ends_autofocus():
+    assert CAMERA_ROS.manual == (("AfMode", 0),)
+    assert dict(V4L2.manual) == {"focus_automatic_continuous": False, "focus_auto": False}
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "order"),
+    [
+        (62.0, "steps", FocusOrder("a", 0.8, device_value=62.0, device_unit="steps")),
+        (math.nan, "steps", FocusOrder("a", 0.8)),
+        (0.0, "", FocusOrder("a", 0.8)),  # a message of an older definition
+    ],
+)
+def test_orders_of_messages(value, unit, order):
+    message = SimpleNamespace(
+        plan_id="a", status=1, focus_distance=0.8, device_value=value, device_unit=unit
+    )
+    assert order_from_message(message) == order
+    assert not order_from_message(SimpleNamespace(**(vars(message) | {"status": 0}))).planned
+
+
+def test_reports_are_messages():
+    report = LensReport(
+        "a", LensStatus.DIFFERS, 0.8, "steps", 60.0, (3, 4), 61.0, (5, 6), 0.79, "off by one"
+    )
+    name = "focus_planner_msgs/msg/LensState"
+    message = deserialize(name, serialize(name, report_to_fields(report, "cam", (7, 8))))
+    assert (message.name, message.plan_id, message.status) == ("cam", "a", message.STATUS_DIFFERS)
+    assert (message.planned_distance, message.unit, message.sent_value) == (0.8, "steps", 60.0)
+    assert (message.read_value, message.read_distance) == (61.0, 0.79)
+    assert message.message == "off by one"
+    times = [message.header.stamp, message.sent_at, message.read_at]
+    assert [(time.sec, time.nanosec) for time in times] == [(7, 8), (3, 4), (5, 6)]
+
+
+def test_statuses_are_those_of_the_message():
+    name = "focus_planner_msgs/msg/LensState"
+    message = deserialize(name, serialize(name, {}))
+    for status in LensStatus:
+        assert getattr(message, f"STATUS_{status.name}") == status
+
+
+def test_what_was_not_said_is_nan_and_zero():
+    fields = report_to_fields(LensReport("a", LensStatus.FAILED, 0.8), "cam", (1, 2))
+    assert all(math.isnan(fields[name]) for name in ("sent_value", "read_value", "read_distance"))
+    assert fields["sent_at"] == fields["read_at"] == {"sec": 0, "nanosec": 0}

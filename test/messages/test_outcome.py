@@ -1,0 +1,36 @@
+"""Numbers that stand in message definitions and here."""
+
+from __future__ import annotations
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from focus_planner_msgs.action import PlanFocus as PlanFocusAction
+from focus_planner_msgs.msg import LensState
+from focus_planner_msgs.srv import PlanFocus
+
+from focus_planner.messages.diagnostics import Lens, Level
+from focus_planner.messages.outcome import Reason
+
+
+def constants(message_type, prefix=""):
+    """The constants of a message by name."""
+    names = vars(type(message_type))[f"_Metaclass_{message_type.__name__}__constants"]
+    return {
+        name.removeprefix(prefix): getattr(message_type, name)
+        for name in names
+        if name.startswith(prefix)
+    }
+
+
+@pytest.mark.parametrize("answer", [PlanFocus.Response, PlanFocusAction.Result])
+def test_reasons_are_those_of_the_service_and_of_the_action(answer):
+    assert {reason.name: reason.value for reason in Reason} == constants(answer, "REASON_")
+
+
+def test_what_becomes_of_a_lens_is_that_of_its_message():
+    assert {lens.name: lens.value for lens in Lens} == constants(LensState, "STATUS_")
+
+
+def test_levels_are_those_of_ros():
+    levels = constants(DiagnosticStatus)
+    assert {level.name: bytes([level]) for level in Level} == levels

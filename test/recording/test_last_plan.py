@@ -1,0 +1,217 @@
+"""Which plan is in force again after a planner was killed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from recording import made_up, runs
+from recording.made_up import PLANNER, run_id
+
+from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.typestore import PLAN, serialize
+from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
+from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.run import answered_plan, beginning_messages, ending_messages
+
+TEST = Path(__file__).parents[1]
+
+
+def plan_payload(number):
+    return serialize(PLAN, {"plan_id": run_id(number), "cost": float(number)})
+
+
+def write(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):
+    """Write a run whose plan was kept, as the node does; partial if it was killed then."""
+    begun = replace(made_up.beginning(number), planner=planner)
+    bag = BagWriter()
+    for message in made_up.input_messages(points=20):
+        bag.add(message)
+    bag.open(directory / run_id(number))
+    for message in beginning_messages(begun):
+        bag.add(message)
+    if plan:
+        bag.add(answered_plan(begun, plan_payload(number), published=published))
+    bag.flush()
+    if not whole:
+        bag.abandon()
+        return directory / f"{run_id(number)}{PARTIAL}"
+    for message in ending_messages(begun, replace(made_up.ending(), plan=None), made_up.AT):
+        bag.add(message)
+    return bag.close()
+
+
+def last(directory, planner=PLANNER):
+    """The number of the last plan, None if there is none."""
+    found = last_plan(directory, planner)
+    return None if found is None else int(found.message.cost)
+
+
+def test_there_is_none_where_nothing_was_recorded(tmp_path):
+    assert last(tmp_path / "not there") is None
+    assert last(tmp_path) is None
+    (tmp_path / "a file").write_text("hello")
+    (tmp_path / "a folder").mkdir()
+    (tmp_path / run_id(1)).mkdir()
+    assert last(tmp_path) is None
+    assert last(tmp_path / "a file") is None
+
+
+def test_it_is_the_newest(tmp_path):
+    for number in (2, 3, 1):
+        write(tmp_path, number)
+    found = last_plan(tmp_path, PLANNER)
+    assert found.run == tmp_path / run_id(3)
+    assert found.message.plan_id == run_id(3)
+
+
+def test_it_is_all_that_was_recorded_by_the_recorder(tmp_path):
+    path = runs.record(tmp_path)
+    found = last_plan(tmp_path, runs.PLANNER)
+    assert found.run == path
+    plan = plan_from_message(found.message)
+    assert plan.cameras == runs.solved(runs.begun()).cameras
+
+
+def test_a_run_that_was_cut_off_after_its_plan_was_published_counts(tmp_path):
+    write(tmp_path, 1)
+    partial = write(tmp_path, 2, whole=False)
+    assert last_plan(tmp_path, PLANNER).run == partial
+    assert last(tmp_path) == 2
+
+
+def test_a_run_without_a_plan_does_not_count(tmp_path):
+    write(tmp_path, 1)
+    write(tmp_path, 2, plan=False)
+    write(tmp_path, 3, plan=False, whole=False)
+    assert last(tmp_path) == 1
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_plan_that_was_only_answered_does_not_count(tmp_path, whole):
+    write(tmp_path, 1)
+    write(tmp_path, 2, published=False, whole=whole)
+    assert last(tmp_path) == 1
+
+
+@pytest.mark.parametrize("planner", ["/made/upper", "/up", "/made"])
+def test_another_planners_runs_do_not_count(tmp_path, planner):
+    write(tmp_path, 1)
+    write(tmp_path, 2, planner=planner)
+    write(tmp_path, 3, planner=planner, whole=False)
+    assert last(tmp_path) == 1
+    assert last(tmp_path, planner) == 3
+    assert last(tmp_path, "/nobody") is None
+
+
+def no_metadata(run):
+    (run / METADATA).write_text("] not YAML [")
+
+
+def other_metadata(run):
+    (run / METADATA).write_text("rosbag2_bagfile_information: 5\n")
+
+
+def empty(run):
+    file = run / f"{run.name}_0.mcap"
+    file.write_bytes(b"")
+
+
+def noise(run):
+    file = run / f"{run.name}_0.mcap"
+    file.write_bytes(b"\x89MCAP0\r\n" + bytes(range(256)) * 9)
+
+
+def flipped(run):
+    """Without the summary it is read from its front; there the plan's chunk is damaged."""
+    file = run / f"{run.name}_0.mcap"
+    data = bytearray(file.read_bytes())
+    for at in range(200, len(data), 97):
+        data[at] ^= 0xFF
+    file.write_bytes(data)
+
+
+def a_folder(run):
+    file = run / f"{run.name}_0.mcap"
+    file.unlink()
+    file.mkdir()
+
+
+@pytest.mark.parametrize("damage", [empty, noise, flipped, a_folder])
+def test_before_a_damaged_run_comes_the_one_before(tmp_path, damage):
+    write(tmp_path, 1)
+    damage(write(tmp_path, 2))
+    assert last(tmp_path) == 1
+
+
+@pytest.mark.parametrize("damage", [no_metadata, other_metadata])
+def test_without_its_metadata_a_run_counts_still(tmp_path, damage):
+    write(tmp_path, 1)
+    damage(write(tmp_path, 2))
+    assert last(tmp_path) == 2
+
+
+def test_a_plan_that_is_no_message_is_passed_over(tmp_path):
+    write(tmp_path, 1)
+    begun = made_up.beginning(2)
+    bag = BagWriter()
+    bag.open(tmp_path / run_id(2))
+    bag.add(answered_plan(begun, plan_payload(2)[:30], published=True))
+    bag.close()
+    assert last(tmp_path) == 1
+
+
+def test_a_run_cut_anywhere_has_its_plan_or_is_passed_over(tmp_path):
+    write(tmp_path, 1)
+    partial = write(tmp_path, 2, whole=False)
+    file = next(partial.glob("*.mcap"))
+    data = file.read_bytes()
+    found = []
+    for length in [*range(0, len(data), 211), len(data)]:
+        file.write_bytes(data[:length])
+        found.append(last(tmp_path))
+    assert set(found) == {1, 2}
+    assert found == sorted(found)
+
+
+def test_a_link_is_no_run(tmp_path):
+    write(tmp_path, 1)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / run_id(2)).symlink_to(write(elsewhere, 2))
+    assert last(tmp_path) == 1
+
+
+def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("focus_planner.recording.last_plan._MOST_RUNS", 2)
+    write(tmp_path, 1)
+    for number in (2, 3):
+        write(tmp_path, number, plan=False)
+    assert last(tmp_path) is None
+    shutil.rmtree(tmp_path / run_id(3))
+    assert last(tmp_path) == 1
+
+
+# --- what is killed ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("published", [True, False])
+def test_killed_once_the_plan_is_kept_it_is_found(tmp_path, published):
+    write(tmp_path, 1)
+    command = [sys.executable, "-m", "recording.killed_keeper", tmp_path, str(int(published))]
+    paths = os.pathsep.join([str(TEST), str(TEST.parent)])
+    victim = subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}
+    )
+    with victim:
+        told = victim.stdout.read()
+    assert victim.returncode == -signal.SIGKILL
+    assert told == ""
+    assert len(list(tmp_path.glob(f"*{PARTIAL}"))) == 1
+    assert last(tmp_path) == (2 if published else 1)

@@ -1,0 +1,204 @@
+"""Planner's topic, adapter, driver: processes that meet over DDS."""
+
+from __future__ import annotations
+
+import math
+import signal
+from importlib import import_module
+
+import pytest
+from focus_planner_msgs.msg import LensState
+from rclpy.context import Context
+from ros.lens_processes import LensProcess, Orchestrator
+
+SENT, VERIFIED = LensState.STATUS_SENT, LensState.STATUS_VERIFIED
+DIFFERS, FAILED = LensState.STATUS_DIFFERS, LensState.STATUS_FAILED
+QUICK = {"timeout": 0.5, "retries": 0, "poll_period": 0.05, "verify_timeout": 1.0}
+TABLES = "default: {unit: steps, whole: true, distances: [0.25, 1.0], values: [200, 50]}\n"
+
+
+@pytest.fixture(scope="module")
+def start():
+    """Start lens nodes; they are stopped, and must have ended well, at the end of the module."""
+    started = []
+
+    def start(module, **parameters):
+        started.append(LensProcess(module, **parameters))
+        return started[-1]
+
+    yield start
+    for process in started:
+        if process._process.poll() is None:
+            process.signal(signal.SIGTERM)
+    statuses = [process.wait() for process in started]
+    assert set(statuses) <= {0, -signal.SIGKILL}
+    assert "Traceback" not in "".join(process.log for process in started)
+
+
+@pytest.fixture(scope="module")
+def orchestrator():
+    context = Context()
+    context.init(args=[])
+    made = Orchestrator(context)
+    yield made
+    made.close()
+    context.try_shutdown()
+
+
+@pytest.fixture(scope="module")
+def rig(start, orchestrator, tmp_path_factory):
+    """Start all kinds of lenses, and their adapters, at the same time."""
+    tables = tmp_path_factory.mktemp("lenses") / "tables.yaml"
+    tables.write_text(TABLES)
+    webcams = {"cameras": ["webcam"], "driver": "v4l2_camera"}
+    nodes = [
+        start("simulated_lens", cameras=["good", "stuck"], stuck=["stuck"]),
+        start("simulated_lens", cameras=["slow"], speed=4.0),
+        start("simulated_lens", cameras=["loose"], backlash=0.25),
+        start("simulated_lens", **webcams),
+        start("lens_adapter", cameras=["good", "stuck", "slow", "loose", "absent"], **QUICK),
+        start("lens_adapter", **webcams, **QUICK, lens_tables=tables),
+        start("lens_adapter", cameras=["unknown"], driver="v4l2_camera", **QUICK),
+    ]
+    for node in nodes:
+        node.wait_for_log("ready")
+    return nodes
+
+
+def test_a_plan_is_sent_and_verified(rig, orchestrator):
+    orchestrator.plan("good", "a", focus_distance=0.5)
+    state = orchestrator.wait_for("good", "a", VERIFIED)
+    assert [s.status for s in orchestrator.states("good", "a")] == [SENT, VERIFIED]
+    assert (state.planned_distance, state.unit, state.sent_value) == (0.5, "dioptres", 2.0)
+    assert (state.read_value, state.read_distance) == (2.0, 0.5)
+    assert state.message == ""
+    assert 0 < state.sent_at.sec <= state.read_at.sec <= state.header.stamp.sec
+
+
+def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
+    orchestrator.plan("good", "near", focus_distance=0.05)
+    state = orchestrator.wait_for("good", "near", FAILED)
+    assert state.sent_value == 20.0
+    assert math.isnan(state.read_value)
+    assert "/good/camera refuses LensPosition = 20.0: Parameter LensPosition out of range" in (
+        state.message
+    )
+
+
+def test_a_lens_that_is_stuck_differs(rig, orchestrator):
+    orchestrator.plan("stuck", "a", focus_distance=0.5)
+    state = orchestrator.wait_for("stuck", "a", DIFFERS)
+    assert (state.sent_value, state.read_value, state.read_distance) == (2.0, 0.0, math.inf)
+
+
+def test_backlash_differs_from_one_side_only(rig, orchestrator):
+    orchestrator.plan("loose", "up", focus_distance=0.25)
+    assert orchestrator.wait_for("loose", "up", VERIFIED).read_value == 4.0
+    orchestrator.plan("loose", "down", focus_distance=0.5)
+    state = orchestrator.wait_for("loose", "down", DIFFERS)
+    assert (state.sent_value, state.read_value) == (2.0, 2.25)
+    assert state.read_distance == pytest.approx(1 / 2.25)
+    assert "expected LensPosition = 2, read 2.25" in state.message
+
+
+def test_a_slow_lens_is_sent_then_verified_and_a_newer_plan_goes_first(rig, orchestrator):
+    orchestrator.plan("slow", "far away", focus_distance=0.1)  # 2.5 s
+    orchestrator.wait_for("slow", "far away", SENT)
+    orchestrator.plan("slow", "near by", focus_distance=0.5)
+    state = orchestrator.wait_for("slow", "near by", VERIFIED)
+    sent = orchestrator.states("slow", "near by")[0]
+    assert sent.status == SENT
+    assert (state.sent_value, state.read_value) == (2.0, 2.0)
+    assert [s.status for s in orchestrator.states("slow", "far away")] == [SENT]
+
+
+def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
+    orchestrator.plan("webcam", "a", focus_distance=0.5)
+    state = orchestrator.wait_for("webcam", "a", VERIFIED)
+    assert (state.unit, state.sent_value) == ("steps", 100.0)
+    assert (state.read_value, state.read_distance) == (100.0, pytest.approx(0.5))
+    orchestrator.plan("webcam", "b", device_value=150.0, device_unit="steps")
+    assert orchestrator.wait_for("webcam", "b", VERIFIED).read_value == 150.0
+
+
+def test_what_cannot_be_told_says_why(rig, orchestrator):
+    orchestrator.plan("unknown", "a")
+    assert "lens tables" in orchestrator.wait_for("unknown", "a", FAILED).message
+    orchestrator.plan("unknown", "b", status=0)
+    assert "not a plan" in orchestrator.wait_for("unknown", "b", FAILED).message
+
+
+def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
+    rig, orchestrator, start
+):
+    orchestrator.plan("absent", "a", focus_distance=0.2)
+    assert "found none; start it" in orchestrator.wait_for("absent", "a", FAILED).message
+    slow = start("simulated_lens", cameras=["absent"], speed=2.0)
+    orchestrator.wait_for("absent", "a", SENT)
+    slow.kill()
+    state = orchestrator.wait_for("absent", "a", FAILED)
+    assert state.sent_value == 5.0
+    start("simulated_lens", cameras=["absent"])
+    assert orchestrator.wait_for("absent", "a", VERIFIED).read_value == 5.0
+
+
+def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, context):
+    orchestrator.plan("good", "last", focus_distance=0.25)
+    orchestrator.wait_for("good", "last", VERIFIED)
+    late = Orchestrator(context)
+    try:
+        late.wait_for("good", "last", VERIFIED)
+        late.wait_for("stuck", "a", DIFFERS)
+        late.wait_for("webcam", "b", VERIFIED)
+    finally:
+        late.close()
+
+
+@pytest.mark.parametrize(
+    ("module", "number"), [("lens_adapter", signal.SIGINT), ("simulated_lens", signal.SIGTERM)]
+)
+def test_signals_end_it_well(rig, module, number):
+    node = next(node for node in rig if module in node._process.args[2])
+    node.signal(number)
+    assert node.wait() == 0
+    assert "Traceback" not in node.log
+
+
+@pytest.mark.parametrize(
+    ("module", "arguments", "error"),
+    [
+        (
+            "lens_adapter",
+            ["--ros-args"],
+            (
+                "lens_adapter: cameras: expected the names of cameras, got none; give them as"
+                " cameras:=[cam_0, cam_1]"
+            ),
+        ),
+        (
+            "lens_adapter",
+            ["cameras:=[a]"],
+            "lens_adapter: arguments: expected none but those after --ros-args, got cameras:=[a];",
+        ),
+        (
+            "lens_adapter",
+            ["--ros-args", "-p", "cameras:=[a]", "-p", "timeout:=-1.0"],
+            "lens_adapter: InvalidParameterValueException: Invalid parameter value (-1.0) for",
+        ),
+        (
+            "lens_adapter",
+            ["--ros-args", "-p", "cameras:=['a b']"],
+            "lens_adapter: InvalidServiceNameException: Invalid service name:",
+        ),
+        (
+            "simulated_lens",
+            ["--ros-args", "-p", "cameras:=[a]", "-p", "driver_node:=/{camera}/my-node"],
+            "simulated_lens: InvalidNodeNameException: Invalid node name: node name must not",
+        ),
+    ],
+)
+def test_bad_arguments_end_it_with_one_line(module, arguments, error, capsys):
+    assert import_module(f"focus_planner.ros.{module}").main(arguments) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(error)
+    assert len(told.splitlines()) == 1
