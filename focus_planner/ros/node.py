@@ -670,7 +670,8 @@ def main(args: list[str] | None = None) -> int:
             node = PlannerNode()
         except (InputError, ParameterException, RuntimeError) as error:
             what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
-            print(f"planner_node: {what}{error}", file=sys.stderr)  # noqa: T201 - no logger yet
+            line = " ".join(f"planner_node: {what}{error}".split())
+            print(line, file=sys.stderr)  # noqa: T201 - no logger yet
             try_shutdown()
             return 2
         finished = _run(node, signals)

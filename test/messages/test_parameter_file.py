@@ -1,0 +1,140 @@
+"""config/focus_planner.yaml, and what makes it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from focus_planner.cli import main as cli
+from focus_planner.messages.parameter_file import parameters_to_yaml
+from focus_planner.messages.parameters import DECLARATIONS, Declaration
+
+REPOSITORY = Path(__file__).parents[2]
+FILE = REPOSITORY / "config" / "focus_planner.yaml"
+TEXT = parameters_to_yaml(DECLARATIONS)
+# A unit, or what makes the number one without.
+UNIT = re.compile(
+    r"\b(metres|seconds|pixels|bytes|number of|1/m\^2|unit|seed|weight|part of|"
+    r"focal length over aperture diameter)\b",
+    re.IGNORECASE,
+)
+
+
+def flat(values: dict[str, object], prefix: str = "") -> dict[str, object]:
+    """Return nested parameters by their dotted names."""
+    found: dict[str, object] = {}
+    for name, value in values.items():
+        if isinstance(value, dict):
+            found |= flat(value, f"{prefix}{name}.")
+        else:
+            found[prefix + name] = tuple(value) if isinstance(value, list) else value
+    return found
+
+
+def values_of(text: str) -> dict[str, object]:
+    return flat(yaml.safe_load(text)["/**"]["ros__parameters"])
+
+
+def comment_above(name: str) -> str:
+    """Return the comment of a parameter as one line."""
+    lines = TEXT.splitlines()
+    group, _, last = name.rpartition(".")
+    start = lines.index(f"    {group}:") if group else 0
+    indent = "      " if group else "    "
+    at = next(i for i in range(start, len(lines)) if lines[i].startswith(f"{indent}{last}:"))
+    comment = []
+    while lines[at - 1].lstrip().startswith("#"):
+        at -= 1
+        comment.insert(0, lines[at].strip().removeprefix("# "))
+    return " ".join(comment)
+
+
+def test_the_file_is_what_the_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["parameters"]) == 0
+    printed = capsys.readouterr().out
+    assert printed == TEXT
+    assert FILE.read_text(encoding="utf-8") == printed, (
+        "make it again: focus_planner parameters > config/focus_planner.yaml"
+    )
+
+
+def test_it_has_every_parameter_with_its_default_and_no_other() -> None:
+    values = values_of(TEXT)
+    assert values == {d.name: d.default for d in DECLARATIONS}
+    assert [type(values[d.name]) for d in DECLARATIONS] == [type(d.default) for d in DECLARATIONS]
+
+
+def test_no_line_is_longer_than_a_screen_is_wide() -> None:
+    assert max(map(len, TEXT.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("declaration", DECLARATIONS, ids=lambda d: d.name)
+def test_every_parameter_is_explained_above_it(declaration: Declaration) -> None:
+    comment = comment_above(declaration.name)
+    assert declaration.description.split(". ")[0].rstrip(".") in comment
+    if type(declaration.default) in {int, float}:
+        low, high = re.search(r"Range: (\S+) to (\S+)\.$", comment).groups()
+        assert float(low) == declaration.low
+        assert float(high) == pytest.approx(declaration.high)
+    else:
+        assert "Range" not in comment
+    assert ("at the start only" in comment) == declaration.read_only
+
+
+def test_a_change_that_applies_at_another_time_says_so() -> None:
+    for declaration in DECLARATIONS:
+        from_next = "A change applies from the next request on." in declaration.description
+        if not from_next and not declaration.read_only:
+            assert "A change applies" in comment_above(declaration.name), declaration.name
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [d for d in DECLARATIONS if not isinstance(d.default, (str, bool))],
+    ids=lambda d: d.name,
+)
+def test_every_number_says_its_unit(declaration: Declaration) -> None:
+    assert UNIT.search(declaration.description), declaration.description
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [d for d in DECLARATIONS if type(d.default) in {int, float}],
+    ids=lambda d: d.name,
+)
+def test_a_default_is_within_its_range(declaration: Declaration) -> None:
+    assert declaration.low <= declaration.default <= declaration.high
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [d for d in DECLARATIONS if isinstance(d.default, str) and "One of:" in d.description],
+    ids=lambda d: d.name,
+)
+def test_a_default_is_among_its_choices(declaration: Declaration) -> None:
+    choices = re.search(r"One of: ([^.]*)\.", declaration.description).group(1).split(", ")
+    assert declaration.default in choices
+    assert f"One of: {', '.join(choices)}." in comment_above(declaration.name)
+
+
+def test_strings_that_yaml_takes_for_something_else_are_quoted() -> None:
+    given = [
+        Declaration("tuples", "yes", "A word."),
+        Declaration("seed", "12", "Digits."),
+        Declaration("gap", 1e-7, "A small number."),
+        Declaration("lens.focus_distances", (0.5, 1e20), "Numbers."),
+    ]
+    values = values_of(parameters_to_yaml(given))
+    assert values == {d.name: d.default for d in given}
+
+
+def test_the_example_of_quality_of_service_holds_once_its_comment_signs_are_gone() -> None:
+    without = re.sub(r"^    #(?! \S)", "    ", TEXT, flags=re.MULTILINE)
+    assert len(values_of(without)) == len(DECLARATIONS) + 4
+    mesh = "qos_overrides./focus_planner/mesh.subscription."
+    cloud = "qos_overrides./focus_planner/cloud.subscription."
+    assert values_of(without)[f"{mesh}durability"] == "transient_local"
+    assert values_of(without)[f"{cloud}reliability"] == "best_effort"

@@ -1,0 +1,168 @@
+"""Parameter files, given to the node as a user gives them."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from ros.parameter_services import described, listed
+from ros.planner_process import PlannerProcess
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh
+
+from focus_planner.core.types import PointCloud
+from focus_planner.messages.parameters import DECLARATIONS
+from focus_planner.messages.writing import cloud_to_fields, mesh_to_bytes
+from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.conversions import message_to_ros
+
+FILE = Path(__file__).parents[2] / "config" / "focus_planner.yaml"
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TYPES = {
+    str: ParameterType.PARAMETER_STRING,
+    bool: ParameterType.PARAMETER_BOOL,
+    int: ParameterType.PARAMETER_INTEGER,
+    float: ParameterType.PARAMETER_DOUBLE,
+}
+
+
+def ended(*arguments):
+    """Run the node until it ends by itself, which it must."""
+    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_the_node_takes_the_file_and_has_the_defaults_then(start_planner, context, make_node):
+    planner = start_planner("--params-file", str(FILE))
+    with PlannerClient(planner.name) as client:
+        values = client.get_parameters([d.name for d in DECLARATIONS])
+    assert values == {d.name: d.default for d in DECLARATIONS}
+    found = described(make_node(), planner.name, values)
+    for declaration in DECLARATIONS:
+        check_descriptor(declaration, found[declaration.name])
+
+
+def check_descriptor(declaration, descriptor):
+    kind = type(declaration.default)
+    assert descriptor.description == declaration.description
+    assert descriptor.read_only == declaration.read_only
+    assert not descriptor.dynamic_typing
+    array = ParameterType.PARAMETER_DOUBLE_ARRAY
+    assert descriptor.type == (array if kind is tuple else TYPES[kind])
+    integers = [(r.from_value, r.to_value) for r in descriptor.integer_range]
+    numbers = [(r.from_value, r.to_value) for r in descriptor.floating_point_range]
+    limits = [(declaration.low, declaration.high)]
+    assert integers == (limits if kind is int else [])
+    assert numbers == (limits if kind is float else [])
+
+
+def uncommented(name, folder):
+    """Write the file as a user does who wants what its example shows, for a node of that name."""
+    text = re.sub(r"^    #(?! \S)", "    ", FILE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    path = folder / "focus_planner.yaml"
+    path.write_text(text.replace("/focus_planner/", f"/{name}/"), encoding="utf-8")
+    return path
+
+
+def policies(node, topic):
+    (info,) = node.get_subscriptions_info_by_topic(topic)
+    return info.qos_profile.reliability, info.qos_profile.durability
+
+
+def test_a_latched_mesh_and_a_best_effort_cloud_are_received(tmp_path, make_node, body, rig):
+    node = make_node()
+    latched = node.create_publisher(Mesh, "/latched/mesh", LATCHED)
+    latched.publish(mesh_to_bytes(body))
+    planner = PlannerProcess("latched", "--params-file", str(uncommented("latched", tmp_path)))
+    try:
+        with PlannerClient("/latched") as client:
+            client.publish_rig(rig)
+            mesh_plan = client.plan(method="em", samples=200)
+            assert mesh_plan.success, mesh_plan.message
+            reliable, volatile = ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE
+            assert policies(node, "/latched/mesh") == (reliable, LATCHED.durability)
+            assert policies(node, "/latched/cloud") == (ReliabilityPolicy.BEST_EFFORT, volatile)
+            assert policies(node, "/latched/camera_poses") == (reliable, volatile)
+            assert policies(node, "/latched/rig") == (reliable, volatile)
+            overrides = {n for n in listed(node, "/latched") if n.startswith("qos_overrides")}
+            assert len(overrides) == 16
+            assert plans_from_best_effort(node, client, PointCloud(body.vertices))
+    finally:
+        assert planner.stop() == 0
+    assert "Traceback" not in planner.log
+
+
+def plans_from_best_effort(node, client, cloud):
+    """Publish a cloud as a sensor does, again where it was lost; return whether it came."""
+    qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher = node.create_publisher(PointCloud2, "/latched/cloud", qos)
+    message = message_to_ros(PointCloud2, cloud_to_fields(cloud, "world"))
+    before = client.plan(method="em", samples=200).plan.cost
+    for _ in range(20):
+        publisher.publish(message)
+        if client.plan(method="em", samples=200).plan.cost != before:
+            return True
+    return False
+
+
+def test_a_latched_mesh_is_not_received_without(make_node, body, rig):
+    node = make_node()
+    latched = node.create_publisher(Mesh, "/volatile/mesh", LATCHED)
+    latched.publish(mesh_to_bytes(body))
+    planner = PlannerProcess("volatile", "--params-file", str(FILE))
+    try:
+        with PlannerClient("/volatile") as client:
+            client.publish_rig(rig)
+            while not latched.get_subscription_count():
+                client.state()
+            answer = client.plan(method="em", samples=200)
+    finally:
+        assert planner.stop() == 0
+    assert not answer.success
+    assert "surface" in answer.message
+
+
+@pytest.mark.parametrize(
+    ("lines", "error"),
+    [
+        ("samples: 3000000", "samples out of range. Min: 0, Max: 2000000, value: 3000000"),
+        ("samples: many", "'samples' to 'many' of type 'STRING', expecting type 'INTEGER'"),
+        ("time_budget: 1", "'time_budget' to '1' of type 'INTEGER', expecting type 'DOUBLE'"),
+        ("method: guess", "method: expected one of closest"),
+        ("lens: {focal_length: 0.0}", "lens.focal_length: expected a number above 0"),
+        ("samples: [1", "Error parsing"),
+    ],
+)
+def test_a_bad_value_ends_the_node_with_one_line(tmp_path, lines, error):
+    path = tmp_path / "bad.yaml"
+    path.write_text(f"/**:\n  ros__parameters:\n    {lines}\n", encoding="utf-8")
+    process = ended("--params-file", str(path))
+    assert process.returncode == 2
+    assert process.stderr.startswith("planner_node: ")
+    assert error in process.stderr
+    assert process.stderr.count("\n") == 1
+
+
+def test_a_file_that_is_not_there_ends_the_node_with_one_line():
+    process = ended("--params-file", "/no/such/file.yaml")
+    assert process.returncode == 2
+    assert "Couldn't parse params file: '--params-file /no/such/file.yaml'" in process.stderr
+    assert process.stderr.count("\n") == 1
+
+
+def test_a_policy_that_there_is_not_is_told_in_words():
+    override = "qos_overrides./unheard/mesh.subscription.durability:=latched"
+    planner = PlannerProcess("unheard", "-p", override)
+    try:
+        planner.wait_for_log(r"qos_overrides\./unheard/mesh\.subscription: expected history, depth")
+        with PlannerClient("/unheard") as client:
+            assert client.state() == "unconfigured"
+    finally:
+        assert planner.stop() == 0
+    assert "`durability`: `latched`" in planner.log
+    assert "Traceback" not in planner.log

@@ -1,0 +1,122 @@
+"""What keeps strangers out without keys: a domain, and staying on this machine.
+
+What is observed is observed in a network of its own, where loopback is the only interface, so that
+nothing can leave whatever happens.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from rclpy.context import Context
+from rclpy.node import Node
+from std_msgs.msg import String
+
+HERE = Path(__file__).parent
+PROFILE = HERE.parents[1] / "security" / "loopback.xml"
+DOMAIN = 33
+# The port numbers of RTPS 2.2, 9.6.1: those of a domain, and of its multicast discovery.
+PORTS = range(7400 + 250 * DOMAIN, 7400 + 250 * (DOMAIN + 1))
+DISCOVERY = "239.255.0.1"
+OWN_NETWORK = ["unshare", "--map-root-user", "--net"]
+
+
+def can_have_a_network():
+    try:
+        return (
+            subprocess.run([*OWN_NETWORK, "true"], capture_output=True, check=False).returncode == 0
+        )
+    except OSError:
+        return False
+
+
+in_a_network_of_its_own = pytest.mark.skipif(
+    not can_have_a_network(), reason="this machine lets nobody make a network namespace"
+)
+
+
+def seen(discovery_range, patience=10.0, **environment):
+    """Run two nodes in a network of their own, and return what was seen."""
+    environment = {
+        **os.environ,
+        "ROS_DOMAIN_ID": str(DOMAIN),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range,
+        **environment,
+    }
+    command = [*OWN_NETWORK, sys.executable, str(HERE / "strangers.py"), str(patience)]
+    process = subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert process.returncode == 0, process.stderr
+    return json.loads(process.stdout)
+
+
+def listening(found):
+    """Return the addresses at which the ports of the domain are bound."""
+    return {host for host, port in found["sockets"] if port in PORTS}
+
+
+@in_a_network_of_its_own
+def test_on_a_subnet_discovery_is_by_multicast():
+    found = seen("SUBNET")
+    assert found["met"]
+    assert DISCOVERY in found["groups"]
+
+
+@in_a_network_of_its_own
+def test_with_localhost_nodes_meet_without_multicast():
+    found = seen("LOCALHOST")
+    assert found["met"]
+    assert found["groups"] == ["224.0.0.1"]  # which every interface is in
+    assert found["packets"]["lo:"] > 0
+    # It is documented that a firewall, or the profile below, has to close these.
+    assert listening(found) == {"0.0.0.0"}
+
+
+@in_a_network_of_its_own
+def test_with_the_loopback_profile_nodes_listen_on_loopback_only():
+    found = seen("LOCALHOST", FASTRTPS_DEFAULT_PROFILES_FILE=str(PROFILE))
+    assert found["met"]
+    assert found["groups"] == ["224.0.0.1"]
+    assert listening(found) == {"127.0.0.1"}
+
+
+@in_a_network_of_its_own
+def test_with_discovery_off_nodes_do_not_meet_and_send_nothing():
+    found = seen("OFF", patience=2.0)
+    assert not found["met"]
+    assert found["groups"] == ["224.0.0.1"]
+    assert found["packets"]["lo:"] == 0
+
+
+def test_nodes_of_different_domains_do_not_meet():
+    domains = (101, 101, 102)
+    contexts = [Context() for _ in domains]
+    try:
+        for context, domain in zip(contexts, domains, strict=True):
+            context.init(args=[], domain_id=domain)
+        speaker, listener, stranger = (
+            Node(name, context=context, use_global_arguments=False)
+            for name, context in zip(("speaker", "listener", "stranger"), contexts, strict=True)
+        )
+        elsewhere = stranger.create_publisher(String, "greetings", 1)
+        publisher = speaker.create_publisher(String, "greetings", 1)
+        listener.create_subscription(String, "greetings", lambda _: None, 1)
+        until = time.monotonic() + 10
+        while not publisher.get_subscription_count() and time.monotonic() < until:
+            time.sleep(0.05)
+        # The others have met, so that there was time for the stranger; and a second more.
+        assert publisher.get_subscription_count() == 1
+        time.sleep(1.0)
+        assert elsewhere.get_subscription_count() == 0
+        assert set(stranger.get_node_names()) == {"stranger"}
+        assert set(listener.get_node_names()) == {"speaker", "listener"}
+    finally:
+        for context in contexts:
+            context.try_shutdown()
