@@ -14,13 +14,12 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import rclpy
 from focus_planner_msgs.msg import CameraRig, FocusPlan, LensState, PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import PoseArray
@@ -35,10 +34,8 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
-from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.task import Future
-from rclpy.utilities import remove_ros_args, try_shutdown
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
@@ -72,6 +69,7 @@ from focus_planner.ros.cameras import LATCHED, CameraTopics
 from focus_planner.ros.conversions import fields_from_ros, message_to_ros, type_name_of
 from focus_planner.ros.diagnostics import Diagnostics
 from focus_planner.ros.parameters import Parameters
+from focus_planner.ros.process import run
 from focus_planner.ros.requests import Outcome, Request, Requests
 from focus_planner.ros.status import StatusBoard
 
@@ -663,41 +661,22 @@ class PlannerNode(LifecycleNode):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
-    with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
-        try:
-            _refuse_others(args)
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            node = PlannerNode()
-        except (InputError, ParameterException, RuntimeError) as error:
-            what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
-            line = " ".join(f"planner_node: {what}{error}".split())
-            print(line, file=sys.stderr)  # noqa: T201 - no logger yet
-            try_shutdown()
-            return 2
-        finished = _run(node, signals)
-        rclpy.shutdown()
+    finished = True
+
+    def serve(signals: set[signal.Signals]) -> None:
+        nonlocal finished
+        finished = _serve(PlannerNode(), signals)
+
+    status = run("planner_node", serve, args)
     if not finished:
         # Nothing can interrupt a kernel, and Python would wait for it. There is nothing to lose:
         # callers are answered, and the middleware is shut down.
         sys.stderr.flush()
-        os._exit(0)
-    return 0
+        os._exit(status)
+    return status
 
 
-def _refuse_others(args: list[str] | None) -> None:
-    """Raise if there are arguments that are not for ROS: a parameter was probably meant."""
-    given = list(sys.argv[1:] if args is None else args)
-    others = remove_ros_args(["planner_node", *given])[1:]
-    if others:
-        raise InputError(
-            "arguments",
-            "none but those after --ros-args",
-            " ".join(others),
-            "parameters are given as --ros-args -p samples:=1000",
-        )
-
-
-def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:
+def _serve(node: PlannerNode, signals: set[signal.Signals]) -> bool:
     """Serve until a signal comes; return whether the planning thread ended in time."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
@@ -714,20 +693,6 @@ def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:
     finished = node.finish(_SECONDS_TO_FINISH)
     node.destroy_node()
     return finished
-
-
-@contextmanager
-def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
-    """Keep signals from every thread that is started, to be waited for.
-
-    A handler could only run once the main thread is back from the middleware, and rclpy's own
-    would end the context before the callers are answered.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    try:
-        yield set(signals)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 if __name__ == "__main__":
