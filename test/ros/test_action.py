@@ -172,7 +172,7 @@ def test_feedback_tells_how_far_a_plan_is(ready):
     progress, cost, bound = (heard.of(name) for name in ("progress", "cost", "lower_bound"))
     assert (np.diff(progress) >= 0).all()
     assert 0 <= progress[0] < 0.5 < progress[-1] <= 1
-    stages = ["fresh", "visibility", "cells", "solving", "em"]
+    stages = ["visibility", "cells", "solving", "em"]
     assert heard.stages[: len(stages)] == stages
     cost, bound = cost[np.isfinite(cost)], bound[np.isfinite(bound)]
     assert len(cost) > 3
