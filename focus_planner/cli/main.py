@@ -1,4 +1,4 @@
-"""The command line: ``focus_planner rig | plan | replay | node | parameters | demo``.
+"""The command line: ``focus_planner rig | plan | replay | parameters | demo``, and nodes.
 
 Results go to stdout, everything else to stderr. Exit status 2 and one line say what was wrong
 with the input.

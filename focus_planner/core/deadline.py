@@ -88,7 +88,8 @@ class Deadline:
 
         The watch is told of it, as stage "solving": all that was waited for till then is there.
         """
-        self._ask(Progress("solving", 0, _NOT_YET))
+        # There is no answer here, so a no of the tape is for the step that follows.
+        self._ask(Progress("solving", 0, _NOT_YET), by_tape=False)
         self._last = time.perf_counter()
         self._cells, self._shots = cells, shots
         self._reserve = _WIND_UP * cells
@@ -144,12 +145,12 @@ class Deadline:
         self.stopped = not self._answer(in_time and not self.stopped)
         return not self.stopped
 
-    def _ask(self, progress: Progress) -> None:
+    def _ask(self, progress: Progress, *, by_tape: bool = True) -> None:
         """Ask the user's watch, until it says no."""
         if self._told_no:
             return
         self._told_no = not self._watch(progress) or (
-            self._tape is not None and self._tape.says_no_here()
+            by_tape and self._tape is not None and self._tape.says_no_here()
         )
         if self._told_no:
             # A zero more where the last are those told not to go on.

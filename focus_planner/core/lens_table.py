@@ -67,7 +67,8 @@ class LensTable:
         object.__setattr__(self, "whole", bool(self.whole))
         for name in ("distances", "values"):
             numbers = check_array(f"table.{name}", getattr(self, name), (None,))
-            object.__setattr__(self, name, tuple((numbers + 0.0).tolist()))  # no -0.0
+            with np.errstate(invalid="ignore"):  # NaN is refused below
+                object.__setattr__(self, name, tuple((numbers + 0.0).tolist()))  # no -0.0
         if len(self.distances) != len(self.values):
             raise InputError(
                 "table.values",

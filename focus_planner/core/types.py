@@ -113,7 +113,6 @@ class Lens:
             )
         if self.table is not None:
             _check_table(self, self.table)
-            _check_optical_reach("lens.table", self.focus_limits[0])
         if self.focus_distances is not None:
             object.__setattr__(self, "focus_distances", _listed_distances(self))
         if self.focus_steps is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Collection, Coroutine
 from dataclasses import dataclass, replace
 from functools import partial
@@ -64,6 +65,8 @@ class Patience:
         Between two readings.
     watch_period : float
         Between two looks at a lens that has settled, whether it is still there; 0 for none.
+    presence_period : float
+        Between two looks whether the driver of such a lens is still there.
     shortest_pause, longest_pause : float
         Between two tries to reach a driver that failed; doubled from the one to the other.
     """
@@ -74,6 +77,7 @@ class Patience:
     verify_timeout: float = 5.0
     poll_period: float = 0.1
     watch_period: float = 5.0
+    presence_period: float = 1.0
     shortest_pause: float = 0.25
     longest_pause: float = 4.0
 
@@ -177,13 +181,14 @@ class LensControl:
 
     async def _until_moved(self, command: LensCommand) -> None:
         """Wait until the lens has to be told again: it moved, or its driver was started again."""
-        next_look = _monotonic() + self._patience.watch_period
+        next_look = _next_multiple(self._patience.watch_period)
         while self._driver.is_there():
-            await asyncio.sleep(self._patience.shortest_pause)
-            if self._patience.watch_period and _monotonic() >= next_look:
+            # All lenses at the same time: answers that come together wake the executor once.
+            await asyncio.sleep(_next_multiple(self._patience.presence_period) - _monotonic())
+            if _monotonic() >= next_look:
                 if await self._has_moved(command):
                     return
-                next_look = _monotonic() + self._patience.watch_period
+                next_look = _next_multiple(self._patience.watch_period)
         await self._until_there(0.0)
 
     async def _has_moved(self, command: LensCommand) -> bool:
@@ -342,6 +347,11 @@ def _same(report: LensReport, last: LensReport | None) -> bool:
 
 def _of(report: LensReport) -> tuple[str, float]:
     return report.plan_id, report.planned_distance
+
+
+def _next_multiple(period: float) -> float:
+    """Return the next time that is a multiple of a period; never, of 0."""
+    return (_monotonic() // period + 1.0) * period if period else math.inf
 
 
 def _monotonic() -> float:

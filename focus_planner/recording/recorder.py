@@ -219,7 +219,7 @@ class RunRecorder:
         self._began = self._written = time.perf_counter()
         self._steps: list[tuple[float, Progress]] = []
         self._bag: BagWriter | None = None
-        self._plan_is_kept = False
+        self._kept: Future[None] | None = None
         self._writing = Lock()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
@@ -249,8 +249,8 @@ class RunRecorder:
             Whether it is the one in force from now on, or only answered.
         """
         message = answered_plan(self._beginning, payload, published=published)
-        self._plan_is_kept = True
-        wait([self._recorder.do_now(lambda: self._keep(message), self._fail)], _SECONDS_TO_KEEP)
+        self._kept = self._recorder.do_now(lambda: self._keep(message), self._fail)
+        wait([self._kept], _SECONDS_TO_KEEP)
 
     def finish(
         self,
@@ -339,13 +339,17 @@ class RunRecorder:
     def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
         if not self._recorder.busy:
             time.sleep(_SECONDS_TO_DELIVER)
+        if self._kept is not None:
+            self._kept.result()  # nobody waited longer than _SECONDS_TO_KEEP
+        if self.failure:
+            return
         self._write_steps()
         assert self._bag is not None
         if plan is not None:
             if rig is not None and self._how.markers:
                 self._bag.add(markers_message(self._beginning, plan, rig, at))
             ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
-        if self._plan_is_kept:
+        if self._kept is not None:
             ending = replace(ending, plan=None)
         for message in ending_messages(self._beginning, ending, at):
             self._bag.add(message)

@@ -50,10 +50,14 @@ class DriverParameters:
         self._list = node.create_client(ListParameters, f"{name}/list_parameters")
         self._set = node.create_client(SetParameters, f"{name}/set_parameters")
         self._get = node.create_client(GetParameters, f"{name}/get_parameters")
+        self._was_there = False
 
     def is_there(self) -> bool:
         """Return whether its parameter services are."""
-        return all(client.service_is_ready() for client in (self._list, self._set, self._get))
+        # They are discovered one by one and go together, and each look costs.
+        clients = [self._set] if self._was_there else [self._set, self._get, self._list]
+        self._was_there = all(client.service_is_ready() for client in clients)
+        return self._was_there
 
     async def list_parameters(self, names: Collection[str]) -> Collection[str]:
         """Return which of these parameters it has."""

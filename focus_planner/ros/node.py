@@ -107,9 +107,6 @@ _SECONDS_TO_MEET = 0.3
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
 _FIRST_STATE, _LAST_STATE = "unconfigured", "finalized"
-_INACTIVE = Outcome(
-    Reason.INACTIVE, "the planner is not active; activate it, by its service ~/change_state"
-)
 
 Read = Callable[[bytes, Optics], Any]
 
@@ -514,11 +511,18 @@ class PlannerNode(LifecycleNode):
 
     # --- requests ------------------------------------------------------------------------------
 
+    @property
+    def _inactive(self) -> Outcome:
+        if self._state == _LAST_STATE:
+            return Outcome(Reason.INACTIVE, "the planner is shut down; start it again")
+        what = f"ros2 lifecycle set {self.get_fully_qualified_name()} activate"
+        return Outcome(Reason.INACTIVE, f"the planner is inactive; activate it, as with: {what}")
+
     async def _plan_focus(
         self, request: PlanFocus.Request, response: PlanFocus.Response
     ) -> PlanFocus.Response:
         """Have a call planned when its turn comes, and wait for its answer."""
-        outcome = _INACTIVE
+        outcome = self._inactive
         if self._is_active:
             answer = Future()
             self._calls.add(answer)

@@ -5,15 +5,18 @@ All of it is drawn from a generator that the caller seeds. Some of it happens to
 
 from __future__ import annotations
 
+import math
 import struct
 from copy import deepcopy
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from messages.build import Log
 
+from focus_planner.core.lens_table import LensTable
 from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Mesh, PointCloud
+from focus_planner.core.types import Image, Lens, Mesh, PointCloud
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.parameters import Settings
@@ -35,7 +38,29 @@ TYPES = {
     "rig": "focus_planner_msgs/msg/CameraRig",
     "lens_states": "focus_planner_msgs/msg/LensState",
 }
-RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+
+
+def mixed_rig():
+    """Cameras of every kind, in turn: plain, distorted and cut out, in steps, by a table."""
+    steps = LensTable("steps", whole=True, distances=(0.3, 1.0, math.inf), values=(9.0, 60.0, 90.0))
+    image = Image(
+        distortion_model="plumb_bob", distortion=(-0.1, 0.02, 0.001, -0.001, 0.0), binning=(2, 2)
+    )
+    changes = (
+        {},
+        {"image": replace(image, region=(8, 4, 500, 800))},
+        {"lens": Lens(focus_distances=(0.5, 0.7, 0.9))},
+        {"lens": Lens(min_focus=0.3, focus_steps=200)},
+        {"lens": Lens(table=LensTable("dioptres"))},
+        {"lens": Lens(table=steps)},
+    )
+    rig = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+    return replace(
+        rig, cameras=tuple(replace(c, **changes[i % 6]) for i, c in enumerate(rig.cameras))
+    )
+
+
+RIG = mixed_rig()
 
 
 def ball(rings=10, radius=0.3):

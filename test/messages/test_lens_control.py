@@ -18,6 +18,7 @@ QUICK = Patience(
     verify_timeout=0.06,
     poll_period=0.01,
     watch_period=0.0,
+    presence_period=0.01,
     shortest_pause=0.01,
     longest_pause=0.04,
 )

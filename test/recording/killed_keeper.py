@@ -7,8 +7,7 @@ import signal
 import sys
 from pathlib import Path
 
-from recording.made_up import beginning, input_messages
-from recording.test_last_plan import plan_payload
+from recording.made_up import beginning, input_messages, plan_payload
 
 from focus_planner.core.solvers import Progress
 from focus_planner.messages.parameters import Recording

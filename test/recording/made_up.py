@@ -13,7 +13,7 @@ from focus_planner.core.fingerprint import Fingerprint
 from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot, Warmth
 from focus_planner.core.solvers import Progress
 from focus_planner.core.types import Camera, CameraStatus, Image, Lens, Mesh, PointCloud, Rig
-from focus_planner.messages.typestore import POSES, fields_of, serialize
+from focus_planner.messages.typestore import PLAN, POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.run import (
@@ -105,6 +105,11 @@ def ending(seed=1) -> Ending:
         for stage in ("samples", "visibility")
     )
     return Ending(True, "a plan", plan, (3, 1, 2**32 - 1), prints, (1_700_000_001, 5))
+
+
+def plan_payload(number):
+    """The bytes of a plan that is told by its cost."""
+    return serialize(PLAN, {"plan_id": run_id(number), "cost": float(number)})
 
 
 def markers():

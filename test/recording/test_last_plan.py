@@ -12,19 +12,14 @@ from pathlib import Path
 
 import pytest
 from recording import made_up, runs
-from recording.made_up import PLANNER, run_id
+from recording.made_up import PLANNER, plan_payload, run_id
 
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.run import answered_plan, beginning_messages, ending_messages
 
 TEST = Path(__file__).parents[1]
-
-
-def plan_payload(number):
-    return serialize(PLAN, {"plan_id": run_id(number), "cost": float(number)})
 
 
 def write(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):

@@ -14,10 +14,12 @@ import time
 from pathlib import Path
 
 import pytest
-from recording.runs import RIG, TORUS, Log, begun, record, solved
+from recording.runs import PLANNER, RIG, TORUS, Log, begun, record, solved
 
 from focus_planner.core.solvers import Progress, go_on
 from focus_planner.messages.parameters import Recording
+from focus_planner.messages.typestore import PLAN, serialize
+from focus_planner.messages.writing import plan_to_fields
 from focus_planner.recording import recorder as module
 from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id
@@ -96,7 +98,7 @@ def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_pat
     heard = []
 
     def watch(progress):
-        if progress.stage not in ("fresh", "visibility", "solving") and not heard:
+        if progress.stage not in ("fresh", "visibility", "cells", "solving") and not heard:
             heard.append(read_run(partial_of(tmp_path, beginning)))
         return True
 
@@ -157,6 +159,33 @@ def test_the_end_comes_after_the_answer(recorder, tmp_path, expected):
     assert (ending.success, ending.message, ending.stamp) == (True, "told", (5, 6))
     assert ending.answers == expected.answers
     assert [f.stage for f in ending.fingerprints][-1] == "costs"
+
+
+def test_a_plan_that_is_kept_late_is_in_the_run(recorder, log, tmp_path, expected, monkeypatch):
+    beginning = begun()
+    run = begin(recorder, tmp_path, beginning)
+    recorder.do_now(lambda: time.sleep(0.5), lambda _: None)
+    payload = serialize(PLAN, plan_to_fields(expected, "world", (5, 6), beginning.run_id))
+    began = time.monotonic()
+    run.keep_plan(payload, published=False)
+    assert time.monotonic() - began < 0.4
+    run.finish(True, "", expected, RIG).result(30)
+    (message,) = [m for m in read_bag(run.path).messages if m.type_name == PLAN]
+    assert (message.topic, message.payload) == (f"{PLANNER}/run/focus_plan", payload)
+    assert read_run(run.path).ending.plan.cameras == expected.cameras
+    assert log.errors == []
+
+
+def test_a_plan_that_cannot_be_kept_costs_the_recording(recorder, log, tmp_path, expected):
+    run = begin(recorder, tmp_path, begun())
+    recorder.do_now(lambda: None, lambda _: None).result(30)
+    run._bag.add = raise_no_space
+    run.keep_plan(b"")
+    run.finish(True, "", expected, RIG).result(30)
+    assert run.path is None
+    (error,) = log.errors
+    assert "No space left on device" in error
+    assert "No space left on device" in run.failure
 
 
 def test_a_run_may_begin_while_the_last_one_is_written(recorder, log, tmp_path, expected):
@@ -476,7 +505,7 @@ def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
 
 # --- a disk that is really full ----------------------------------------------------------------
 
-PLAN = """
+PROGRAM = """
 import json, resource, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
@@ -504,7 +533,7 @@ def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     limit = str(int(share * file.stat().st_size))
     folder = tmp_path / "cut"
     test = str(Path(__file__).parents[1])
-    words = [sys.executable, "-W", "error", "-c", PLAN, test, str(folder), limit]
+    words = [sys.executable, "-W", "error", "-c", PROGRAM, test, str(folder), limit]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     assert done.stderr == ""
     cost, failure, errors = json.loads(done.stdout)

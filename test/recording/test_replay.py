@@ -178,6 +178,9 @@ def stop_after(count, stages_=None):
         ("em", stop_after(1, ["fresh"])),
         ("k_view", stop_after(2, ["visibility"])),
         ("optimal", stop_after(1)),
+        *((method, stop_after(1, ["solving"])) for method in METHODS),
+        # At the first step after "solving", whatever its stage.
+        *((method, stop_after(2, ["solving", *METHODS])) for method in METHODS),
     ],
 )
 def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, method, watch):

@@ -1,0 +1,347 @@
+"""Goals of ~/plan over DDS: feedback, cancelling, and what becomes of those that overlap."""
+
+from __future__ import annotations
+
+import math
+import signal
+import subprocess
+import sys
+import threading
+import time
+from itertools import groupby
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from ros.test_node import what_counts
+from ros.test_recording import FEW, assert_reproduced, having, until, whole
+
+from focus_planner.messages.outcome import Reason
+from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.run import read_run
+
+# It would take minutes.
+LONG = {"method": "optimal", "samples": 16_384, "gap": 1e-12}
+SHORT = {"method": "closest"}
+SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
+ABORTED = GoalStatus.STATUS_ABORTED
+# Tells what hangs from what works on a busy machine; how long it takes is measured elsewhere.
+SOON = 20.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("recorded")
+
+
+@pytest.fixture(scope="module")
+def planner(start_planner, folder):
+    return start_planner(*FEW, "-p", f"record_directory:={folder}")
+
+
+@pytest.fixture(scope="module")
+def ready(client, body, rig):
+    client.publish_mesh(body)
+    client.publish_rig(rig)
+    return client
+
+
+class Heard:
+    """Feedback as it comes, and when."""
+
+    def __init__(self):
+        self.messages = []
+        self._news = threading.Condition()
+
+    def __call__(self, message):
+        with self._news:
+            self.messages.append((time.monotonic(), message))
+            self._news.notify_all()
+
+    def wait_for(self, condition):
+        def come():
+            return any(condition(message) for _, message in self.messages)
+
+        with self._news:
+            assert self._news.wait_for(come, SOON), "no such feedback"
+
+    @property
+    def stages(self):
+        return [stage for stage, _ in groupby(message.stage for _, message in self.messages)]
+
+    def of(self, name):
+        return np.array([getattr(message, name) for _, message in self.messages])
+
+
+def sent(client, on_feedback=None, **goal):
+    goal = client.send_goal(on_feedback, **goal)
+    assert goal.accepted
+    return goal
+
+
+def has_plan(message):
+    return math.isfinite(message.cost)
+
+
+def planning(client, **goal):
+    """A long goal that has a plan already."""
+    heard = Heard()
+    goal = sent(client, heard, **{**LONG, **goal})
+    heard.wait_for(has_plan)
+    return goal
+
+
+def ended(goal):
+    """The status, the reason and the result of a goal that ends soon."""
+    status, result = goal.result(SOON)
+    assert result.success == bool(result.plan.plan_id)
+    return status, Reason(result.reason), result
+
+
+def cancelled(goal):
+    """Cancel a goal that is planned; return its plan."""
+    assert goal.cancel()
+    status, reason, result = ended(goal)
+    assert (status, reason) == (CANCELED, Reason.CANCELLED)
+    assert result.success
+    return result.plan
+
+
+def assert_fits(plan, rig):
+    """Check that a plan can be given to the lenses."""
+    for focus, camera in zip(plan.cameras, rig.cameras, strict=True):
+        assert focus.name == camera.name
+        assert camera.lens.min_focus <= focus.focus_distance <= camera.lens.max_focus
+        assert math.isfinite(focus.focus_distance)
+
+
+def run_of(folder, plan):
+    return read_run(until(lambda: whole(folder).get(plan.plan_id)))
+
+
+# --- goals that are planned --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [SHORT, {"method": "k_view", "k": 3, "bound": "tight"}, {"shots": 2, "time_budget": 60.0}],
+)
+def test_a_goals_plan_is_the_services_bit_for_bit(ready, folder, request_):
+    status, reason, result = ended(sent(ready, **request_))
+    assert (status, reason) == (SUCCEEDED, Reason.NONE)
+    assert ready.latched_plan().plan_id == result.plan.plan_id
+    response = ready.plan(**request_)
+    assert (response.success, response.reason) == (True, Reason.NONE)
+    assert what_counts(result.plan) == what_counts(response.plan)
+    assert result.plan.cost == response.plan.cost
+    assert_reproduced(run_of(folder, result.plan))
+
+
+def test_a_bad_goal_is_told(ready):
+    before = ready.latched_plan()
+    status, reason, result = ended(sent(ready, method="guess"))
+    assert (status, reason) == (ABORTED, Reason.BAD_REQUEST)
+    assert "method: expected one of closest" in result.message
+    assert ready.latched_plan().plan_id == before.plan_id
+
+
+def test_a_refused_surface_is_told_to_a_goal(ready, body):
+    ready.publish("mesh", b"\x00\x01\x00\x00")
+    status, reason, result = ended(sent(ready, **SHORT))
+    assert (status, reason) == (ABORTED, Reason.NOT_READY)
+    assert "stays in force: call again" in result.message
+    ready.publish_mesh(body)
+    assert ended(sent(ready, **SHORT))[1] is Reason.NONE
+
+
+# --- feedback ----------------------------------------------------------------------------------
+
+
+def test_feedback_tells_the_stages_in_order(ready):
+    heard = Heard()
+    assert ended(sent(ready, heard, method="k_view", bound="tight"))[0] == SUCCEEDED
+    assert heard.stages == ["cells", "solving", "em", "k_view", "prices"]
+    assert np.isnan(heard.of("progress")).all()
+
+
+def test_feedback_tells_how_far_a_plan_is(ready):
+    heard = Heard()
+    goal = sent(ready, heard, **{**LONG, "seed": 77, "time_budget": 2.0})
+    status, reason, result = ended(goal)
+    assert (status, reason) == (SUCCEEDED, Reason.NONE)
+    progress, cost, bound = (heard.of(name) for name in ("progress", "cost", "lower_bound"))
+    assert (np.diff(progress) >= 0).all()
+    assert 0 <= progress[0] < 0.5 < progress[-1] <= 1
+    stages = ["fresh", "visibility", "cells", "solving", "em"]
+    assert heard.stages[: len(stages)] == stages
+    cost, bound = cost[np.isfinite(cost)], bound[np.isfinite(bound)]
+    assert len(cost) > 3
+    assert (np.diff(cost) <= 0).all()
+    assert (np.diff(bound) >= 0).all()
+    assert bound[-1] <= result.plan.lower_bound <= result.plan.cost <= cost[0]
+    assert len(heard.messages) <= 3 + len(heard.stages) + 10 * 4.0
+
+
+# --- cancelling --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "moment",
+    [lambda _: True, lambda m: m.stage == "solving", has_plan, lambda m: m.lower_bound > 0],
+)
+def test_cancelled_it_has_its_best_plan_which_is_in_force(ready, folder, rig, moment):
+    heard = Heard()
+    goal = sent(ready, heard, **LONG)
+    heard.wait_for(moment)
+    assert goal.cancel()
+    status, reason, result = ended(goal)
+    assert (status, reason) == (CANCELED, Reason.CANCELLED)
+    assert result.message.startswith(f"cancelled, the best plan until then; {LONG['method']}, cost")
+    assert not result.plan.converged
+    assert_fits(result.plan, rig)
+    assert ready.latched_plan() == result.plan
+    assert ready.latched_focus(rig.cameras[3].name) == result.plan.cameras[3]
+    run = run_of(folder, result.plan)
+    assert run.ending.message == result.message
+    assert_reproduced(run)
+
+
+def test_cancelled_twice_it_ends_once(ready):
+    goal = planning(ready)
+    answers = [goal._handle.cancel_goal_async() for _ in range(3)]
+    assert ended(goal)[:2] == (CANCELED, Reason.CANCELLED)
+    until(lambda: all(answer.done() for answer in answers))
+    assert answers[0].result().goals_canceling
+    assert not goal.cancel()
+    assert ready.plan(**SHORT).success
+
+
+def test_cancelled_before_its_turn_it_has_no_plan(ready):
+    first, second = planning(ready), sent(ready, **LONG)
+    assert second.cancel()
+    status, reason, result = ended(second)
+    assert (status, reason, result.success) == (CANCELED, Reason.CANCELLED, False)
+    assert result.message == "cancelled before its turn"
+    cancelled(first)
+
+
+def test_what_has_ended_cannot_be_cancelled(ready):
+    goal = sent(ready, **SHORT)
+    ended(goal)
+    assert not goal.cancel()
+    assert ended(goal)[0] == SUCCEEDED
+
+
+def test_all_goals_are_cancelled_at_once(ready):
+    goals = [planning(ready), *(sent(ready, **LONG) for _ in range(3))]
+    for goal in goals:
+        goal._handle.cancel_goal_async()
+    assert [ended(goal)[0] for goal in goals] == [CANCELED] * 4
+
+
+# --- overlapping -------------------------------------------------------------------------------
+
+
+def test_goals_queue(ready):
+    first = planning(ready)
+    others = [sent(ready, method="em", seed=1 + k) for k in range(3)]
+    call = ready.plan_async(**SHORT)
+    assert not any(goal._result.done() for goal in (first, *others))
+    plan = cancelled(first)
+    plans = [plan, *(ended(goal)[2].plan for goal in others), ready.wait_for(call).plan]
+    stamps = [(p.header.stamp.sec, p.header.stamp.nanosec) for p in plans]
+    assert stamps == sorted(stamps)
+    assert ready.latched_plan().plan_id == plans[-1].plan_id
+    assert [p.seed for p in plans[1:4]] == [1, 2, 3]
+
+
+def test_a_goal_makes_way_for_the_next(ready, planner, folder, rig):
+    with having(ready, overlap="preempt"):
+        first, second = planning(ready), sent(ready, **LONG)
+        status, reason, result = ended(first)
+        assert (status, reason, result.success) == (ABORTED, Reason.PREEMPTED, True)
+        assert "a newer goal took its place, the best plan until then, not published; opt" in (
+            result.message
+        )
+        assert_fits(result.plan, rig)
+        third, fourth = sent(ready, **LONG), sent(ready, **SHORT)
+        assert ended(second)[1] is Reason.PREEMPTED
+        assert ended(third)[1] is Reason.PREEMPTED
+        status, _, newest = ended(fourth)
+    assert status == SUCCEEDED
+    assert ready.latched_plan().plan_id == newest.plan.plan_id
+    assert_reproduced(run_of(folder, result.plan))
+    run_of(folder, newest.plan)
+    assert last_plan(folder, planner.name).message.plan_id == newest.plan.plan_id
+
+
+def test_a_call_does_not_make_way(ready):
+    with having(ready, overlap="preempt"):
+        call = ready.plan_async(**{**LONG, "time_budget": 1.0})
+        goal = sent(ready, **SHORT)
+        assert ready.wait_for(call, SOON).reason == Reason.NONE
+        assert ended(goal)[0] == SUCCEEDED
+
+
+def test_a_goal_is_refused_while_another_is_planned(ready, planner):
+    with having(ready, overlap="refuse"):
+        first = planning(ready)
+        assert not ready.send_goal(**SHORT).accepted
+        planner.wait_for_log("rejected a goal: 1 requests are planned or wait, and overlap is ref")
+        cancelled(first)
+        assert ended(sent(ready, **SHORT))[0] == SUCCEEDED
+
+
+def test_a_call_is_told_that_the_planner_is_busy(ready):
+    with having(ready, service_max_wait=0.3):
+        goal = planning(ready)
+        response = ready.plan(timeout=SOON, **SHORT)
+        assert (response.success, response.reason) == (False, Reason.BUSY)
+        assert response.message.startswith("busy: planning ")
+        assert response.plan.plan_id == ""
+        cancelled(goal)
+        assert ready.plan(**SHORT).reason == Reason.NONE
+
+
+def test_one_request_too_many_is_turned_away(ready):
+    with having(ready, max_waiting=1, service_max_wait=60.0):
+        goal, waiting = planning(ready), ready.plan_async(**SHORT)
+        until(lambda: ready.status().waiting == 1)
+        response = ready.plan(timeout=SOON, **SHORT)
+        assert response.reason == Reason.BUSY
+        assert "waiting before this one: 1;" in response.message
+        assert not ready.send_goal(**SHORT).accepted
+        cancelled(goal)
+        assert ready.wait_for(waiting, SOON).success
+
+
+# --- who asked is gone -------------------------------------------------------------------------
+
+VANISHING = """
+import sys, time
+from focus_planner.ros.client import PlannerClient
+client = PlannerClient(sys.argv[1])
+long = {"method": "optimal", "samples": 16_384, "gap": 1e-12, "time_budget": 0.5}
+assert client.send_goal(print, **long).accepted
+client.plan_async(**long)
+client.send_goal(**long)
+print("asked", flush=True)
+time.sleep(60)
+"""
+
+
+def test_who_is_killed_meanwhile_does_no_harm(ready, planner):
+    command = [sys.executable, "-c", VANISHING, planner.name]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as victim:
+        while "asked" not in victim.stdout.readline():
+            assert victim.poll() is None
+        victim.send_signal(signal.SIGKILL)
+    with having(ready, service_max_wait=60.0):
+        assert ready.plan(timeout=SOON, **SHORT).success
+    until(lambda: ready.status().planning == "")
+    assert ended(sent(ready, **SHORT))[0] == SUCCEEDED
+
+
+def test_the_log_holds_no_traceback(ready, planner):
+    assert ended(sent(ready, **SHORT))[0] == SUCCEEDED
+    assert "Traceback" not in planner.log
