@@ -16,6 +16,9 @@ setup(
         # The marker by which ROS finds the package, and its manifest.
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", ["config/focus_planner.yaml"]),
+        (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),
+        (f"share/{NAME}/security", ["security/loopback.xml", "security/policies.xml"]),
     ],
     # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
     install_requires=[
