@@ -1,7 +1,7 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
 The usual ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones ``optimum``, ``deadlines``, ``warm``, ``growth`` and ``scale``.
+the long ones ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from importlib import import_module
 from rich.console import Console
 
 _USUAL = ("speed", "memory", "service", "recording", "quality", "clouds")
-_LONG = ("optimum", "deadlines", "warm", "growth", "scale")
+_LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling")
 
 
 def main() -> int:
