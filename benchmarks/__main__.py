@@ -14,7 +14,7 @@ from importlib import import_module
 from rich.console import Console
 
 _USUAL = ("speed", "memory", "service", "recording", "quality", "clouds")
-_LONG = ("optimum", "deadlines", "warm", "growth", "scale")
+_LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling")
 _PROMISES = ("load", "endurance", "fuzz", "faults")
 _ALL = _USUAL + _LONG + _PROMISES
 

@@ -14,6 +14,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros.bits import bits
 from ros.planner_process import PATIENCE, PlannerProcess
 from ros.test_action import SHORT, SOON, cancelled, ended, planning
 from ros.test_node import what_counts
@@ -155,8 +156,8 @@ def test_deactivated_it_stops_and_tells_everybody_at_once(active, rig):
     assert time.monotonic() - began < SOON
     assert active.state() == "inactive"
     # The plan in force stays so, and the inputs too.
-    assert active.latched_plan() == before
-    assert active.latched_focus(rig.cameras[0].name) == before.cameras[0]
+    assert bits(active.latched_plan()) == bits(before)
+    assert bits(active.latched_focus(rig.cameras[0].name)) == bits(before.cameras[0])
     assert active.status().plan_id == before.plan_id
     assert active.change_state("activate")
     assert what_counts(active.plan(**SHORT).plan) == what_counts(before)
@@ -292,9 +293,9 @@ def kill(planner):
 
 def assert_has(client, plan, rig):
     """Check that a plan is in force again, for those who subscribe now and for each camera."""
-    assert client.latched_plan() == plan
+    assert bits(client.latched_plan()) == bits(plan)
     for index in (0, len(rig) - 1):
-        assert client.latched_focus(rig.cameras[index].name) == plan.cameras[index]
+        assert bits(client.latched_focus(rig.cameras[index].name)) == bits(plan.cameras[index])
     status = until(lambda: (found := client.status()).plan_id and found)
     assert (status.plan_id, status.from_record) == (plan.plan_id, True)
     assert status.planned_at == plan.header.stamp
@@ -329,7 +330,7 @@ def test_killed_in_any_state_it_comes_back_with_its_last_plan(start_again, body,
         client.publish_mesh(body)
         client.publish_rig(rig)
         newer = client.plan(**SHORT).plan
-        assert client.latched_plan() == newer
+        assert bits(client.latched_plan()) == bits(newer)
         assert not until(lambda: (s := client.status()).plan_id == newer.plan_id and s).from_record
         bring(client, "unconfigured")
         bring(client, "inactive")
