@@ -12,6 +12,7 @@ from enum import IntEnum
 from pathlib import Path
 
 from focus_planner.messages.inputs import InputState
+from focus_planner.messages.lens_driver import LensStatus
 from focus_planner.messages.status import LastRun, age_of
 from focus_planner.messages.writing import Fields
 
@@ -29,16 +30,6 @@ class Level(IntEnum):
     WARN = 1
     ERROR = 2
     STALE = 3
-
-
-class Lens(IntEnum):
-    """What became of a plan at a lens; equal to the constants of ``LensState.msg``."""
-
-    UNREPORTED = 0
-    SENT = 1
-    VERIFIED = 2
-    DIFFERS = 3
-    FAILED = 4
 
 
 @dataclass(frozen=True)
@@ -123,12 +114,12 @@ def diagnose_last_run(run: LastRun | None) -> Diagnosis:
 def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
     """Tell which cameras see nothing, and what became of the plan at the lenses."""
     plan, blind = (run.plan, run.blind) if run else (None, [])
-    values = {state.name.lower(): str(lenses[state]) for state in Lens}
+    values = {state.name.lower(): str(lenses[state]) for state in LensStatus}
     values |= {"see nothing": " ".join(blind)}
     if plan is not None:
         values["cameras"] = str(len(plan.cameras))
-    if lenses[Lens.FAILED] or lenses[Lens.DIFFERS]:
-        failed, differ = lenses[Lens.FAILED], lenses[Lens.DIFFERS]
+    if lenses[LensStatus.FAILED] or lenses[LensStatus.DIFFERS]:
+        failed, differ = lenses[LensStatus.FAILED], lenses[LensStatus.DIFFERS]
         bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
         return Diagnosis("cameras", Level.ERROR, bad, values)
     if blind:

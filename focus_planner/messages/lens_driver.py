@@ -65,8 +65,9 @@ DRIVERS = (*PROFILES, CUSTOM)
 
 
 class LensStatus(IntEnum):
-    """What became of a plan at a lens: the constants of ``LensState``."""
+    """What became of a plan at a lens; equal to the constants of ``LensState.msg``."""
 
+    UNREPORTED = 0
     SENT = 1
     VERIFIED = 2
     DIFFERS = 3

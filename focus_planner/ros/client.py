@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import TracebackType
 from typing import Any, final
 from uuid import uuid4
@@ -52,6 +53,8 @@ _RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 _PATIENCE = 30.0
 
+Send = Callable[[Callable[[], Future]], Future]
+
 
 @final
 class Goal:
@@ -63,14 +66,16 @@ class Goal:
         Whether the planner took it.
     """
 
-    def __init__(self, handle: ClientGoalHandle) -> None:
+    def __init__(self, handle: ClientGoalHandle, send: Send) -> None:
         self._handle = handle
-        self._result = handle.get_result_async() if handle.accepted else None
+        self._send = send
+        self._result = send(handle.get_result_async) if handle.accepted else None
         self.accepted: bool = handle.accepted
 
     def cancel(self, timeout: float = _PATIENCE) -> bool:
         """Have it end with its best plan so far; return whether it will."""
-        answer = _result(self._handle.cancel_goal_async(), timeout, "plan's cancel_goal")
+        sent = self._send(self._handle.cancel_goal_async)
+        answer = _result(sent, timeout, "plan's cancel_goal")
         return bool(answer.goals_canceling)
 
     def result(self, timeout: float = 600.0) -> tuple[int, PlanFocusAction.Result]:
@@ -202,11 +207,9 @@ class PlannerClient:
         """
         if not self._plan.wait_for_server(_PATIENCE):
             raise TimeoutError(f"no planner offers {self._planner}/plan; is the node running?")
-        sent = self._plan.send_goal_async(
-            PlanFocusAction.Goal(**goal),
-            None if on_feedback is None else lambda message: on_feedback(message.feedback),
-        )
-        return Goal(_result(sent, _PATIENCE, "plan's send_goal"))
+        tell = None if on_feedback is None else lambda message: on_feedback(message.feedback)
+        sent = self._send(partial(self._plan.send_goal_async, PlanFocusAction.Goal(**goal), tell))
+        return Goal(_result(sent, _PATIENCE, "plan's send_goal"), self._send)
 
     def change_state(self, transition: str) -> bool:
         """Ask for a transition of the life cycle, such as ``"activate"``; return whether it was."""
@@ -291,6 +294,15 @@ class PlannerClient:
     def _call(client: Client, request: Any, what: str, timeout: float = _PATIENCE) -> Any:
         _wait_for_service(client, _PATIENCE)
         return _result(client.call_async(request), timeout, what)
+
+    def _send(self, send: Callable[[], Future]) -> Future:
+        """Send on the thread that spins: rclpy's action client may miss an answer that is faster.
+
+        It notes what it has sent only afterwards, without a lock.
+        """
+        task = self._executor.create_task(send)
+        sent: Future = _result(task, _PATIENCE, "this client's own thread")
+        return sent
 
     def _spin(self) -> None:
         while not self._closing.is_set():

@@ -14,36 +14,25 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack
 from datetime import datetime, timezone
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import rclpy
-from focus_planner_msgs.msg import CameraRig, FocusPlan, LensState, PlannerStatus
+from focus_planner_msgs.msg import FocusPlan, LensState, PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
-from geometry_msgs.msg import PoseArray
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.service import Service
-from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.task import Future
-from rclpy.utilities import remove_ros_args, try_shutdown
-from sensor_msgs.msg import PointCloud2
-from shape_msgs.msg import Mesh
 
 from focus_planner.core.checks import InputError
-from focus_planner.core.types import Rig, Surface
 from focus_planner.messages.diagnostics import (
     Diagnosis,
     diagnose_cameras,
@@ -53,42 +42,25 @@ from focus_planner.messages.diagnostics import (
     diagnose_planner,
     diagnose_recorder,
 )
-from focus_planner.messages.inputs import Arrival, InputState
-from focus_planner.messages.limits import Limits
+from focus_planner.messages.inputs import InputState
 from focus_planner.messages.outcome import Reason
-from focus_planner.messages.reading import (
-    Optics,
-    cloud_from_message,
-    mesh_from_bytes,
-    poses_from_message,
-    rig_from_message,
-)
-from focus_planner.messages.typestore import CLOUD, LENS_STATE, POSES, RIG, deserialize, fields_of
+from focus_planner.messages.typestore import LENS_STATE, deserialize, fields_of
 from focus_planner.messages.writing import Fields
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.ros.action import PlanAction, write_outcome
 from focus_planner.ros.cameras import LATCHED, CameraTopics
-from focus_planner.ros.conversions import fields_from_ros, message_to_ros, type_name_of
+from focus_planner.ros.conversions import fields_from_ros, message_to_ros
 from focus_planner.ros.diagnostics import Diagnostics
+from focus_planner.ros.listening import Gate, Listening
 from focus_planner.ros.parameters import Parameters
+from focus_planner.ros.process import run
 from focus_planner.ros.requests import Outcome, Request, Requests
 from focus_planner.ros.status import StatusBoard
 
 if TYPE_CHECKING:
     from focus_planner.ros.planning import Planning
 
-# Some messages that come in one go are kept: if the newest is refused an older one may do.
-_NEWEST = 4
-# A sensor that publishes best effort, or a latched surface, is a matter of the node's parameters.
-_OVERRIDES = QoSOverridingOptions(
-    [
-        QoSPolicyKind.HISTORY,
-        QoSPolicyKind.DEPTH,
-        QoSPolicyKind.RELIABILITY,
-        QoSPolicyKind.DURABILITY,
-    ]
-)
 # The default keeps the ten newest requests and silently drops what else came at once.
 ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 # All lenses of a large rig may report at once.
@@ -107,43 +79,6 @@ _SECONDS_TO_MEET = 0.3
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
 _FIRST_STATE, _LAST_STATE = "unconfigured", "finalized"
-
-Read = Callable[[bytes, Optics], Any]
-
-
-@dataclass(frozen=True)
-class _Taken:
-    """A message, and when the middleware received it, nanoseconds."""
-
-    at: int
-    payload: bytes
-    receive: Callable[[bytes], None]
-
-
-@dataclass(frozen=True)
-class _Listener:
-    """A subscription, and what becomes of its messages."""
-
-    subscription: Subscription
-    receive: Callable[[bytes], None]
-
-    def take(self) -> list[_Taken]:
-        """Take a message if one has arrived."""
-        with self.subscription.handle:
-            taken = self.subscription.handle.take_message(self.subscription.msg_type, True)
-        if taken is None:
-            return []
-        payload, info = taken
-        return [_Taken(info["received_timestamp"], payload, self.receive)]
-
-
-class _Gate(ReentrantCallbackGroup):
-    """What is read at certain times only; until then messages and calls wait, as QoS allows."""
-
-    is_open = False
-
-    def can_execute(self, entity: Any) -> bool:
-        return self.is_open and bool(super().can_execute(entity))
 
 
 class PlannerNode(LifecycleNode):
@@ -202,14 +137,14 @@ class PlannerNode(LifecycleNode):
         self._cameras = CameraTopics(self)
         self._diagnostics = Diagnostics(self, self._diagnose)
         self._status_topic = self.create_publisher(PlannerStatus, "~/status", LATCHED)
-        self._reading = _Gate()
-        self._answering = _Gate()
+        self._reading = Gate()
+        self._answering = Gate()
         self._planning: Planning | None = None
         self._focus_plan: Publisher | None = None
         self._lenses: Subscription | None = None
         self._service: Service | None = None
         self._action: PlanAction | None = None
-        self._listeners: list[_Listener] = []
+        self._inputs: Listening | None = None
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
@@ -357,9 +292,9 @@ class PlannerNode(LifecycleNode):
         planning, self._planning = self._planning, None
         if planning is None:
             return True
-        for listener in self._listeners:
-            self.destroy_subscription(listener.subscription)
-        self._listeners = []
+        if self._inputs:
+            self._inputs.destroy()
+        self._inputs = None
         if self._lenses:
             self.destroy_subscription(self._lenses)
         if self._service:
@@ -407,16 +342,19 @@ class PlannerNode(LifecycleNode):
     def _is_owing(self) -> bool:
         return bool(self._calls) or (self._action is not None and self._action.busy)
 
-    # --- inputs --------------------------------------------------------------------------------
+    # --- what is served --------------------------------------------------------------------------
 
     def _open(self) -> None:
         """Open topics, service and action."""
         assert self._planning is not None
-        surface, rig = self._planning.receive_surface, self._planning.receive_rig
-        self._listen(Mesh, "~/mesh", surface, self._read_mesh)
-        self._listen(PointCloud2, "~/cloud", surface, self._read_cloud)
-        self._listen(PoseArray, "~/camera_poses", rig, self._read_poses)
-        self._listen(CameraRig, "~/rig", rig, self._read_rig)
+        self._inputs = Listening(
+            self,
+            self._reading,
+            lambda: self._settings.current,
+            self._cameras.check,
+            self._planning.receive_surface,
+            self._planning.receive_rig,
+        )
         self._lenses = self.create_subscription(
             LensState,
             "~/lens_states",
@@ -433,75 +371,6 @@ class PlannerNode(LifecycleNode):
             callback_group=self._answering,
         )
         self._action = PlanAction(self, self._answering, self)
-
-    def _listen(
-        self, message_type: type, topic: str, keep: Callable[[Arrival[Any]], None], read: Read
-    ) -> None:
-        name, type_name = self.resolve_topic_name(topic), type_name_of(message_type)
-
-        def receive(payload: bytes) -> None:
-            keep(Arrival(name, type_name, payload, partial(read, payload)))
-
-        def take(payload: bytes, info: dict[str, int]) -> None:
-            self._take_all([_Taken(info["received_timestamp"], payload, receive)])
-
-        self._listeners.append(_Listener(self._subscribe(message_type, topic, take), receive))
-
-    def _subscribe(self, message_type: type, topic: str, take: Callable[..., None]) -> Subscription:
-        try:
-            return self.create_subscription(
-                message_type,
-                topic,
-                take,
-                # Its own: what is overridden is written into it.
-                QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
-                callback_group=self._reading,
-                raw=True,
-                qos_overriding_options=_OVERRIDES,
-            )
-        except (ParameterException, RuntimeError, ValueError) as error:
-            raise InputError(
-                f"qos_overrides.{self.resolve_topic_name(topic)}.subscription",
-                "history, depth, reliability and durability as ROS names them",
-                f"what rclpy refuses ({error})",
-                "for instance durability:=transient_local",
-            ) from None
-
-    def _take_all(self, taken: list[_Taken]) -> None:
-        """Receive what was taken and all else that has arrived, in the order of arrival.
-
-        The executor goes by topic, not by time, and takes messages before calls only by chance.
-        """
-        while more := [one for listener in self._listeners for one in listener.take()]:
-            taken += more
-        for one in sorted(taken, key=lambda one: one.at):
-            one.receive(one.payload)
-
-    # By the functions that a replay reads with, so that what is refused is refused alike.
-
-    def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
-        return mesh_from_bytes(payload, self._limits)
-
-    def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
-        return cloud_from_message(deserialize(CLOUD, payload), self._frame_id, self._limits)
-
-    def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
-        self._limits.check_rig(payload)
-        message = deserialize(POSES, payload)
-        return self._cameras.check(poses_from_message(message, optics, self._frame_id))
-
-    def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
-        self._limits.check_rig(payload)
-        message = deserialize(RIG, payload)
-        return self._cameras.check(rig_from_message(message, optics, self._frame_id))
-
-    @property
-    def _frame_id(self) -> str:
-        return self._settings.current.frame_id
-
-    @property
-    def _limits(self) -> Limits:
-        return self._settings.current.limits
 
     def _receive_lens_state(self, payload: bytes) -> None:
         try:
@@ -564,7 +433,8 @@ class PlannerNode(LifecycleNode):
             self.executor.create_task(self._finish_one)
 
     def _submit(self, asked: Fields, answer: Callable[[Outcome], None], **how: Any) -> Request:
-        self._take_all([])
+        if self._inputs:
+            self._inputs.take_all()
 
         def answer_and_wake(outcome: Outcome) -> None:
             answer(outcome)
@@ -619,14 +489,14 @@ class PlannerNode(LifecycleNode):
             self._state,
             planned.plan_id if planned else "",
             self._requests.waiting,
-            self._inputs,
+            self._input_states,
             self.get_clock().now().to_msg(),
             datetime.now(timezone.utc),
         ) as message:
             self._status_topic.publish(message)
 
     @property
-    def _inputs(self) -> tuple[InputState, InputState]:
+    def _input_states(self) -> tuple[InputState, InputState]:
         if self._planning is None:
             return InputState("surface"), InputState("rig")
         snapshot = self._planning.snapshot
@@ -638,7 +508,7 @@ class PlannerNode(LifecycleNode):
         yield diagnose_planner(
             self._state, planned.plan_id if planned else "", self._requests.waiting
         )
-        for state in self._inputs:
+        for state in self._input_states:
             yield diagnose_input(state, now, settings.serving.max_input_age)
         run = self._planning.snapshot.last_run if self._planning else None
         yield diagnose_last_run(run)
@@ -663,41 +533,22 @@ class PlannerNode(LifecycleNode):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
-    with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
-        try:
-            _refuse_others(args)
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            node = PlannerNode()
-        except (InputError, ParameterException, RuntimeError) as error:
-            what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
-            line = " ".join(f"planner_node: {what}{error}".split())
-            print(line, file=sys.stderr)  # noqa: T201 - no logger yet
-            try_shutdown()
-            return 2
-        finished = _run(node, signals)
-        rclpy.shutdown()
+    finished = True
+
+    def serve(signals: set[signal.Signals]) -> None:
+        nonlocal finished
+        finished = _serve(PlannerNode(), signals)
+
+    status = run("planner_node", serve, args)
     if not finished:
         # Nothing can interrupt a kernel, and Python would wait for it. There is nothing to lose:
         # callers are answered, and the middleware is shut down.
         sys.stderr.flush()
-        os._exit(0)
-    return 0
+        os._exit(status)
+    return status
 
 
-def _refuse_others(args: list[str] | None) -> None:
-    """Raise if there are arguments that are not for ROS: a parameter was probably meant."""
-    given = list(sys.argv[1:] if args is None else args)
-    others = remove_ros_args(["planner_node", *given])[1:]
-    if others:
-        raise InputError(
-            "arguments",
-            "none but those after --ros-args",
-            " ".join(others),
-            "parameters are given as --ros-args -p samples:=1000",
-        )
-
-
-def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:
+def _serve(node: PlannerNode, signals: set[signal.Signals]) -> bool:
     """Serve until a signal comes; return whether the planning thread ended in time."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
@@ -714,20 +565,6 @@ def _run(node: PlannerNode, signals: set[signal.Signals]) -> bool:
     finished = node.finish(_SECONDS_TO_FINISH)
     node.destroy_node()
     return finished
-
-
-@contextmanager
-def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
-    """Keep signals from every thread that is started, to be waited for.
-
-    A handler could only run once the main thread is back from the middleware, and rclpy's own
-    would end the context before the callers are answered.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    try:
-        yield set(signals)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 if __name__ == "__main__":

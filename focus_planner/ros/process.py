@@ -1,4 +1,4 @@
-"""What the processes of the lens nodes share: how they start, what they are told, how they end."""
+"""What the processes of all nodes share: how they start, what they are told, how they end."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[s
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
             serve(signals)
         except _BAD as error:
-            what = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+            what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
             line = " ".join(f"{program}: {what}{error}".split())
             print(line, file=sys.stderr)  # noqa: T201 - no logger yet
             return _BAD_INPUT
@@ -89,7 +89,7 @@ def _refuse_others(program: str, args: list[str] | None) -> None:
             "arguments",
             "none but those after --ros-args",
             " ".join(others),
-            "parameters are given as --ros-args -p driver:=camera_ros",
+            "parameters are given as --ros-args -p name:=value",
         )
 
 
@@ -97,7 +97,8 @@ def _refuse_others(program: str, args: list[str] | None) -> None:
 def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
     """Keep signals from every thread that is started, to be waited for.
 
-    A handler could only run once the main thread is back from the middleware.
+    A handler could only run once the main thread is back from the middleware, and rclpy's own
+    would end the context before those who wait are answered.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:

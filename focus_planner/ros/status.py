@@ -14,8 +14,8 @@ from builtin_interfaces.msg import Time
 from focus_planner_msgs.msg import CameraFocus, FocusPlan, InputStatus, LensState, PlannerStatus
 
 from focus_planner.core.checks import InputError
-from focus_planner.messages.diagnostics import Lens
 from focus_planner.messages.inputs import InputState
+from focus_planner.messages.lens_driver import LensStatus
 from focus_planner.messages.reading import Message
 from focus_planner.messages.status import input_to_fields
 from focus_planner.messages.typestore import fields_of
@@ -57,8 +57,8 @@ class StatusBoard:
         InputError
             If its status is none.
         """
-        if state.status not in set(Lens):
-            expected = f"{min(Lens)} to {max(Lens)}, as LensState names them"
+        if state.status not in set(LensStatus):
+            expected = f"{min(LensStatus)} to {max(LensStatus)}, as LensState names them"
             raise InputError("status", expected, str(state.status))
         with self._lock:
             message = self._message
@@ -104,9 +104,11 @@ class StatusBoard:
             message.header.stamp = stamp
             message.state, message.planning, message.waiting = state, planning, waiting
             message.surface, message.rig = surface, rig
-            message.unreported, message.sent = counts[Lens.UNREPORTED], counts[Lens.SENT]
-            message.verified, message.differ = counts[Lens.VERIFIED], counts[Lens.DIFFERS]
-            message.failed = counts[Lens.FAILED]
+            message.unreported = counts[LensStatus.UNREPORTED]
+            message.sent = counts[LensStatus.SENT]
+            message.verified = counts[LensStatus.VERIFIED]
+            message.differ = counts[LensStatus.DIFFERS]
+            message.failed = counts[LensStatus.FAILED]
             yield message
 
     def _count(self) -> Counter[int]:

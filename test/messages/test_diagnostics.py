@@ -17,7 +17,6 @@ from focus_planner.core.types import CameraStatus
 from focus_planner.messages import diagnostics as module
 from focus_planner.messages.diagnostics import (
     Diagnosis,
-    Lens,
     Level,
     diagnose_cameras,
     diagnose_input,
@@ -27,6 +26,7 @@ from focus_planner.messages.diagnostics import (
     diagnose_recorder,
 )
 from focus_planner.messages.inputs import InputState
+from focus_planner.messages.lens_driver import LensStatus
 from focus_planner.messages.status import LastRun
 from focus_planner.messages.typestore import deserialize, serialize
 
@@ -157,16 +157,16 @@ def test_a_run_without_a_plan():
     [
         (None, NONE, (Level.OK, "no plan yet")),
         (run(None), NONE, (Level.OK, "no plan yet")),
-        (run(), Counter({Lens.VERIFIED: 3}), (Level.OK, "all see the surface")),
+        (run(), Counter({LensStatus.VERIFIED: 3}), (Level.OK, "all see the surface")),
         (run(blind(1)), NONE, (Level.WARN, "see nothing: cam_1")),
         (
             run(blind(1)),
-            Counter({Lens.FAILED: 1}),
+            Counter({LensStatus.FAILED: 1}),
             (Level.ERROR, "lenses that failed: 1, that differ from the plan: 0"),
         ),
         (
             run(),
-            Counter({Lens.DIFFERS: 2, Lens.SENT: 1}),
+            Counter({LensStatus.DIFFERS: 2, LensStatus.SENT: 1}),
             (Level.ERROR, "lenses that failed: 0, that differ from the plan: 2"),
         ),
     ],
@@ -176,7 +176,9 @@ def test_cameras(run_, lenses, expected):
 
 
 def test_of_many_blind_cameras_some_are_named():
-    diagnosis = diagnose_cameras(run(blind(*range(20), cameras=30)), Counter({Lens.UNREPORTED: 30}))
+    diagnosis = diagnose_cameras(
+        run(blind(*range(20), cameras=30)), Counter({LensStatus.UNREPORTED: 30})
+    )
     some = ", ".join(f"cam_{k}" for k in range(8))
     assert diagnosis.message == f"see nothing: {some} and 12 more"
     assert diagnosis.values["see nothing"].split() == [f"cam_{k}" for k in range(20)]

@@ -11,7 +11,7 @@ from focus_planner.core.lens_table import LensTable
 from focus_planner.messages.lens_control import LensControl, Patience
 from focus_planner.messages.lens_driver import PROFILES, FocusOrder, LensStatus, Tolerance
 
-SENT, VERIFIED, DIFFERS, FAILED = LensStatus
+_, SENT, VERIFIED, DIFFERS, FAILED = LensStatus
 QUICK = Patience(
     timeout=0.05,
     retries=1,

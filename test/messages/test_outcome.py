@@ -8,7 +8,8 @@ from focus_planner_msgs.action import PlanFocus as PlanFocusAction
 from focus_planner_msgs.msg import LensState
 from focus_planner_msgs.srv import PlanFocus
 
-from focus_planner.messages.diagnostics import Lens, Level
+from focus_planner.messages.diagnostics import Level
+from focus_planner.messages.lens_driver import LensStatus
 from focus_planner.messages.outcome import Reason
 
 
@@ -28,7 +29,7 @@ def test_reasons_are_those_of_the_service_and_of_the_action(answer):
 
 
 def test_what_becomes_of_a_lens_is_that_of_its_message():
-    assert {lens.name: lens.value for lens in Lens} == constants(LensState, "STATUS_")
+    assert {lens.name: lens.value for lens in LensStatus} == constants(LensState, "STATUS_")
 
 
 def test_levels_are_those_of_ros():
