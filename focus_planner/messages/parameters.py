@@ -109,8 +109,8 @@ DECLARATIONS = (
     Declaration(
         "standard_error",
         _REQUEST.standard_error,
-        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit, above"
-        " 0. Read only where samples is 0 on a mesh: both numbers of samples are then chosen for it."
+        "Standard error that a plan's cost on fresh samples is to have, in the cost's"
+        " unit, above 0. Read only where samples is 0 on a mesh: both numbers of samples are then chosen for it."
         + _NEXT_CALL,
     ),
     Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
