@@ -109,9 +109,9 @@ DECLARATIONS = (
     Declaration(
         "standard_error",
         _REQUEST.standard_error,
-        "Standard error that a plan's cost on fresh samples is to have, in the cost's"
-        " unit, above 0. Read only where samples is 0 on a mesh: both numbers of samples are then chosen for it."
-        + _NEXT_CALL,
+        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit, above"
+        " 0. Read only where samples is 0 on a mesh: both numbers of samples are then chosen for"
+        " it." + _NEXT_CALL,
     ),
     Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
     Declaration(
