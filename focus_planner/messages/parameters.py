@@ -109,9 +109,9 @@ DECLARATIONS = (
     Declaration(
         "standard_error",
         _REQUEST.standard_error,
-        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit. Read"
-        " only where samples is 0 on a mesh: both numbers of samples are then chosen for it."
-        + _NEXT_CALL,
+        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit, above"
+        " 0. Read only where samples is 0 on a mesh: both numbers of samples are then chosen for"
+        " it." + _NEXT_CALL,
     ),
     Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
     Declaration(
@@ -160,13 +160,13 @@ DECLARATIONS = (
     Declaration(
         "image.height", _IMAGE.height, "Image height, pixels." + _POSES, low=1, high=_MAX_COUNT
     ),
-    Declaration("image.fx", _IMAGE.fx, "Horizontal focal length, pixels." + _POSES),
-    Declaration("image.fy", _IMAGE.fy, "Vertical focal length, pixels." + _POSES),
+    Declaration("image.fx", _IMAGE.fx, "Horizontal focal length, pixels, above 0." + _POSES),
+    Declaration("image.fy", _IMAGE.fy, "Vertical focal length, pixels, above 0." + _POSES),
     Declaration(
         "image.cx", _IMAGE.cx, "Principal point from the left, pixels." + _POSES, low=-_FAR
     ),
     Declaration("image.cy", _IMAGE.cy, "Principal point from the top, pixels." + _POSES, low=-_FAR),
-    Declaration("lens.focal_length", _LENS.focal_length, "Focal length, metres." + _POSES),
+    Declaration("lens.focal_length", _LENS.focal_length, "Focal length, metres, above 0." + _POSES),
     Declaration(
         "lens.hyperfocal_distance",
         _LENS.hyperfocal_distance,
@@ -228,12 +228,12 @@ DECLARATIONS = (
     Declaration(
         "cost.projected_area_scale",
         _MODEL.projected_area_scale,
-        "epsilon1, 1/m^2." + _COST,
+        "epsilon1, the scale of the projected area's cost, 1/m^2." + _COST,
     ),
     Declaration(
         "cost.axis_deviation_limit",
         _MODEL.axis_deviation_limit,
-        "epsilon2, metres." + _COST,
+        "epsilon2, metres from the optical axis at which that cost is full, above 0." + _COST,
     ),
     Declaration(
         "max_points",

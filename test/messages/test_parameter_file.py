@@ -9,12 +9,14 @@ import pytest
 import yaml
 
 from focus_planner.cli import main as cli
+from focus_planner.core.checks import InputError
 from focus_planner.messages.parameter_file import parameters_to_yaml
-from focus_planner.messages.parameters import DECLARATIONS, Declaration
+from focus_planner.messages.parameters import DECLARATIONS, Declaration, Settings
 
 REPOSITORY = Path(__file__).parents[2]
 FILE = REPOSITORY / "config" / "focus_planner.yaml"
 TEXT = parameters_to_yaml(DECLARATIONS)
+FROM_ZERO = [d for d in DECLARATIONS if type(d.default) in {int, float} and d.low == 0]
 # A unit, or what makes the number one without.
 UNIT = re.compile(
     r"\b(metres|seconds|pixels|bytes|number of|1/m\^2|unit|seed|weight|part of|"
@@ -107,6 +109,17 @@ def test_every_number_says_its_unit(declaration: Declaration) -> None:
 )
 def test_a_default_is_within_its_range(declaration: Declaration) -> None:
     assert declaration.low <= declaration.default <= declaration.high
+
+
+@pytest.mark.parametrize("declaration", FROM_ZERO, ids=lambda d: d.name)
+def test_a_number_that_cannot_be_0_says_so(declaration: Declaration) -> None:
+    try:
+        Settings.from_values({declaration.name: type(declaration.default)(0)})
+        refused = False
+    except InputError as error:
+        # Others may have to be given then, which is told.
+        refused = error.argument.endswith(declaration.name.rpartition(".")[2])
+    assert refused == ("above 0" in declaration.description)
 
 
 @pytest.mark.parametrize(

@@ -211,7 +211,7 @@ def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(o
             assert "surface" in client.plan(method="em").message
             expect(observer, ("publisher", "/focus_planner/cameras/cam_1_01/focus"))
             wait_until(lambda: not unseen(interfaces(observer, "/focus_planner"), "/focus_planner"))
-            check_client(observer)
+            check_client(observer, client)
             assert client.change_state("deactivate")
             assert_covered(interfaces(observer, "/focus_planner"), "/focus_planner")
             assert client.change_state("cleanup")
@@ -226,10 +226,10 @@ def expect(observer, marker):
     assert_covered(interfaces(observer, "/focus_planner"), "/focus_planner")
 
 
-def check_client(observer):
-    (client,) = {name for name in nodes(observer) if name.startswith("/focus_planner_client_")}
-    wait_until(lambda: ("client", "/focus_planner/plan_focus") in interfaces(observer, client))
-    seen = interfaces(observer, client)
+def check_client(observer, client):
+    name = client._node.get_fully_qualified_name()
+    wait_until(lambda: ("client", "/focus_planner/plan_focus") in interfaces(observer, name))
+    seen = interfaces(observer, name)
     assert ("publisher", "/focus_planner/mesh") in seen
     assert_covered(seen, "/orchestrator")
 
