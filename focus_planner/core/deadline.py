@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from itertools import repeat
+from enum import Enum
+from itertools import groupby, repeat
 
 from focus_planner.core.solvers.k_view import STAGES
 from focus_planner.core.solvers.solution import Progress, Watch
@@ -29,6 +30,13 @@ _CAUTION = 1.5
 _NOT_YET = float("nan")
 # Samples that a plan is made on in the time in which one who wants no more has to get it.
 _ENOUGH_FOR_NOW = 4096
+
+
+class _Said(Enum):
+    """Where a watch said no: at a question that the clock was asked too, or at another."""
+
+    NO = 2
+    NO_UNASKED = 4
 
 
 class Deadline:
@@ -75,7 +83,8 @@ class Deadline:
     def answers(self) -> tuple[int, ...]:
         """What was answered so far: how often in a row to go on, then how often not, and so on.
 
-        Two zeros in a row, or more, stand where the watch, not the clock, first said no.
+        Two zeros in a row, or three, stand where the watch, not the clock, first said no; four or
+        five where it did in a stage whose questions only the watch is asked, which are not kept.
         """
         return tuple(self._runs)
 
@@ -89,7 +98,7 @@ class Deadline:
         The watch is told of it, as stage "solving": all that was waited for till then is there.
         """
         # There is no answer here, so a no of the tape is for the step that follows.
-        self._ask(Progress("solving", 0, _NOT_YET), by_tape=False)
+        self._ask(Progress("solving", 0, _NOT_YET), None)
         self._last = time.perf_counter()
         self._cells, self._shots = cells, shots
         self._reserve = _WIND_UP * cells
@@ -116,8 +125,8 @@ class Deadline:
     def asked(self, stage: str) -> bool:
         """Return whether the watch, whatever the time, wants a stage without steps to go on."""
         self._asked += 1
-        self._ask(Progress(stage, self._asked, _NOT_YET))
-        return self._answer(in_time=True)
+        self._ask(Progress(stage, self._asked, _NOT_YET), _Said.NO_UNASKED)
+        return not self._told_no
 
     def within(self, stage: str, share: float) -> Callable[[], bool]:
         """Return a question to ask between parts of a stage that may take a share of the time."""
@@ -145,16 +154,17 @@ class Deadline:
         self.stopped = not self._answer(in_time and not self.stopped)
         return not self.stopped
 
-    def _ask(self, progress: Progress, *, by_tape: bool = True) -> None:
-        """Ask the user's watch, until it says no."""
+    def _ask(self, progress: Progress, no: _Said | None = _Said.NO) -> None:
+        """Ask the user's watch, and the tape for a no of this kind, until one says no."""
         if self._told_no:
             return
         self._told_no = not self._watch(progress) or (
-            by_tape and self._tape is not None and self._tape.says_no_here()
+            no is not None and self._tape is not None and self._tape.takes(no)
         )
         if self._told_no:
             # A zero more where the last are those told not to go on.
             self._runs += [0, 0] if len(self._runs) % 2 else [0, 0, 0]
+            self._runs += [0, 0] if no is _Said.NO_UNASKED else []
 
     def _answer(self, in_time: bool) -> bool:
         """Return, and keep, whether to go on: as then, or else if there is time."""
@@ -174,9 +184,9 @@ class _Tape:
         self._items = _each(tuple(runs))
         self._next = next(self._items, True)
 
-    def says_no_here(self) -> bool:
-        """Return whether the watch said no before the next answer."""
-        here = self._next is None
+    def takes(self, no: _Said) -> bool:
+        """Return whether the watch said no, in this way, before the next answer."""
+        here = self._next is no
         if here:
             self._next = next(self._items, True)
         return here
@@ -187,9 +197,11 @@ class _Tape:
         return answer is not False
 
 
-def _each(runs: tuple[int, ...]) -> Iterator[bool | None]:
-    """Yield every answer, and None where the watch said no."""
-    for k, run in enumerate(runs):
-        yield from repeat(k % 2 == 0, run)
-        if run == 0 and runs[k + 1 : k + 2] == (0,) and (k == 0 or runs[k - 1]):
-            yield None
+def _each(runs: tuple[int, ...]) -> Iterator[bool | _Said]:
+    """Yield every answer, and between them where the watch said no."""
+    for empty, together in groupby(enumerate(runs), lambda each: each[1] == 0):
+        of_these = list(together)
+        if empty and len(of_these) > 1:
+            yield _Said.NO if len(of_these) < _Said.NO_UNASKED.value else _Said.NO_UNASKED
+        for k, run in of_these:
+            yield from repeat(k % 2 == 0, run)

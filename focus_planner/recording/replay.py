@@ -181,15 +181,21 @@ def _how_much(before: Fingerprint, after: Fingerprint) -> str:
 
 def _of_steps(run: Run, now: Sequence[Progress]) -> Iterator[Difference]:
     """Yield the first step that differs."""
-    recorded = run.progress
+    recorded, again = _numbered(run.progress), _numbered(now)
     if run.ending and len(run.ending.answers) > 1:
         # A watch that had said no was told of no more steps.
-        now = now[: len(recorded)]
-    for number, (before, after) in enumerate(zip_longest(recorded, now), 1):
+        again = again[: len(recorded)]
+    none = (0, None)
+    for (here, before), (there, after) in zip_longest(recorded, again, fillvalue=none):
         if _bits(before) != _bits(after):
-            what = f"step {number}: {_step(before)} then, {_step(after)} now"
+            what = f"step {here or there}: {_step(before)} then, {_step(after)} now"
             yield Difference("steps", what)
             return
+
+
+def _numbered(steps: Sequence[Progress]) -> list[tuple[int, Progress | None]]:
+    """Return the steps and their numbers, without those that earlier runs were not told of."""
+    return [(number, step) for number, step in enumerate(steps, 1) if step.stage != "cells"]
 
 
 def _bits(step: Progress | None) -> object:

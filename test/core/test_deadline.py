@@ -266,6 +266,37 @@ def test_where_the_watch_said_no_is_kept_and_given_again(clock, before, late):
     assert again.answers == kept.answers
 
 
+@pytest.mark.parametrize("before", [0, 1, 3])
+@pytest.mark.parametrize("late", [False, True])
+def test_where_the_watch_alone_is_asked_only_its_no_is_kept(clock, before, late):
+    kept = Deadline(10.0, lambda progress: progress.iteration < before + 4)
+
+    def told(deadline):
+        question, answers = deadline.within("visibility", 1.0), []
+        for _ in range(before):
+            clock.now += 10.0 if late else 0.1
+            answers.append(question())
+        assert not deadline.told_no
+        cells = [deadline.asked("cells") for _ in range(5)]
+        assert deadline.told_no
+        return answers, cells, deadline(Progress("em", 1, 1.0))
+
+    assert told(kept) == ([not late] * before, [True, True, True, False, False], False)
+    again = Deadline(math.inf, go_on, kept.answers)
+    # Not after as many questions: what follows is the same.
+    assert told(again) == ([not late] * before, [False] * 5, False)
+    assert again.answers == kept.answers
+
+
+def test_a_plan_without_such_questions_is_made_again_with_them(clock):
+    again = Deadline(math.inf, go_on, (2, 1, 1, 1))
+    question = again.within("visibility", 1.0)
+    assert [question() for _ in range(3)] == [True, True, False]
+    assert again.asked("cells")
+    assert again(Progress("em", 1, 1.0))
+    assert not again(Progress("em", 2, 1.0))
+
+
 def test_a_clock_that_said_no_is_no_watch_that_did(clock):
     kept = Deadline(1.0, go_on)
     clock.now += 2.0

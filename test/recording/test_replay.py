@@ -178,6 +178,8 @@ def stop_after(count, stages_=None):
         ("em", stop_after(1, ["fresh"])),
         ("k_view", stop_after(2, ["visibility"])),
         ("optimal", stop_after(1)),
+        ("k_view", stop_after(1, ["cells"])),
+        ("optimal", stop_after(3, ["cells"])),
         *((method, stop_after(1, ["solving"])) for method in METHODS),
         # At the first step after "solving", whatever its stage.
         *((method, stop_after(2, ["solving", *METHODS])) for method in METHODS),
