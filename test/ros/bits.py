@@ -1,4 +1,4 @@
-"""Messages to compare: a NaN in them is equal to itself, and what fills gaps in bytes is not seen."""
+"""Messages to compare: a NaN in them is equal to itself; what fills gaps in bytes is not seen."""
 
 
 def bits(message):
