@@ -1,9 +1,9 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
 The usual ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones ``optimum``, ``deadlines``, ``warm``, ``growth`` and ``scale``. What the node promises
-under load and faults is put to the test by ``load``, ``endurance``, ``fuzz`` and ``faults``; the
-exit status is 1 if a promise is broken.
+the long ones ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``. What the node promises
+under load and faults is put to the test by ``load``, ``endurance``, ``fuzz``, ``faults`` and
+``limits``; the exit status is 1 if a promise is broken.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rich.console import Console
 
 _USUAL = ("speed", "memory", "service", "recording", "quality", "clouds")
 _LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling")
-_PROMISES = ("load", "endurance", "fuzz", "faults")
+_PROMISES = ("load", "endurance", "fuzz", "faults", "limits")
 _ALL = _USUAL + _LONG + _PROMISES
 
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing.connection import Connection
 from pathlib import Path
 from uuid import uuid4
 
 import numpy as np
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
+from focus_planner_msgs.msg import PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
 from messages.malformed import BALL, RIG
 from rclpy.context import Context
@@ -35,35 +36,27 @@ from benchmarks.promises import (
     report,
     running,
 )
-from benchmarks.scenes import body_scenes, rig
-from focus_planner import Mesh, PointCloud
-from focus_planner.messages.typestore import CLOUD, serialize
-from focus_planner.messages.writing import cloud_to_fields
 from focus_planner.ros.client import PlannerClient
 
-_KILLS = int(os.environ.get("KILLS", "3"))
+_KILLS = int(os.environ.get("KILLS", "2"))
 _SECONDS_TO_COME_BACK = 3.0
 _VANISHING_CALLS, _VANISHING_GOALS = 100, 10
 _START = 180.0
 _PATIENCE = 60.0
+# After which DDS forgets who is gone.
+_LEASE = 25.0
 _QUICK = {"method": "em", "samples": 200}
 # Longer than it takes to see that it is planned.
 _LONG = {"method": "optimal", "samples": 20_000, "gap": 1e-9, "time_budget": 4.0}
-_POINTS = 5_000_000
-_MOST_MEMORY = 4096.0
 
 
 def run(console: Console) -> bool:
     """Print the tables; return whether all promises were kept."""
-    multiprocessing.set_start_method("forkserver", force=True)
-    # Importing ROS takes a second, and a hundred clients are to vanish.
-    multiprocessing.set_forkserver_preload(["focus_planner.ros.client"])
     with own_graph() as folder:
         kills = [partial(_kill, state, folder) for state in _STATES]
         kept = report(console, "kill -9, then started again", kills)
         clients = [_early, _vanishing_calls, _vanishing_goals, _cancelled_twice, _unknown_goal]
-        kept &= report(console, "Clients", clients)
-        return kept & report(console, "Large clouds", [_large_cloud])
+        return kept & report(console, "Clients", clients)
 
 
 # --- kill -9 -----------------------------------------------------------------------------------
@@ -222,17 +215,24 @@ def _restart(name: str, folder: Path, plan_id: str) -> tuple[float, bool]:
             plan = client.latched_plan(_PATIENCE)
             seconds = time.perf_counter() - started
             assert plan.plan_id == plan_id, f"{plan.plan_id} came back, not {plan_id}"
-            status = client.status()
-            while not status.plan_id:
-                status = client.status()
-            told = status.from_record and status.plan_id == plan_id and "last plan" in node.log
+            node.wait_for_log(f"last plan, {plan_id}")
+            told = _status_of(client, plan_id).from_record
             client.wait_for_node(_START)
             _put_inputs(client)
-            _planned(client)
+            told = told and not _status_of(client, _planned(client)).from_record
             assert not node.faults, node.faults
-            return seconds, told and not client.status().from_record
+            return seconds, told
         finally:
             node.kill()
+
+
+def _status_of(client: PlannerClient, plan_id: str) -> PlannerStatus:
+    """Return the status once it tells of a plan: it is not told of at once."""
+    until = time.monotonic() + _PATIENCE
+    while (status := client.status()).plan_id != plan_id:
+        assert time.monotonic() < until, f"the status is of {status.plan_id}, never of {plan_id}"
+        time.sleep(0.05)
+    return status
 
 
 # --- clients -----------------------------------------------------------------------------------
@@ -273,61 +273,33 @@ def _early() -> Outcome:
 
 
 def _vanishing_calls() -> Outcome:
-    return _vanishing("calls", _VANISHING_CALLS, _call_and_wait)
+    return _vanishing("call", _VANISHING_CALLS)
 
 
 def _vanishing_goals() -> Outcome:
-    return _vanishing("goals", _VANISHING_GOALS, _send_goal_and_wait)
+    return _vanishing("goal", _VANISHING_GOALS)
 
 
-def _vanishing(what: str, times: int, ask: Callable[[str, Connection], None]) -> Outcome:
-    """Have clients killed while they wait for an answer."""
-    expected, right = _expected(), 0
+def _vanishing(what: str, times: int) -> Outcome:
+    """Have clients killed while they wait for an answer; ask as another in between."""
+    expected, right, checks = _expected(), 0, 5
     with running("vanishing", fresh_samples=256, service_max_wait=_PATIENCE) as node:
         with PlannerClient(node.name) as client:
             client.wait_for_node(_START)
             _put_inputs(client)
         before = node.memory
-        checks = range(0, times, max(times // 10, 1))
-        for i in range(times):
-            _vanish(node.name, ask)
-            if i in checks:
-                right += _right_plan(node.name, expected)
+        command = [sys.executable, "-m", "benchmarks.vanishing", node.name, what]
+        for _ in range(checks):
+            subprocess.run([*command, str(times // checks)], check=True)  # noqa: S603
+            right += _right_plan(node.name, expected)
+        time.sleep(_LEASE)
         faults, growth = node.faults, node.memory - before
     result = (
-        f"{right} of {len(checks)} later callers got the right plan;"
+        f"{right} of {checks} later callers got the right plan;"
         f" memory {growth:+.1f} MiB; {len(faults)} errors logged"
     )
-    kept = right == len(checks) and not faults
-    return Outcome(f"clients killed with {what} in progress", times, result, kept)
-
-
-def _vanish(planner: str, ask: Callable[[str, Connection], None]) -> None:
-    here, there = multiprocessing.Pipe()
-    client = multiprocessing.Process(target=ask, args=(planner, there), daemon=True)
-    client.start()
-    assert here.poll(_PATIENCE), "the client never asked"
-    here.recv()
-    client.kill()
-    client.join()
-    client.close()
-
-
-def _call_and_wait(planner: str, there: Connection) -> None:
-    """In a process of its own, until it is killed."""
-    client = PlannerClient(planner)
-    client.plan_async(method="k_view", samples=2000)
-    # Kill it once the call is on its way, sooner or later.
-    time.sleep(0.02 * np.random.default_rng(os.getpid()).random())
-    there.send("asked")
-    threading.Event().wait()
-
-
-def _send_goal_and_wait(planner: str, there: Connection) -> None:
-    client = PlannerClient(planner)
-    assert client.send_goal(**_LONG | {"time_budget": 1.0}).accepted
-    there.send("accepted")
-    threading.Event().wait()
+    kept = right == checks and not faults
+    return Outcome(f"clients killed with a {what} in progress", times, result, kept)
 
 
 def _cancelled_twice() -> Outcome:
@@ -389,58 +361,3 @@ def _cancel_unknown(planner: str, times: int) -> list[int]:
         executor.shutdown()
         node.destroy_node()
         context.try_shutdown()
-
-
-# --- large clouds ------------------------------------------------------------------------------
-
-
-def _large_cloud() -> Outcome:
-    body = next(iter(body_scenes().values()))
-    assert isinstance(body.surface, Mesh)
-    large = PointCloud(body.sample(_POINTS + 1, 1).points)
-    with running("cloud", fresh_samples=4096, service_max_wait=600.0) as node:
-        with PlannerClient(node.name) as client:
-            client.wait_for_node(_START)
-            client.publish_rig(rig())
-            client.publish_mesh(body.surface)
-            refused, said = _refused(client, large)
-            accepted = _accepted(client, PointCloud(large.points[:_POINTS]))
-        peak, faults = node.peak, node.faults
-    result = (
-        f"{_POINTS + 1:,} points refused in {refused:.1f} s ({said});"
-        f" {_POINTS:,} points planned for after {accepted:.0f} s;"
-        f" peak {peak:.0f} MiB; {len(faults)} errors logged"
-    )
-    kept = "max_points" in said and peak < _MOST_MEMORY and not faults
-    return Outcome("clouds at the limit, and above it", 2, result, kept)
-
-
-def _refused(client: PlannerClient, cloud: PointCloud) -> tuple[float, str]:
-    before = client.plan(_PATIENCE, **_QUICK).plan
-    started = time.perf_counter()
-    _publish(client, cloud)
-    answer = client.plan(_PATIENCE, **_QUICK)
-    seconds = time.perf_counter() - started
-    after = client.plan(_PATIENCE, **_QUICK).plan
-    assert not answer.success
-    assert cameras_of(before) == cameras_of(after)
-    return seconds, answer.message.split(";")[0]
-
-
-def _accepted(client: PlannerClient, cloud: PointCloud) -> float:
-    started = time.perf_counter()
-    _publish(client, cloud)
-    answer = client.plan(600.0, **_QUICK)
-    assert answer.success, answer.message
-    assert answer.plan.surface.topic.endswith("/cloud")
-    return time.perf_counter() - started
-
-
-def _publish(client: PlannerClient, cloud: PointCloud) -> None:
-    """Publish the points as sensors do, in 32 bits."""
-    fields = cloud_to_fields(cloud, "world")
-    data = np.ascontiguousarray(cloud.points, "<f4")
-    for i, part in enumerate(fields["fields"]):
-        part |= {"offset": 4 * i, "datatype": 7}
-    fields |= {"point_step": 12, "row_step": data.nbytes, "data": data.tobytes()}
-    client.publish("cloud", serialize(CLOUD, fields))
