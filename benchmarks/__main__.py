@@ -1,9 +1,9 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
 The usual ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``. What the node promises
-under load and faults is put to the test by ``load``, ``endurance``, ``fuzz``, ``faults`` and
-``limits``; the exit status is 1 if a promise is broken.
+the long ones ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``. What
+the node promises under load and faults is put to the test by ``load``, ``endurance``, ``fuzz``,
+``faults`` and ``limits``; the exit status is 1 if a promise is broken.
 """
 
 from __future__ import annotations
