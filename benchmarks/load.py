@@ -27,7 +27,7 @@ _CALLS = 1000
 _CLIENTS = 16
 _HERTZ = 10.0
 # A mesh comes again after more seconds than a call may take.
-_MESHES = 100
+_MESHES = 200
 # All are to be planned: none is to be told that the node is busy.
 _PATIENCE = 60.0
 _REQUEST = {"method": "k_view", "samples": 1000}
