@@ -13,7 +13,7 @@ _SECONDS_BETWEEN = 0.1
 
 
 class Feedback:
-    """Turns steps into feedback: every stage, and within a stage ten a second at most.
+    """Turns steps into feedback: every stage when it first comes, else ten a second at most.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Feedback:
         self._time_budget = time_budget
         self._began = time.monotonic()
         self._told = -math.inf
-        self._stage = ""
+        self._stages: set[str] = set()
         self._cost = math.nan
         self._lower_bound = math.nan
 
@@ -35,9 +35,10 @@ class Feedback:
         self._cost = _better(min, self._cost, progress.cost)
         self._lower_bound = _better(max, self._lower_bound, progress.lower_bound)
         now = time.monotonic()
-        if progress.stage == self._stage and now - self._told < _SECONDS_BETWEEN:
+        if progress.stage in self._stages and now - self._told < _SECONDS_BETWEEN:
             return None
-        self._stage, self._told = progress.stage, now
+        self._stages.add(progress.stage)
+        self._told = now
         part = (now - self._began) / self._time_budget
         return {
             "stage": progress.stage,

@@ -42,6 +42,14 @@ def test_within_a_stage_ten_a_second_are_told(clock):
     assert 19 <= told <= 21
 
 
+def test_stages_that_alternate_are_told_ten_times_a_second(clock):
+    feedback, told = Feedback(math.inf), 0
+    for k in range(1001):
+        clock.now = 100.0 + k / 500
+        told += feedback.fields(step(("prices", "k_view", "branching")[k % 3])) is not None
+    assert 19 <= told <= 23
+
+
 def test_what_was_not_told_counts(clock):
     feedback = Feedback(math.inf)
     feedback.fields(step(cost=9.0, bound=1.0))
