@@ -241,6 +241,8 @@ def test_what_folds_back_into_the_image_is_not_seen():
     u, v = reference.pixels(image, r, 0 * r)
     assert reference.is_read(image, u, v).all()
     assert seen_of(np.column_stack([r, 0 * r, 1 + 0 * r]), image) == [0, 1, 2]
+    # Off the axes as well, where a rectangle around what is seen holds more than that.
+    assert seen_of(np.column_stack([0.6 * r, 0.8 * r, 1 + 0 * r]), image) == [0, 1, 2]
 
 
 def test_tangential_terms_do_not_fold_back_either():
