@@ -16,10 +16,10 @@ def topics_of(node):
 def test_publishers_follow_the_rig(make_node, rig):
     node = make_node()
     topics = CameraTopics(node)
-    topics.follow(Rig(rig.cameras[:3]))
+    topics.follow([camera.name for camera in rig.cameras[:3]])
     assert topics_of(node) == {f"/here/cameras/{c.name}/focus" for c in rig.cameras[:3]}
     kept = [p for p in node.publishers if rig.cameras[2].name in p.topic_name]
-    topics.follow(Rig(rig.cameras[2:5]))
+    topics.follow([camera.name for camera in rig.cameras[2:5]])
     assert topics_of(node) == {f"/here/cameras/{c.name}/focus" for c in rig.cameras[2:5]}
     assert kept[0] in node.publishers
 

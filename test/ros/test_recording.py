@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from focus_planner_msgs.msg import CameraRig, FocusPlan
 from rclpy.serialization import deserialize_message
+from ros.bits import bits
 from ros.planner_process import PATIENCE
 from shape_msgs.msg import Mesh as MeshMsg
 
@@ -226,8 +227,8 @@ def test_the_inputs_carry_the_times_at_which_they_came(ready, folder, body, rig)
 def test_the_plan_is_recorded_as_it_was_answered_and_published(ready, folder, planner, method):
     answer, run = recorded(ready, folder, method=method, seed=11)
     (plan,) = [m for m in read_bag(run.path).messages if m.topic == f"{planner.name}/focus_plan"]
-    assert deserialize_message(plan.payload, FocusPlan) == answer.plan
-    assert ready.latched_plan() == answer.plan
+    assert bits(deserialize_message(plan.payload, FocusPlan)) == bits(answer.plan)
+    assert bits(ready.latched_plan()) == bits(answer.plan)
     assert run.ending.plan == plan_from_message(answer.plan)
     assert run.ending.message == answer.message
     assert run.path.name == run.beginning.run_id == answer.plan.plan_id
