@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from typing import Any
 
@@ -9,8 +10,10 @@ import numpy as np
 from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-# Characters of what came: messages bring names of any length, and an error is one line of a log.
-_MOST_TOLD = 400
+_LINE_BREAK = re.compile(r"\s*[\r\n]\s*")
+# Characters of what came, and of what was expected: messages bring names of any length, and an
+# error is one line of a log.
+_MOST_TOLD, _MOST_EXPECTED = 400, 2000
 
 
 class InputError(ValueError):
@@ -21,27 +24,28 @@ class InputError(ValueError):
     argument : str
         Name of what was wrong, as the user knows it (``"vertices"``, ``"rig.yaml: lens"``).
     expected, got : str
-        What would have been accepted, and what came. Of what came in many words the beginning and
-        the end are told.
+        What would have been accepted, and what came. All is made one printable line, and of what
+        is long the beginning and the end are told.
     remedy : str, optional
         What to do about it, as a clause.
     """
 
     def __init__(self, argument: str, expected: str, got: str, remedy: str = "") -> None:
-        self.argument = argument
-        self.expected = expected
+        self.argument = _brief(argument)
+        self.expected = _brief(expected, _MOST_EXPECTED)
         self.got = _brief(got)
         self.remedy = remedy
         tail = f"; {remedy}" if remedy else ""
-        super().__init__(f"{argument}: expected {expected}, got {self.got}{tail}")
+        super().__init__(f"{self.argument}: expected {self.expected}, got {self.got}{tail}")
 
 
-def _brief(text: str) -> str:
-    """Return a text, of a long one its beginning and its end."""
-    if len(text) <= _MOST_TOLD:
-        return text
-    half = _MOST_TOLD // 2
-    return f"{text[:half]} … {text[-half:]}"
+def _brief(text: str, most: int = _MOST_TOLD) -> str:
+    """Return a text as one printable line, of a long one its beginning and its end."""
+    if len(text) > most:
+        half = most // 2
+        text = f"{text[:half]} … {text[-half:]}"
+    line = _LINE_BREAK.sub(" ", text)
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
 def check_array(

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from focus_planner.core import kernels
-from focus_planner.core.types import MAX_CAMERAS, FloatArray, Image
+from focus_planner.core.types import FloatArray, Image
 
 Row = tuple[float, ...]
 
@@ -41,6 +41,8 @@ _MARGIN = 1e-6
 # Where a corner of an image is drawn that shows nothing, or what is farther off the axis.
 _WIDEST = math.tan(math.radians(85))
 _STEPS = 50
+# Images of large rigs, whose views take 3 KiB each; a camera that is calibrated again has another.
+_MOST_KEPT = 32_768
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ class _Growth:
         return distances
 
 
-@lru_cache(maxsize=MAX_CAMERAS)
+@lru_cache(maxsize=_MOST_KEPT)
 def view(image: Image) -> tuple[Row, Row]:
     """Return a frustum that holds all that a distorted image shows, and its projection.
 
@@ -103,7 +105,7 @@ def _projection(image: Image, growth: _Growth) -> Row:
     return (float(kind), growth.reach, *pinhole, *_coefficients(image).tolist())
 
 
-@lru_cache(maxsize=MAX_CAMERAS)
+@lru_cache(maxsize=_MOST_KEPT)
 def corner_rays(image: Image) -> tuple[tuple[float, float], ...]:
     """Return x, y at depth 1 of what the corners of the pixels read out show.
 

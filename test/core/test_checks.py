@@ -25,6 +25,14 @@ def test_of_what_came_in_many_words_the_beginning_and_the_end_are_told():
     assert len(str(error)) < 500
     assert str(error).startswith("frame_id: expected 'world', got abbb")
     assert str(error).endswith("bbbc")
+    long = InputError("a" * 10_000, "b" * 10_000, "c")
+    assert len(str(long)) < 3000
+
+
+def test_what_came_cannot_forge_a_line_of_a_log():
+    error = InputError("fields", "x, y and z", "a\r\n  [ERROR] \x1b[31mforged\u202e, b\0", "é")
+    told = r"fields: expected x, y and z, got a [ERROR] \x1b[31mforged\u202e, b\x00; é"
+    assert str(error) == told
 
 
 def test_an_array_is_copied_contiguous_and_read_only():
