@@ -33,6 +33,7 @@ from rclpy.subscription import Subscription
 from rclpy.task import Future
 
 from focus_planner.core.checks import InputError
+from focus_planner.core.types import Rig
 from focus_planner.messages.diagnostics import (
     Diagnosis,
     diagnose_cameras,
@@ -74,8 +75,10 @@ _TICK = 0.1
 # Less than what launch and systemd wait before they kill.
 _SECONDS_TO_FINISH = 3.0
 # Whoever is told in the midst of discovery may miss it, and waits for the middleware to ask again,
-# which Fast DDS does every three seconds.
+# which Fast DDS does every three seconds: the plan of the records is published when most have met,
+# and again so many seconds later.
 _SECONDS_TO_MEET = 0.3
+_SECONDS_TO_REPEAT = (0.3, 0.7, 1.5)
 # For a response, once a coroutine has returned it.
 _SPINS_TO_SEND = 10
 _FIRST_STATE, _LAST_STATE = "unconfigured", "finalized"
@@ -148,6 +151,8 @@ class PlannerNode(LifecycleNode):
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
+        self._repeats: deque[tuple[float, FocusPlan]] = deque()
+        self._publishing = threading.Lock()
         self._changing = threading.Lock()
         self._guard_transitions()
         # The node's own clock may be one of a simulation, and stand.
@@ -258,7 +263,7 @@ class PlannerNode(LifecycleNode):
                 reporter=self.get_logger(),
                 settings=lambda: self._settings.current,
                 now=lambda: self.get_clock().now().seconds_nanoseconds(),
-                on_rig=lambda rig: self._cameras.follow([each.name for each in rig.cameras]),
+                on_rig=self._follow,
                 publish=self._publish,
             )
         )
@@ -281,6 +286,8 @@ class PlannerNode(LifecycleNode):
     def _clean_up(self) -> bool:
         self._deactivate()
         self._release(_SECONDS_TO_FINISH)
+        with self._publishing:
+            self._repeats.clear()
         self._cameras.clear()
         if self._focus_plan:
             self.destroy_publisher(self._focus_plan)
@@ -465,18 +472,37 @@ class PlannerNode(LifecycleNode):
         self._cameras.follow([camera.name for camera in plan.cameras])
         time.sleep(_SECONDS_TO_MEET)
         self._publish(plan, from_record=True)
+        now = time.monotonic()
+        self._repeats = deque((now + seconds, plan) for seconds in _SECONDS_TO_REPEAT)
         self.get_logger().info(
             f"the last plan, {plan.plan_id}, is in force again, from its record {last.run}"
         )
 
     def _publish(self, plan: FocusPlan, *, from_record: bool = False) -> None:
-        # Before anybody can report what became of it.
-        self._status.planned(plan, from_record=from_record)
-        assert self._focus_plan is not None
-        self._focus_plan.publish(plan)
+        with self._publishing:
+            self._repeats.clear()
+            # Before anybody can report what became of it.
+            self._status.planned(plan, from_record=from_record)
+            self._send(plan)
+
+    def _follow(self, rig: Rig) -> None:
+        with self._publishing:
+            self._repeats.clear()
+            self._cameras.follow([camera.name for camera in rig.cameras])
+
+    def _send(self, plan: FocusPlan) -> None:
+        if self._focus_plan:
+            self._focus_plan.publish(plan)
         self._cameras.publish(plan)
 
+    def _repeat(self) -> None:
+        """Publish the plan of the records again, when it is time and none has come since."""
+        with self._publishing:
+            if self._repeats and self._repeats[0][0] <= time.monotonic():
+                self._send(self._repeats.popleft()[1])
+
     def _tick(self) -> None:
+        self._repeat()
         self._requests.turn_away_late()
         period = self._settings.current.serving.status_period
         if self._status.due(period):
