@@ -9,17 +9,16 @@ from focus_planner_msgs.action import PlanFocus
 from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
 from focus_planner.messages.outcome import Reason
 from focus_planner.messages.writing import Fields
 from focus_planner.ros.conversions import fields_from_ros, message_to_ros
+from focus_planner.ros.qos import ALL_CALLS
 from focus_planner.ros.requests import Outcome, Request
 
 # Results take much room, and whoever waits for one has asked for it by then.
 _SECONDS_TO_KEEP_RESULTS = 30
-_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Desk(Protocol):
@@ -50,7 +49,6 @@ class PlanAction:
 
     def __init__(self, node: Node, group: CallbackGroup, desk: Desk) -> None:
         self._desk = desk
-        self._log = node.get_logger()
         self._requests: dict[bytes, Request] = {}
         self._answers: dict[bytes, Future] = {}
         self._server = ActionServer(
@@ -62,9 +60,9 @@ class PlanAction:
             goal_callback=self._admit,
             handle_accepted_callback=self._accept,
             cancel_callback=self._cancel,
-            goal_service_qos_profile=_ALL,
-            result_service_qos_profile=_ALL,
-            cancel_service_qos_profile=_ALL,
+            goal_service_qos_profile=ALL_CALLS,
+            result_service_qos_profile=ALL_CALLS,
+            cancel_service_qos_profile=ALL_CALLS,
             result_timeout=_SECONDS_TO_KEEP_RESULTS,
         )
 

@@ -8,17 +8,11 @@ from typing import Any
 from focus_planner_msgs.msg import CameraFocus, FocusPlan
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from focus_planner.core.checks import InputError
 from focus_planner.core.types import Rig
+from focus_planner.ros.qos import LATCHED
 
-#: A plan is delivered, also to those who subscribe after it was made.
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 # Each of the default callbacks is one more thing that the executor waits for, per camera.
 _NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
 

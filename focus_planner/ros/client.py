@@ -25,7 +25,7 @@ from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh as MeshMsg
@@ -38,8 +38,8 @@ from focus_planner.messages.writing import (
     poses_to_fields,
     rig_to_fields,
 )
-from focus_planner.ros.cameras import LATCHED
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.qos import ALL_CALLS, LATCHED
 
 _INPUTS = {
     "mesh": MeshMsg,
@@ -49,8 +49,6 @@ _INPUTS = {
 }
 # With a depth of 1 Fast DDS asks for an acknowledgement with every message, else every 3 s.
 _RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-# Many calls at once must not push each other out of a queue.
-_ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 _PATIENCE = 30.0
 
 Send = Callable[[Callable[[], Future]], Future]
@@ -133,9 +131,9 @@ class PlannerClient:
             self._node,
             PlanFocusAction,
             f"{planner}/plan",
-            goal_service_qos_profile=_ALL_CALLS,
-            result_service_qos_profile=_ALL_CALLS,
-            cancel_service_qos_profile=_ALL_CALLS,
+            goal_service_qos_profile=ALL_CALLS,
+            result_service_qos_profile=ALL_CALLS,
+            cancel_service_qos_profile=ALL_CALLS,
         )
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=name)
@@ -287,7 +285,7 @@ class PlannerClient:
 
     def _client(self, service_type: type, service: str) -> Client:
         return self._node.create_client(
-            service_type, f"{self._planner}/{service}", qos_profile=_ALL_CALLS
+            service_type, f"{self._planner}/{service}", qos_profile=ALL_CALLS
         )
 
     @staticmethod

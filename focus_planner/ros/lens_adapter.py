@@ -30,9 +30,9 @@ from focus_planner.messages.lens_driver import (
     report_to_fields,
 )
 from focus_planner.messages.lens_parameters import ADAPTER_DECLARATIONS, AdapterSettings
-from focus_planner.ros.cameras import LATCHED
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.process import declare, run, spinning
+from focus_planner.ros.qos import LATCHED
 
 # Each of the default callbacks is one more thing that the executor waits for, per camera.
 _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)

@@ -27,7 +27,7 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.task import Future
@@ -50,20 +50,19 @@ from focus_planner.messages.writing import Fields
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.ros.action import PlanAction, write_outcome
-from focus_planner.ros.cameras import LATCHED, CameraTopics
+from focus_planner.ros.cameras import CameraTopics
 from focus_planner.ros.conversions import fields_from_ros, message_to_ros
 from focus_planner.ros.diagnostics import Diagnostics
 from focus_planner.ros.listening import Gate, Listening
 from focus_planner.ros.parameters import Parameters
 from focus_planner.ros.process import run
+from focus_planner.ros.qos import ALL_CALLS, LATCHED
 from focus_planner.ros.requests import Outcome, Request, Requests
 from focus_planner.ros.status import StatusBoard
 
 if TYPE_CHECKING:
     from focus_planner.ros.planning import Planning
 
-# The default keeps the ten newest requests and silently drops what else came at once.
-ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 # All lenses of a large rig may report at once.
 _LENSES = QoSProfile(
     depth=10_000,

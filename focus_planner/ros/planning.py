@@ -39,7 +39,7 @@ from focus_planner.recording.recorder import Recorder, RunRecorder
 from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
-from focus_planner.ros.requests import Outcome, Request
+from focus_planner.ros.requests import MESSAGES, Outcome, Request
 
 _PREFIXES = {
     Reason.CANCELLED: "cancelled, the best plan until then",
@@ -249,9 +249,12 @@ class Planning:
             warm_start=settings.warm_start,
         )
         reason = request.settle()
+        if self._stopping.is_set():
+            # Who ends the request may be later than what ended the solver.
+            reason = Reason.SHUTTING_DOWN
         if reason in {Reason.SHUTTING_DOWN, Reason.INACTIVE}:
-            # It was answered already.
-            return Outcome(reason, "", afterwards=record.give_up if record else _nothing)
+            give_up = record.give_up if record else _nothing
+            return Outcome(reason, MESSAGES[reason], afterwards=give_up)
         plan = replace(plan, total_seconds=time.perf_counter() - request.started)
         return self._outcome(request, reason, plan, rig, record, reminder)
 

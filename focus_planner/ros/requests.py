@@ -18,7 +18,8 @@ from focus_planner.messages.outcome import Reason
 from focus_planner.messages.parameters import Serving, Settings
 from focus_planner.messages.writing import Fields
 
-_MESSAGES = {
+#: What a caller is told that gets no plan.
+MESSAGES = {
     Reason.INACTIVE: "the planner was deactivated",
     Reason.SHUTTING_DOWN: "the node is shutting down",
     Reason.CANCELLED: "cancelled before its turn",
@@ -124,7 +125,7 @@ class Request:
             if self._begun:
                 return True
             self._answered = self._settled = True
-        self.answer(outcome or Outcome(reason, _MESSAGES[reason]))
+        self.answer(outcome or Outcome(reason, MESSAGES[reason]))
         return True
 
     def drop(self, reason: Reason) -> None:
@@ -138,7 +139,7 @@ class Request:
             # Whoever wanted it to end with a plan is overruled.
             self._stop = reason
             self._answered = self._settled = True
-        self.answer(Outcome(reason, _MESSAGES[reason]))
+        self.answer(Outcome(reason, MESSAGES[reason]))
 
     def settle(self) -> Reason:
         """Return why it was ended, if it was; it cannot be from now on."""

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros.planner_process import PlannerProcess
 
-from focus_planner.ros.cameras import LATCHED
+from focus_planner.ros.qos import LATCHED
 
 PATIENCE = 30
 
