@@ -5,8 +5,26 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from focus_planner.core.kernels.compiling import parallel_kernel
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.cost import UNSEEN
+
+
+@kernel
+def _cheapest(p, sample_offsets, camera_index, base, focus, first, last, cell):
+    """Return sample p's cheapest camera and its cost in units; ``UNSEEN`` where none sees it.
+
+    A function of its own: inside the prange body of ``assign``, Numba 0.68 rejects the loop on
+    Python 3.12 and later ("unexpected cycle in lookup()").
+    """
+    least, which = np.int64(2**62), UNSEEN
+    for q in range(sample_offsets[p], sample_offsets[p + 1]):
+        c = camera_index[q]
+        cost = base[q]
+        if cell[c] < first[q] or cell[c] > last[q]:
+            cost += focus[p]
+        if cost < least:
+            least, which = cost, c
+    return which, least
 
 
 @parallel_kernel
@@ -17,14 +35,7 @@ def assign(sample_offsets, camera_index, base, focus, first, last, cell, best):
     """
     total = np.int64(0)
     for p in prange(len(sample_offsets) - 1):
-        least, which = np.int64(2**62), UNSEEN
-        for q in range(sample_offsets[p], sample_offsets[p + 1]):
-            c = camera_index[q]
-            cost = base[q]
-            if cell[c] < first[q] or cell[c] > last[q]:
-                cost += focus[p]
-            if cost < least:
-                least, which = cost, c
+        which, least = _cheapest(p, sample_offsets, camera_index, base, focus, first, last, cell)
         best[p] = which
         if which != UNSEEN:
             total += least
