@@ -8,8 +8,8 @@ from rich.table import Table
 
 from benchmarks.scenes import body_scenes, problem, rig
 from focus_planner import FocusPlan, Mesh, PlanRequest, PointCloud, Scene, plan_focus
-from focus_planner.core.surface import sample_mesh
-from focus_planner.core.types import FloatArray
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.sampling import sample_mesh
 
 _SEEDS = range(1, 4)
 _JUDGE = 65_536

@@ -11,8 +11,8 @@ import highspy
 import numpy as np
 from scipy.sparse import coo_array
 
-from focus_planner.core.problem import UNITS
-from focus_planner.core.proof.gains import Gains
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.gains import Gains
 
 _SCALE = 1000 / UNITS  # HiGHS is given cost as users see it
 

@@ -9,7 +9,7 @@ from messages.malformed import RIG, ball
 from rich.console import Console
 
 from benchmarks.promises import Outcome, cameras_for, cameras_of, own_graph, report, running
-from focus_planner.messages.parameters import Settings
+from focus_planner.parameters.planner import Settings
 from focus_planner.ros.client import PlannerClient
 
 _PLANS = 10_000

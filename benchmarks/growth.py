@@ -16,7 +16,7 @@ from benchmarks.speed import from_em_to_convergence
 from benchmarks.timing import seconds, timed
 from focus_planner import Problem, Scene
 from focus_planner.core import kernels
-from focus_planner.core.proof.bound import lower_bound
+from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.solvers import Options, Progress, em, k_view, optimal
 
 _EXPONENTS = range(7, 21)

@@ -18,9 +18,9 @@ from benchmarks.speed import from_em_to_convergence
 from benchmarks.timing import seconds, timed
 from focus_planner import PlanRequest, Problem, Scene, plan_focus
 from focus_planner.core import kernels
-from focus_planner.core.problem import cost_of_units
-from focus_planner.core.proof.bound import Bound, lower_bound
-from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.bounds.lower_bound import Bound, lower_bound
+from focus_planner.core.problem.cells import cost_of_units
+from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.solvers import Options, Progress, Solution, em, k_view, optimal
 
 _SEEDS = range(1, 4)

@@ -11,9 +11,9 @@ from rich.table import Table
 
 from benchmarks.scenes import body_scenes, problem, rig
 from focus_planner import Lens, PlanRequest, Rig, plan_focus
-from focus_planner.core.optics import nearest_settable
-from focus_planner.core.problem import Problem
-from focus_planner.core.shots import with_shots
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.rig.optics import nearest_settable
 from focus_planner.core.solvers import SOLVERS, Options
 from focus_planner.core.solvers.solution import fill_in
 

@@ -14,8 +14,8 @@ from benchmarks.memory import peak
 from benchmarks.scenes import hall
 from focus_planner import PlanRequest, Rig, Scene
 from focus_planner.core import kernels
-from focus_planner.core.posing import pose_problem
-from focus_planner.core.proof.bound import lower_bound
+from focus_planner.core.bounds.lower_bound import lower_bound
+from focus_planner.core.planning.formulation import pose_problem
 from focus_planner.core.solvers import Options, Progress, em, k_view
 
 _SITES = 60

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from focus_planner import Mesh, PlanRequest, Problem, Rig, Scene, cylinder_rig
-from focus_planner.core.posing import pose_problem
+from focus_planner.core.planning.formulation import pose_problem
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 

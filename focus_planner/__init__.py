@@ -6,25 +6,26 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from focus_planner.core.checks import InputError
-    from focus_planner.core.lens_table import LensTable
-    from focus_planner.core.optics import depth_of_field, focus_interval, hyperfocal_distance
-    from focus_planner.core.planning import plan_focus
-    from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot, SolvedPlan
-    from focus_planner.core.problem import Problem
-    from focus_planner.core.rig import cylinder_rig
-    from focus_planner.core.scene import Scene
-    from focus_planner.core.types import (
-        Camera,
+    from focus_planner.core.planning.plan import (
+        CameraFocus,
         CameraStatus,
-        CostModel,
-        Grid,
-        Image,
-        Lens,
-        Mesh,
-        PointCloud,
-        Rig,
+        FocusPlan,
+        Shot,
+        SolvedPlan,
     )
+    from focus_planner.core.planning.plan_focus import plan_focus
+    from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.problem.cost_model import CostModel
+    from focus_planner.core.problem.problem import Problem
+    from focus_planner.core.rig.camera import Camera, Image
+    from focus_planner.core.rig.layouts import cylinder_rig
+    from focus_planner.core.rig.lens import Lens
+    from focus_planner.core.rig.lens_table import LensTable
+    from focus_planner.core.rig.optics import depth_of_field, focus_interval, hyperfocal_distance
+    from focus_planner.core.rig.rig import Grid, Rig
+    from focus_planner.core.surface.scene import Scene
+    from focus_planner.core.surface.surface import Mesh, PointCloud
+    from focus_planner.core.validation import InputError
 
 __all__ = [
     "Camera",
@@ -53,14 +54,20 @@ __all__ = [
 ]
 
 _HOMES = {
-    "checks": ("InputError",),
-    "lens_table": ("LensTable",),
-    "optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "planning": ("plan_focus",),
-    "plans": ("CameraFocus", "FocusPlan", "PlanRequest", "Shot", "SolvedPlan"),
-    "problem": ("Problem",),
-    "rig": ("cylinder_rig",),
-    "scene": ("Scene",),
+    "validation": ("InputError",),
+    "rig.lens": ("Lens",),
+    "rig.lens_table": ("LensTable",),
+    "rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
+    "rig.camera": ("Camera", "Image"),
+    "rig.rig": ("Grid", "Rig"),
+    "rig.layouts": ("cylinder_rig",),
+    "surface.surface": ("Mesh", "PointCloud"),
+    "surface.scene": ("Scene",),
+    "problem.problem": ("Problem",),
+    "problem.cost_model": ("CostModel",),
+    "planning.plan_focus": ("plan_focus",),
+    "planning.request": ("PlanRequest",),
+    "planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
 }
 
 
@@ -68,5 +75,5 @@ def __getattr__(name: str) -> Any:
     """Import what is asked for, and not before: Open3D and Numba take a second each."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = next((home for home, names in _HOMES.items() if name in names), "types")
+    home = next(home for home, names in _HOMES.items() if name in names)
     return getattr(import_module(f"focus_planner.core.{home}"), name)

@@ -19,10 +19,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from focus_planner.core.plans import METHODS, CameraFocus, FocusPlan
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import CameraStatus, Mesh, Rig
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan
+from focus_planner.core.planning.request import METHODS
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh
 from focus_planner.io.bodies import body
 from focus_planner.io.picture import draw_plans
 from focus_planner.io.plans import save_plan

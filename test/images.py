@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from hypothesis import strategies as st
 
-from focus_planner.core.types import DISTORTION_COUNTS
+from focus_planner.core.rig.camera import DISTORTION_COUNTS
 
 # Of lenses: what is calibrated is a few tenths at most, but for tangential terms and prisms.
 _LARGE, _SMALL = st.floats(-0.4, 0.4), st.floats(-0.01, 0.01)

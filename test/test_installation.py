@@ -21,8 +21,8 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from focus_planner.messages.lens_parameters import ADAPTER_DECLARATIONS, SIMULATION_DECLARATIONS
-from focus_planner.messages.parameters import DECLARATIONS
+from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, SIMULATION_DECLARATIONS
+from focus_planner.parameters.planner import DECLARATIONS
 
 REPOSITORY = Path(__file__).parents[1]
 LAUNCH = ET.parse(REPOSITORY / "launch" / "focus_planner.launch.xml").getroot()

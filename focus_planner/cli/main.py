@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli import parameters, plan, replay, rig
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 
 # Modules of focus_planner.ros: what they do, and their executables.
 _NODES = {

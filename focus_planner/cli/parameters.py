@@ -19,8 +19,8 @@ def add(commands: Any) -> None:
 
 
 def _parameters(_: argparse.Namespace) -> int:
-    from focus_planner.messages.parameter_file import parameters_to_yaml
-    from focus_planner.messages.parameters import DECLARATIONS
+    from focus_planner.parameters.file import parameters_to_yaml
+    from focus_planner.parameters.planner import DECLARATIONS
 
     sys.stdout.write(parameters_to_yaml(DECLARATIONS))
     return 0

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.progress import Interruptible, Tell, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.plans import PlanRequest, SolvedPlan
-    from focus_planner.core.scene import Scene
-    from focus_planner.core.types import Rig
+    from focus_planner.core.planning.plan import SolvedPlan
+    from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.rig.rig import Rig
+    from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
@@ -168,8 +169,8 @@ class _Given:
 
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
-    from focus_planner.core.plans import PlanRequest
-    from focus_planner.core.scene import Scene
+    from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
     from focus_planner.io.surfaces import load_surface
@@ -186,7 +187,7 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
 
 
 def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
-    from focus_planner.core.planning import plan_focus
+    from focus_planner.core.planning.plan_focus import plan_focus
 
     scene, rig, request = given.scene, given.rig, given.request
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from focus_planner.core.plans import SolvedPlan
+    from focus_planner.core.planning.plan import SolvedPlan
+    from focus_planner.core.rig.rig import Rig
     from focus_planner.core.solvers import Watch
-    from focus_planner.core.types import Rig
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
 
@@ -60,7 +60,7 @@ class CommandRecorder:
         """Begin to record; return the watch to plan with, and what to call in the end."""
         if self._directory is None:
             return watch, _no_end
-        from focus_planner.messages.parameters import Recording
+        from focus_planner.parameters.planner import Recording
         from focus_planner.recording.recorder import Recorder
 
         try:

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.progress import Interruptible, Tell, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from focus_planner.core.plans import FocusPlan
-    from focus_planner.messages.parameters import Value
+    from focus_planner.core.planning.plan import FocusPlan
+    from focus_planner.parameters.declaration import Value
     from focus_planner.recording.replay import Difference
     from focus_planner.recording.run import Run
 
@@ -207,7 +207,7 @@ def _replay_here(
 
 def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
     try:
-        from focus_planner.ros.live import replay_live
+        from focus_planner.ros.live_replay import replay_live
     except ImportError as error:
         raise InputError("--live", "ROS 2 (rclpy) and focus_planner_msgs", str(error)) from None
     from focus_planner.recording.replay import outcome_differences

@@ -9,11 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.transforms import Similarity
-    from focus_planner.core.types import Image, Lens, Rig
+    from focus_planner.core.rig.camera import Image
+    from focus_planner.core.rig.frames import Similarity
+    from focus_planner.core.rig.lens import Lens
+    from focus_planner.core.rig.rig import Rig
 
 _IMAGE_OPTIONS = ("image", "fx", "fy", "cx", "cy")
 
@@ -71,7 +73,7 @@ def _add_cylinder(kinds: Any) -> None:
 
 
 def _cylinder(options: argparse.Namespace) -> int:
-    from focus_planner.core.rig import cylinder_rig
+    from focus_planner.core.rig.layouts import cylinder_rig
 
     return _print(
         cylinder_rig(
@@ -129,7 +131,7 @@ def _add_colmap(kinds: Any) -> None:
 
 
 def _colmap(options: argparse.Namespace) -> int:
-    from focus_planner.core.geometry import camera_positions
+    from focus_planner.core.rig.geometry import camera_positions
     from focus_planner.io.colmap import load_colmap
 
     rig = load_colmap(
@@ -150,8 +152,8 @@ def _colmap(options: argparse.Namespace) -> int:
 
 
 def _rig_from_model(options: argparse.Namespace) -> Similarity:
-    from focus_planner.core.checks import check_number
-    from focus_planner.core.transforms import Similarity
+    from focus_planner.core.rig.frames import Similarity
+    from focus_planner.core.validation import check_number
     from focus_planner.io.colmap import load_alignment
 
     aligned = Similarity() if options.transform is None else load_alignment(options.transform)
@@ -247,7 +249,7 @@ def _add_image(parser: Any) -> None:
 
 def _image_of(options: argparse.Namespace) -> Callable[[str], Image]:
     """Return what gives a camera's image by the camera's name."""
-    from focus_planner.core.types import Image
+    from focus_planner.core.rig.camera import Image
     from focus_planner.io.camera_info import image_of_camera
 
     by_flags = any(getattr(options, name) is not None for name in _IMAGE_OPTIONS)
@@ -260,7 +262,7 @@ def _image_of(options: argparse.Namespace) -> Callable[[str], Image]:
 
 
 def _pinhole(options: argparse.Namespace) -> Image:
-    from focus_planner.core.types import Image
+    from focus_planner.core.rig.camera import Image
 
     size, fx, fy, cx, cy = (getattr(options, name) for name in _IMAGE_OPTIONS)
     if size is None or fx is None:

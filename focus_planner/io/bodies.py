@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from focus_planner.core.checks import check_choice
+from focus_planner.core.validation import check_choice
 
 
 def bodies() -> tuple[Path, ...]:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import Image
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.validation import InputError
 from focus_planner.io.yaml_values import load_yaml, number, shown, value_at, within
 
 _SUFFIXES = (".yaml", ".yml")

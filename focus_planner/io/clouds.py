@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import FloatArray, PointCloud
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import check_ended, read_array, unreadable
 from focus_planner.io.importance import importance_column
 

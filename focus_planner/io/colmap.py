@@ -15,9 +15,11 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.transforms import Similarity, pose, similarity_from_matrix
-from focus_planner.core.types import Camera, Image, Lens, Rig
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import check_ended, check_readable, read_text, unreadable
 from focus_planner.io.names import camera_names
 from focus_planner.io.yaml_values import within

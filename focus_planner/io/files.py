@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 
 
 def check_readable(path: Path, what: str) -> None:

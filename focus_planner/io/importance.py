@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from focus_planner.core.checks import InputError, check_array
-from focus_planner.core.types import FloatArray, Mesh, Surface
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.surface import Mesh, Surface
+from focus_planner.core.validation import InputError, check_array
 from focus_planner.io.files import check_ended, read_array, read_text
 
 #: What the importance is called in files and messages; the first that is there counts.

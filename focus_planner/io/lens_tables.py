@@ -9,9 +9,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.types import Camera, Rig
+from focus_planner.core.rig.camera import Camera
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
 from focus_planner.io.yaml_values import Values, mapping, numbers, read_yaml, shown, within
 

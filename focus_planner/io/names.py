@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 
 _OTHERS = re.compile(r"[^A-Za-z0-9]+")
 

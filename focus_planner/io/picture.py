@@ -15,14 +15,17 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from focus_planner.core.geometry import camera_positions
-from focus_planner.core.plans import FocusPlan, PlanRequest
-from focus_planner.core.posing import pose_fresh_problem
-from focus_planner.core.problem import Problem
-from focus_planner.core.quality import judge
-from focus_planner.core.scene import Scene
-from focus_planner.core.shots import with_shots
-from focus_planner.core.types import FloatArray, IntArray, PointCloud, Rig, Samples
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.planning.formulation import pose_fresh_problem
+from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.planning.quality import judge
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.rig.geometry import camera_positions
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud, Samples
 from focus_planner.io.files import whole_file
 
 _SAMPLES = 150_000

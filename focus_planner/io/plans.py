@@ -8,9 +8,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.plans import CameraFocus, FocusPlan, Shot
-from focus_planner.core.types import CameraStatus
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text, whole_file
 
 

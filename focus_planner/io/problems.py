@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from focus_planner.core.problem import Problem
-from focus_planner.core.shots import with_one_shot
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import with_one_shot
 from focus_planner.io.files import whole_file
 
 

@@ -9,9 +9,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.optics import hyperfocal_distance
-from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import whole_file
 from focus_planner.io.lens_tables import table_of, table_values
 from focus_planner.io.yaml_values import (

@@ -17,8 +17,9 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import FloatArray, Mesh, PointCloud, Surface
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
+from focus_planner.core.validation import InputError
 from focus_planner.io.clouds import CLOUDS, load_cloud
 from focus_planner.io.files import check_ended, check_readable, unreadable
 from focus_planner.io.importance import importance_column, load_importance, with_importance

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from focus_planner.core.checks import InputError, check_choice, check_number
-from focus_planner.core.transforms import (
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.frames import (
     BODY_FROM_OPTICAL,
     FrameTransform,
     FrameTree,
@@ -22,7 +22,9 @@ from focus_planner.core.transforms import (
     pose,
     quaternion_from_angles,
 )
-from focus_planner.core.types import Camera, Image, Lens, Rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError, check_choice, check_number
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
 from focus_planner.io.yaml_values import number, read_yaml_documents, shown, value_at, within

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
 
 Values = Mapping[str, Any]

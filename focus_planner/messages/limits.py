@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import length_after_header
 
 # A closed mesh has half as many vertices as triangles, one of loose triangles thrice as many.

@@ -6,9 +6,10 @@ from enum import IntEnum
 
 import numpy as np
 
-from focus_planner.core.geometry import image_corners
-from focus_planner.core.plans import SolvedPlan
-from focus_planner.core.types import CameraStatus, FloatArray, Rig
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.planning.plan import CameraStatus, SolvedPlan
+from focus_planner.core.rig.geometry import image_corners
+from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import Fields, Stamp, header_fields
 
 #: Those of the array's type.

@@ -16,22 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.optics import hyperfocal_distance
-from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
-from focus_planner.core.types import (
-    Camera,
-    CameraStatus,
-    FloatArray,
-    Grid,
-    Image,
-    Lens,
-    Mesh,
-    PointCloud,
-    Rig,
-    check_camera_name,
-)
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Camera, Image, check_camera_name
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh

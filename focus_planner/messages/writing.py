@@ -15,17 +15,22 @@ from typing import Any
 
 import numpy as np
 
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
-from focus_planner.core.types import Camera, Image, Lens, Mesh, PointCloud, Rig
+from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.io.importance import IMPORTANCE_NAMES
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.reading import NORMAL, POINT, Datatype, Orientation, Position
 
 Fields = dict[str, Any]
+
 #: Seconds and nanoseconds since the epoch.
 Stamp = tuple[int, int]
+
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
@@ -226,16 +231,6 @@ def plan_to_fields(
         "cameras": [
             camera_focus_to_fields(focus, frame_id, stamp, plan_id) for focus in plan.cameras
         ],
-    }
-
-
-def plan_input_to_fields(arrival: Arrival[Any], asked: datetime) -> Fields:
-    """Return what an input was, and how old when a plan on it was asked for."""
-    return {
-        "topic": arrival.topic,
-        "received": time_to_fields(datetime_stamp(arrival.at)),
-        "stamp": time_to_fields(arrival.stamp),
-        "age": (asked - arrival.at).total_seconds(),
     }
 
 

@@ -38,7 +38,7 @@ from mcap.records import Message as MessageRecord
 from mcap.stream_reader import breakup_chunk, read_magic
 from mcap.writer import CompressionType, Writer
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import definition_of, deserialize, type_hash
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from focus_planner.core.plans import FocusPlan
+from focus_planner.core.planning.plan import FocusPlan
 
 
 @dataclass(frozen=True)

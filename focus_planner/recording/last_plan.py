@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import PLAN
 from focus_planner.recording.bag import METADATA, read_bag

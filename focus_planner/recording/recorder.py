@@ -16,13 +16,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock
 
-from focus_planner.core.fingerprint import fingerprints
-from focus_planner.core.plans import SolvedPlan
+from focus_planner.core.planning.fingerprint import fingerprints
+from focus_planner.core.planning.plan import SolvedPlan
+from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress, Watch
-from focus_planner.core.types import Rig
-from focus_planner.messages.inputs import Log
-from focus_planner.messages.parameters import Recording
 from focus_planner.messages.writing import Stamp
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.retention import delete_leftovers, prune
@@ -36,6 +35,7 @@ from focus_planner.recording.run import (
     progress_message,
     stamp_of,
 )
+from focus_planner.runtime.inputs import Log
 
 _SECONDS_BETWEEN_WRITES = 1.0
 # The caller, probably on this machine, is reading its answer meanwhile.

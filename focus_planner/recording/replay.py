@@ -8,13 +8,13 @@ from datetime import datetime
 from functools import partial
 from itertools import zip_longest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.fingerprint import Fingerprint, fingerprints
-from focus_planner.core.plans import CameraFocus, FocusPlan, SolvedPlan
+from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
+from focus_planner.core.planning.plan import CameraFocus, FocusPlan, SolvedPlan
+from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress, Watch, go_on
-from focus_planner.core.types import Rig
-from focus_planner.messages.planner import NotReady, Planner, internal_error
+from focus_planner.core.validation import InputError
 from focus_planner.recording.run import Ending, Run
+from focus_planner.runtime.planner import NotReady, Planner, internal_error
 
 # What differs from run to run.
 _SECONDS = ("solve_seconds", "total_seconds")

@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan, Warmth
+from focus_planner.core.planning.fingerprint import Fingerprint
+from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, Warmth
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress
-from focus_planner.core.types import Mesh, PointCloud, Rig, Surface
+from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
+from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import LensTables
-from focus_planner.messages.inputs import Arrival
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.markers import MARKERS, markers_to_fields
-from focus_planner.messages.parameters import Settings, Value
 from focus_planner.messages.reading import (
     Message,
     Optics,
@@ -55,7 +55,10 @@ from focus_planner.messages.writing import (
     request_to_fields,
     rig_to_fields,
 )
+from focus_planner.parameters.declaration import Value
+from focus_planner.parameters.planner import Settings
 from focus_planner.recording.bag import Bag, BagMessage, read_bag
+from focus_planner.runtime.inputs import Arrival
 
 VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
 _RUN, _REQUEST = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/PlanRequest"

@@ -7,11 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.optics import hyperfocal_distance
-from focus_planner.core.types import Camera, Image, Lens, Rig
-from focus_planner.messages.parameters import DECLARATIONS, Settings, Value
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import RIG
+from focus_planner.parameters.declaration import Value
+from focus_planner.parameters.planner import DECLARATIONS, Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Run, rig_message
 

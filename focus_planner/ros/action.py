@@ -11,11 +11,11 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 
-from focus_planner.messages.outcome import Reason
 from focus_planner.messages.writing import Fields
 from focus_planner.ros.conversions import fields_from_ros, message_to_ros
 from focus_planner.ros.qos import ALL_CALLS
-from focus_planner.ros.requests import Outcome, Request
+from focus_planner.runtime.reason import Reason
+from focus_planner.runtime.requests import Outcome, Request
 
 # Results take much room, and whoever waits for one has asked for it by then.
 _SECONDS_TO_KEEP_RESULTS = 30

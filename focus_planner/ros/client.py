@@ -30,7 +30,8 @@ from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh as MeshMsg
 
-from focus_planner.core.types import Mesh, PointCloud, Rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.writing import (
     Fields,
     cloud_to_fields,

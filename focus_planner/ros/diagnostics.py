@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from focus_planner.messages.diagnostics import Diagnosis
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.runtime.diagnostics import Diagnosis
 
 _DEPTH = 10
 

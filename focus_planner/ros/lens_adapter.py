@@ -20,8 +20,8 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
-from focus_planner.messages.lens_control import LensControl
-from focus_planner.messages.lens_driver import (
+from focus_planner.lenses.control import LensControl
+from focus_planner.lenses.driver import (
     LensReport,
     LensStatus,
     Time,
@@ -29,7 +29,7 @@ from focus_planner.messages.lens_driver import (
     order_from_message,
     report_to_fields,
 )
-from focus_planner.messages.lens_parameters import ADAPTER_DECLARATIONS, AdapterSettings
+from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, AdapterSettings
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.process import declare, run, spinning
 from focus_planner.ros.qos import LATCHED

@@ -32,9 +32,22 @@ from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.task import Future
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import Rig
-from focus_planner.messages.diagnostics import (
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
+from focus_planner.messages.typestore import LENS_STATE, deserialize, fields_of
+from focus_planner.messages.writing import Fields
+from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.naming import new_run_id
+from focus_planner.ros.action import PlanAction, write_outcome
+from focus_planner.ros.camera_topics import CameraTopics
+from focus_planner.ros.conversions import fields_from_ros, message_to_ros
+from focus_planner.ros.diagnostics import Diagnostics
+from focus_planner.ros.node_parameters import Parameters
+from focus_planner.ros.process import run
+from focus_planner.ros.qos import ALL_CALLS, LATCHED
+from focus_planner.ros.status import StatusBoard
+from focus_planner.ros.subscriptions import Gate, Listening
+from focus_planner.runtime.diagnostics import (
     Diagnosis,
     diagnose_cameras,
     diagnose_input,
@@ -43,25 +56,12 @@ from focus_planner.messages.diagnostics import (
     diagnose_planner,
     diagnose_recorder,
 )
-from focus_planner.messages.inputs import InputState
-from focus_planner.messages.outcome import Reason
-from focus_planner.messages.typestore import LENS_STATE, deserialize, fields_of
-from focus_planner.messages.writing import Fields
-from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.naming import new_run_id
-from focus_planner.ros.action import PlanAction, write_outcome
-from focus_planner.ros.cameras import CameraTopics
-from focus_planner.ros.conversions import fields_from_ros, message_to_ros
-from focus_planner.ros.diagnostics import Diagnostics
-from focus_planner.ros.listening import Gate, Listening
-from focus_planner.ros.parameters import Parameters
-from focus_planner.ros.process import run
-from focus_planner.ros.qos import ALL_CALLS, LATCHED
-from focus_planner.ros.requests import Outcome, Request, Requests
-from focus_planner.ros.status import StatusBoard
+from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.reason import Reason
+from focus_planner.runtime.requests import Outcome, Request, Requests
 
 if TYPE_CHECKING:
-    from focus_planner.ros.planning import Planning
+    from focus_planner.ros.planning_thread import Planning
 
 # All lenses of a large rig may report at once.
 _LENSES = QoSProfile(
@@ -254,7 +254,7 @@ class PlannerNode(LifecycleNode):
         """Load all that plans; return whether it came to its end."""
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         # It takes seconds, and comes after the last plan.
-        from focus_planner.ros.planning import Planning, Surroundings  # noqa: PLC0415
+        from focus_planner.ros.planning_thread import Planning, Surroundings
 
         self._planning = Planning(
             Surroundings(

@@ -16,9 +16,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args, try_shutdown
 
-from focus_planner.core.checks import InputError
-from focus_planner.messages.parameters import Declaration
-from focus_planner.ros.parameters import describe
+from focus_planner.core.validation import InputError
+from focus_planner.parameters.declaration import Declaration
+from focus_planner.ros.node_parameters import describe
 
 _BAD_INPUT = 2
 _BAD = (InputError, NameValidationException, ParameterException, RuntimeError)

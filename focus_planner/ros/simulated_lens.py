@@ -18,8 +18,8 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from focus_planner.core.lens_motion import MovingLens
-from focus_planner.messages.lens_parameters import SIMULATION_DECLARATIONS, SimulationSettings
+from focus_planner.lenses.simulation import MovingLens
+from focus_planner.parameters.lenses import SIMULATION_DECLARATIONS, SimulationSettings
 from focus_planner.ros.process import declare, run, spinning
 
 _ON = {"AfMode": 2, "focus_automatic_continuous": True}

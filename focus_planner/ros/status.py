@@ -13,13 +13,13 @@ from threading import Lock
 from builtin_interfaces.msg import Time
 from focus_planner_msgs.msg import CameraFocus, FocusPlan, InputStatus, LensState, PlannerStatus
 
-from focus_planner.core.checks import InputError
-from focus_planner.messages.inputs import InputState
-from focus_planner.messages.lens_driver import LensStatus
+from focus_planner.core.validation import InputError
+from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.reading import Message
-from focus_planner.messages.status import input_to_fields
 from focus_planner.messages.typestore import fields_of
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.status import input_to_fields
 
 # Between messages that tell of a change.
 _SECONDS_BETWEEN = 0.1

@@ -18,10 +18,11 @@ import trimesh
 import yaml
 
 from focus_planner.cli import main as cli
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Lens, Rig
+from focus_planner.core.planning.request import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Rig
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig

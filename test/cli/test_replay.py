@@ -31,9 +31,9 @@ from recording.runs import (
 )
 
 from focus_planner.cli import main as cli
-from focus_planner.core.checks import InputError
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Rig
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag import read_bag

@@ -9,9 +9,10 @@ import pytest
 import trimesh
 
 from focus_planner.cli import main as cli
-from focus_planner.core.geometry import camera_rotations
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Image, Lens
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.geometry import camera_rotations
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
 from focus_planner.io.rigs import load_rig, save_rig
 
 LENS = Lens(0.035, 5.0)

@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 
 import focus_planner
 from focus_planner import Camera, Image, Lens, LensTable, Mesh, Rig
-from focus_planner.core.optics import focus_interval
-from focus_planner.core.problem import Problem, build_problem
-from focus_planner.core.scene import Scene
-from focus_planner.core.shots import with_shots
-from focus_planner.core.types import Samples
-from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.problem.problem import Problem, build_problem
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.rig.optics import focus_interval
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Samples
+from focus_planner.core.surface.visibility import visible_pairs
 
 BODIES = Path(focus_planner.__file__).parent / "bodies"
 WIDE = Image(640, 480, 300.0, 300.0, 319.5, 239.5)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from focus_planner import InputError
-from focus_planner.core.checks import (
+from focus_planner.core.validation import (
     check_array,
     check_choice,
     check_finite,

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from focus_planner.core import deadline
-from focus_planner.core.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
+from focus_planner.core.planning import deadline
+from focus_planner.core.planning.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.solvers import Progress, go_on
 
 

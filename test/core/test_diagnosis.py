@@ -15,7 +15,7 @@ from focus_planner import (
     cylinder_rig,
     plan_focus,
 )
-from focus_planner.core.surface import sample_mesh
+from focus_planner.core.surface.sampling import sample_mesh
 
 REQUEST = PlanRequest("em", samples=500)
 BODY = body()

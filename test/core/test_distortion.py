@@ -12,7 +12,7 @@ from images import varied
 
 from focus_planner import Image
 from focus_planner.core import kernels
-from focus_planner.core.distortion import corner_rays, view
+from focus_planner.core.rig.distortion import corner_rays, view
 
 KINDS = {
     "plumb_bob, 4": ("plumb_bob", (-0.28, 0.09, 1e-3, -7e-4)),

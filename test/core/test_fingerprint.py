@@ -7,7 +7,7 @@ import pytest
 from core.build import around, torus
 
 from focus_planner import CostModel, PlanRequest, PointCloud, Scene, plan_focus
-from focus_planner.core.fingerprint import fingerprints
+from focus_planner.core.planning.fingerprint import fingerprints
 
 MESH = torus(0.4, 0.15)
 RIG = around(6, 1.0)

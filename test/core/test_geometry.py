@@ -5,7 +5,7 @@ from core.build import around, forward, looking_at
 from scipy.spatial.transform import Rotation
 
 from focus_planner import Image, Rig
-from focus_planner.core.geometry import (
+from focus_planner.core.rig.geometry import (
     camera_positions,
     camera_rotations,
     image_corners,

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_motion import LensMechanics, MovingLens
+from focus_planner.core.validation import InputError
+from focus_planner.lenses.simulation import LensMechanics, MovingLens
 
 
 def lens(position=0.0, stuck=False, **mechanics):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from messages.build import lens_tables
 
 from focus_planner import InputError, LensTable
-from focus_planner.core.lens_table import MAX_FOCUS_STEPS
+from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS
 
 # A V4L2 lens that counts from near to far backwards.
 FOCUS_ABSOLUTE = LensTable("focus_absolute", True, (0.3, 0.5, 1.0, 3.0), (250, 180, 90, 20))

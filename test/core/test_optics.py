@@ -15,7 +15,7 @@ from focus_planner import (
     focus_interval,
     hyperfocal_distance,
 )
-from focus_planner.core.optics import nearest_settable
+from focus_planner.core.rig.optics import nearest_settable
 
 PAPER = Lens(focal_length=0.05, hyperfocal_distance=10.0)
 

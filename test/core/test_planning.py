@@ -38,11 +38,11 @@ from focus_planner import (
     plan_focus,
 )
 from focus_planner.core import kernels
-from focus_planner.core.plans import METHODS
-from focus_planner.core.posing import pose_fresh_problem, pose_problem
-from focus_planner.core.quality import judge
-from focus_planner.core.surface import sample_mesh
-from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.planning.formulation import pose_fresh_problem, pose_problem
+from focus_planner.core.planning.quality import judge
+from focus_planner.core.planning.request import METHODS
+from focus_planner.core.surface.sampling import sample_mesh
+from focus_planner.core.surface.visibility import visible_pairs
 
 SCENE = Scene(torus(0.4, 0.15))
 RIG = around(6, 1.0)

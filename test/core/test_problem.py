@@ -17,11 +17,12 @@ from core.build import (
 )
 
 from focus_planner import CostModel, Lens, LensTable, Problem, Rig, Scene, focus_interval
-from focus_planner.core.optics import nearest_settable
-from focus_planner.core.problem import build_problem, mean_cost, middle, settable
-from focus_planner.core.shots import with_shots
-from focus_planner.core.types import Samples
-from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.problem.cells import middle, settable
+from focus_planner.core.problem.problem import build_problem, mean_cost
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.rig.optics import nearest_settable
+from focus_planner.core.surface.surface import Samples
+from focus_planner.core.surface.visibility import visible_pairs
 
 MODELS = {
     "paper": CostModel(),

@@ -15,11 +15,11 @@ from core.build import (
 )
 
 from focus_planner import InputError, PlanRequest, PointCloud, Rig, Scene, plan_focus
-from focus_planner.core import posing
-from focus_planner.core.posing import choose_samples, pose_fresh_problem
-from focus_planner.core.quality import judge, weighted_mean
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.surface import sample_mesh
+from focus_planner.core.planning import formulation as posing
+from focus_planner.core.planning.formulation import choose_samples, pose_fresh_problem
+from focus_planner.core.planning.quality import judge, weighted_mean
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.surface.sampling import sample_mesh
 
 SCENE, RIG = Scene(torus(0.4, 0.15)), around(6, 1.0)
 WALL, EYE = Scene(plane(0.6, 0.6, 0.8)), Rig((forward(),))

@@ -5,7 +5,7 @@ import pytest
 import reference
 
 from focus_planner import Grid, Image, InputError, Lens, cylinder_rig
-from focus_planner.core.geometry import camera_positions, camera_rotations
+from focus_planner.core.rig.geometry import camera_positions, camera_rotations
 
 
 def test_the_default_is_the_papers_rig():

@@ -4,7 +4,7 @@ import reference
 from core.build import TABLE_LENSES, body, problem_of, random_problem, ring_mask
 
 from focus_planner import Lens, Problem, cylinder_rig
-from focus_planner.core.shots import sort_shots, spread_start, with_one_shot, with_shots
+from focus_planner.core.problem.shots import sort_shots, spread_start, with_one_shot, with_shots
 from focus_planner.core.solvers import SOLVERS, Options, em, k_view
 
 LENSES = {

@@ -3,7 +3,7 @@ import pytest
 from core.build import around, box, merged, plane, sphere, torus
 
 from focus_planner import InputError, Mesh, PlanRequest, PointCloud, Scene, plan_focus
-from focus_planner.core.surface import (
+from focus_planner.core.surface.sampling import (
     CloudShape,
     cloud_shape,
     sample_around_cloud,
@@ -11,7 +11,7 @@ from focus_planner.core.surface import (
     sample_mesh,
     surfels,
 )
-from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.surface.visibility import visible_pairs
 
 
 def areas(mesh):

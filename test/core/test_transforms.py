@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.geometry import rotation_from_quaternion
-from focus_planner.core.transforms import (
+from focus_planner.core.rig.frames import (
     BODY_FROM_OPTICAL,
     FrameTransform,
     FrameTree,
@@ -20,6 +18,8 @@ from focus_planner.core.transforms import (
     quaternion_from_angles,
     similarity_from_matrix,
 )
+from focus_planner.core.rig.geometry import rotation_from_quaternion
+from focus_planner.core.validation import InputError
 
 TURNS = (
     st.tuples(*[st.floats(-1, 1)] * 4)

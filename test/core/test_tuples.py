@@ -6,7 +6,7 @@ import reference
 from core.build import body, problem_of, random_problem
 
 from focus_planner import Grid, Lens, cylinder_rig
-from focus_planner.core.tuples import camera_tuples
+from focus_planner.core.problem.camera_tuples import camera_tuples
 
 
 def overlaps(problem):

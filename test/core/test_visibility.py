@@ -22,11 +22,11 @@ from images import varied
 from scipy.spatial import cKDTree
 
 from focus_planner import Camera, Image, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
-from focus_planner.core.distortion import view
-from focus_planner.core.geometry import rotation_from_quaternion
-from focus_planner.core.surface import sample_mesh
-from focus_planner.core.types import Samples
-from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.rig.distortion import view
+from focus_planner.core.rig.geometry import rotation_from_quaternion
+from focus_planner.core.surface.sampling import sample_mesh
+from focus_planner.core.surface.surface import Samples
+from focus_planner.core.surface.visibility import visible_pairs
 
 SURFACES = {
     "sphere": sphere(0.4),

@@ -18,11 +18,12 @@ from focus_planner import (
     cylinder_rig,
     plan_focus,
 )
-from focus_planner.core.plans import METHODS, Warmth
-from focus_planner.core.shots import with_shots
+from focus_planner.core.planning.plan import Warmth
+from focus_planner.core.planning.request import METHODS
+from focus_planner.core.planning.warm_start import warm_options
+from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.solvers import Options
-from focus_planner.core.surface import sample_mesh
-from focus_planner.core.warm_start import warm_options
+from focus_planner.core.surface.sampling import sample_mesh
 
 SCENE = Scene(torus(0.4, 0.15))
 RIG = around(6, 1.0)

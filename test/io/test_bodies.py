@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.io.bodies import bodies, body
 
 

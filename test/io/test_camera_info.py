@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import Image
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.validation import InputError
 from focus_planner.io.camera_info import image_of_camera, load_camera_info
 
 # As camera_calibration writes it.

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.geometry import camera_rotations
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.transforms import Similarity, pose, similarity_from_matrix
-from focus_planner.core.types import Camera, Image, Lens, Rig
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
+from focus_planner.core.rig.geometry import camera_rotations
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.colmap import load_alignment, load_colmap
 
 # The numbers and the counts of parameters are those of COLMAP's documentation.

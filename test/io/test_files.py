@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import check_readable, check_writable, whole_file
 
 

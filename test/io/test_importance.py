@@ -7,8 +7,9 @@ import open3d as o3d
 import pytest
 import trimesh
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import FloatArray, Mesh, PointCloud
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.io.surfaces import load_surface
 
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.3)

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from messages.build import lens_tables
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Lens, Rig
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import (
     LensTables,
     lens_tables_from_yaml,

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.io.names import camera_names
 
 

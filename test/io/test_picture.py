@@ -7,13 +7,15 @@ from typing import Any
 import pytest
 from matplotlib.image import imread
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.problem import Problem
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import FloatArray, PointCloud, Rig
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.io import picture
 from focus_planner.io.bodies import body
 from focus_planner.io.surfaces import load_surface

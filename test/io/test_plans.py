@@ -8,12 +8,13 @@ from typing import Any
 
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import CameraStatus, Lens
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.validation import InputError
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan, plan_to_json, save_plan
 from focus_planner.io.surfaces import load_surface

@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.optics import depth_of_field
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import METHODS, FocusPlan, PlanRequest
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import Lens, PointCloud, Rig
+from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import METHODS, PlanRequest
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.optics import depth_of_field
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import save_plan
 from focus_planner.io.problems import save_problem

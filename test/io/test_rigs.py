@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 from images import varied
 from messages.build import lens_tables
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Camera, Grid, Image, Lens, Rig
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
 
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,12}", fullmatch=True) | st.sampled_from(

@@ -9,8 +9,8 @@ import open3d as o3d
 import pytest
 import trimesh
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import Mesh, PointCloud
+from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 import yaml
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.geometry import camera_rotations
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.transforms import BODY_FROM_OPTICAL, Similarity, pose
-from focus_planner.core.types import Image, Lens, Rig
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity, pose
+from focus_planner.core.rig.geometry import camera_rotations
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
 from focus_planner.io.transforms import load_transforms
 
 RIG = cylinder_rig(2, 6)

@@ -11,18 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from images import varied
 
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import (
-    BOUNDS,
-    MAX_SAMPLES,
-    MAX_SHOTS,
-    METHODS,
-    CameraFocus,
-    FocusPlan,
-    PlanRequest,
-    Shot,
-)
-from focus_planner.core.types import Camera, CameraStatus, Grid, Image, Lens, PointCloud, Rig
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.request import BOUNDS, MAX_SAMPLES, MAX_SHOTS, METHODS, PlanRequest
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.reading import Datatype, Optics
 from focus_planner.messages.writing import cloud_to_fields
 

@@ -14,13 +14,12 @@ from functools import partial
 import numpy as np
 from messages.build import Log
 
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import Image, Lens, Mesh, PointCloud
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.inputs import Arrival
-from focus_planner.messages.parameters import Settings
-from focus_planner.messages.planner import NotReady, Planner
 from focus_planner.messages.reading import (
     cloud_from_message,
     mesh_from_bytes,
@@ -29,6 +28,9 @@ from focus_planner.messages.reading import (
 )
 from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.messages.writing import cloud_to_fields, poses_to_fields, rig_to_fields
+from focus_planner.parameters.planner import Settings
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planner import NotReady, Planner
 
 #: By the input's topic; the types of what is sent there.
 TYPES = {

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from messages.build import triangle_arrays, vertex_arrays
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import read_mesh, write_mesh
 
 

@@ -13,9 +13,11 @@ from pathlib import Path
 import pytest
 from recording.made_up import ending
 
-from focus_planner.core.types import CameraStatus
-from focus_planner.messages import diagnostics as module
-from focus_planner.messages.diagnostics import (
+from focus_planner.core.planning.plan import CameraStatus
+from focus_planner.lenses.driver import LensStatus
+from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.runtime import diagnostics as module
+from focus_planner.runtime.diagnostics import (
     Diagnosis,
     Level,
     diagnose_cameras,
@@ -25,10 +27,8 @@ from focus_planner.messages.diagnostics import (
     diagnose_planner,
     diagnose_recorder,
 )
-from focus_planner.messages.inputs import InputState
-from focus_planner.messages.lens_driver import LensStatus
-from focus_planner.messages.status import LastRun
-from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.status import LastRun
 
 NOW = datetime(2025, 1, 1, 12, 0, 10, tzinfo=timezone.utc)
 NOTHING = InputState("rig")

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from focus_planner.core.solvers import Progress
-from focus_planner.messages import feedback as module
-from focus_planner.messages.feedback import Feedback
+from focus_planner.runtime import feedback as module
+from focus_planner.runtime.feedback import Feedback
 
 
 @pytest.fixture

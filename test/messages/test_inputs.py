@@ -7,10 +7,10 @@ from datetime import datetime, timedelta, timezone
 import pytest
 from messages.build import Log
 
-from focus_planner.core.checks import InputError
-from focus_planner.messages.inputs import Arrival, Input, InputState
+from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, serialize
+from focus_planner.runtime.inputs import Arrival, Input, InputState
 
 AT = datetime(2025, 1, 1, 10, 0, 0, tzinfo=timezone.utc)
 BAD = InputError("rig", "a good one", "a bad one")

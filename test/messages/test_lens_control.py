@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from focus_planner.core.lens_table import LensTable
-from focus_planner.messages.lens_control import LensControl, Patience
-from focus_planner.messages.lens_driver import PROFILES, FocusOrder, LensStatus, Tolerance
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.lenses.control import LensControl, Patience
+from focus_planner.lenses.driver import PROFILES, FocusOrder, LensStatus, Tolerance
 
 _, SENT, VERIFIED, DIFFERS, FAILED = LensStatus
 QUICK = Patience(

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.messages.lens_driver import (
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.validation import InputError
+from focus_planner.lenses.driver import (
     DIOPTRES,
     METRES,
     PROFILES,

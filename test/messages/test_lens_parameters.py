@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.messages.lens_driver import PROFILES, DriverProfile
-from focus_planner.messages.lens_parameters import (
+from focus_planner.core.validation import InputError
+from focus_planner.lenses.driver import PROFILES, DriverProfile
+from focus_planner.parameters.lenses import (
     ADAPTER_DECLARATIONS,
     SIMULATION_DECLARATIONS,
     AdapterSettings,

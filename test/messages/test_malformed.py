@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from messages.malformed import READ, TYPES, Bench, absurd, broken, good
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import MAX_CAMERAS
+from focus_planner.core.rig.rig import MAX_CAMERAS
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import serialize
 
 MESSAGES = 200

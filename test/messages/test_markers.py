@@ -11,9 +11,9 @@ from rclpy.serialization import deserialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
 from focus_planner import Image, Lens, PlanRequest, Rig
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import CameraStatus
+from focus_planner.core.planning.plan import CameraStatus
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.typestore import serialize
 

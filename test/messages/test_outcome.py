@@ -8,9 +8,9 @@ from focus_planner_msgs.action import PlanFocus as PlanFocusAction
 from focus_planner_msgs.msg import LensState
 from focus_planner_msgs.srv import PlanFocus
 
-from focus_planner.messages.diagnostics import Level
-from focus_planner.messages.lens_driver import LensStatus
-from focus_planner.messages.outcome import Reason
+from focus_planner.lenses.driver import LensStatus
+from focus_planner.runtime.diagnostics import Level
+from focus_planner.runtime.reason import Reason
 
 
 def constants(message_type, prefix=""):

@@ -9,9 +9,10 @@ import pytest
 import yaml
 
 from focus_planner.cli import main as cli
-from focus_planner.core.checks import InputError
-from focus_planner.messages.parameter_file import parameters_to_yaml
-from focus_planner.messages.parameters import DECLARATIONS, Declaration, Settings
+from focus_planner.core.validation import InputError
+from focus_planner.parameters.declaration import Declaration
+from focus_planner.parameters.file import parameters_to_yaml
+from focus_planner.parameters.planner import DECLARATIONS, Settings
 
 REPOSITORY = Path(__file__).parents[2]
 FILE = REPOSITORY / "config" / "focus_planner.yaml"

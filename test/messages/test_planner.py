@@ -10,17 +10,20 @@ import numpy as np
 import pytest
 from messages.build import Log
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import Image, Lens, Mesh, Rig
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import LensTables
-from focus_planner.messages.inputs import Arrival
-from focus_planner.messages.planner import NotReady, Planner
 from focus_planner.messages.reading import Optics
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planner import NotReady, Planner
 
 REQUEST = PlanRequest(method="em", samples=300)
 RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)

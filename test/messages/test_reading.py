@@ -22,10 +22,11 @@ from messages.build import (
     message,
 )
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.types import Image, PointCloud
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.reading import (
     Datatype,

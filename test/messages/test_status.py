@@ -8,13 +8,13 @@ import pytest
 from core.build import around, torus
 from recording.made_up import ending
 
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import FocusPlan, PlanRequest, SolvedPlan
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import CameraStatus
-from focus_planner.messages.inputs import InputState
-from focus_planner.messages.status import LastRun, age_of, input_to_fields, without_problem
+from focus_planner.core.planning.plan import CameraStatus, FocusPlan, SolvedPlan
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.status import LastRun, age_of, input_to_fields, without_problem
 
 RECEIVED = datetime(1970, 1, 1, 0, 1, 40, 250_000, tzinfo=timezone.utc)
 NOW = RECEIVED + timedelta(seconds=3)

@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import (
     PACKAGE,
     definition_of,

@@ -10,7 +10,7 @@ from pathlib import Path
 from recording.made_up import beginning, input_messages, plan_payload
 
 from focus_planner.core.solvers import Progress
-from focus_planner.messages.parameters import Recording
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording.recorder import Recorder
 
 

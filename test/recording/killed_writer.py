@@ -15,7 +15,7 @@ from pathlib import Path
 from recording.made_up import beginning, ending, input_messages, progress_messages, run_id
 
 from focus_planner.core.solvers import Progress
-from focus_planner.messages.parameters import Recording
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording import recorder as recorder_module
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.recorder import Recorder

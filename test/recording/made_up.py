@@ -9,10 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.plans import CameraFocus, FocusPlan, PlanRequest, Shot, Warmth
+from focus_planner.core.planning.fingerprint import Fingerprint
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot, Warmth
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress
-from focus_planner.core.types import Camera, CameraStatus, Image, Lens, Mesh, PointCloud, Rig
+from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.typestore import PLAN, POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter

@@ -8,12 +8,13 @@ from dataclasses import replace
 from core.build import around, torus
 from messages.build import Log
 
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.scene import Scene
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.lens import Lens
 from focus_planner.core.solvers import go_on
-from focus_planner.core.types import Lens, PointCloud
-from focus_planner.messages.parameters import Recording, Settings
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.parameters.planner import Recording, Settings
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder

@@ -35,7 +35,7 @@ from recording.made_up import (
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import definition_of, serialize, type_hash
 from focus_planner.recording import bag as bag_module
 from focus_planner.recording.bag import BagMessage, BagWriter, bag_size, being_written, read_bag

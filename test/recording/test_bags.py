@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from focus_planner.core.plans import METHODS
+from focus_planner.core.planning.request import METHODS
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 from focus_planner.messages.reading import mesh_from_bytes

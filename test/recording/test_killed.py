@@ -14,7 +14,7 @@ import pytest
 from recording.made_up import ending, input_messages, run_id, said
 from rosbags.rosbag2 import Reader
 
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.recording.bag import being_written
 from focus_planner.recording.run import read_run
 

@@ -17,9 +17,9 @@ import pytest
 from recording.runs import PLANNER, RIG, TORUS, Log, begun, record, solved
 
 from focus_planner.core.solvers import Progress, go_on
-from focus_planner.messages.parameters import Recording
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.messages.writing import plan_to_fields
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording import recorder as module
 from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id

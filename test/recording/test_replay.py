@@ -24,22 +24,25 @@ from recording.runs import (
     with_payload,
 )
 
-from focus_planner.core import planning, posing
-from focus_planner.core.plans import METHODS, PlanRequest
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
+from focus_planner.core.planning import formulation as posing
+from focus_planner.core.planning import plan_focus as planning
+from focus_planner.core.planning.request import METHODS, PlanRequest
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import go_on
-from focus_planner.core.types import CostModel, Mesh, Rig
-from focus_planner.messages.inputs import Arrival
-from focus_planner.messages.parameters import Recording
-from focus_planner.messages.planner import NotReady, Planner, internal_error
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh
 from focus_planner.messages.reading import Optics, mesh_from_bytes
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.messages.writing import mesh_to_bytes
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, outcome_differences, plan_run
 from focus_planner.recording.run import input_message, inputs_of, read_run
 from focus_planner.recording.what_if import parse_changes, with_changes
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planner import NotReady, Planner, internal_error
 
 PLAN, RESULT = "focus_planner_msgs/msg/FocusPlan", "focus_planner_msgs/msg/RunResult"
 RIG_TYPE = "focus_planner_msgs/msg/CameraRig"
@@ -617,7 +620,7 @@ def test_a_solver_that_does_something_else_is_told(run, monkeypatch):
 
 
 def test_a_stage_that_is_not_there_now_is_told(run):
-    from focus_planner.core.fingerprint import Fingerprint  # noqa: PLC0415 - beside its use
+    from focus_planner.core.planning.fingerprint import Fingerprint
 
     prints = (*run.ending.fingerprints, Fingerprint("cells", (1,), (2,)))
     changed = replace(run, ending=replace(run.ending, fingerprints=prints))

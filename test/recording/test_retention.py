@@ -10,8 +10,8 @@ import sys
 import pytest
 from recording.runs import RIG, TORUS, Log, begun, record
 
-from focus_planner.core.plans import PlanRequest
-from focus_planner.messages.parameters import Recording
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import prune

@@ -16,17 +16,21 @@ from messages import build
 from recording.runs import RIG as SMALL_RIG
 from recording.runs import TORUS, begun, cloud, record, rewritten, with_payload
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.fingerprint import Fingerprint
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import FocusPlan, PlanRequest, Warmth
+from focus_planner.core.planning.fingerprint import Fingerprint
+from focus_planner.core.planning.plan import FocusPlan, Warmth
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.solvers import Progress
-from focus_planner.core.types import Camera, Grid, Image, Lens, Mesh, Rig
+from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import lens_tables_from_yaml
-from focus_planner.messages.parameters import DECLARATIONS, Settings
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import POSES, RIG, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
+from focus_planner.parameters.planner import DECLARATIONS, Settings
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import (

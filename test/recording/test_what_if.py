@@ -10,16 +10,19 @@ import pytest
 from recording.runs import REQUEST, TORUS, Log, begun, record
 from recording.runs import RIG as SMALL_RIG
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.optics import hyperfocal_distance
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import CostModel, Image, Lens, Rig
-from focus_planner.messages.parameters import DECLARATIONS, Recording, Settings
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import POSES, RIG, serialize
 from focus_planner.messages.writing import poses_to_fields, rig_to_fields
+from focus_planner.parameters.planner import DECLARATIONS, Recording, Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run

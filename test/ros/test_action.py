@@ -19,9 +19,9 @@ from ros.bits import bits
 from ros.test_node import what_counts
 from ros.test_recording import FEW, assert_reproduced, having, until, whole
 
-from focus_planner.messages.outcome import Reason
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.run import read_run
+from focus_planner.runtime.reason import Reason
 
 # It would take minutes.
 LONG = {"method": "optimal", "samples": 16_384, "gap": 1e-12}

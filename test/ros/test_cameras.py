@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.types import Rig
-from focus_planner.ros.cameras import CameraTopics
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
+from focus_planner.ros.camera_topics import CameraTopics
 
 
 def topics_of(node):

@@ -39,11 +39,11 @@ from shape_msgs.msg import Mesh as MeshMsg
 from shape_msgs.msg import MeshTriangle
 from std_msgs.msg import Header
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import FocusPlan, PlanRequest
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import CameraStatus
+from focus_planner.core.planning.plan import CameraStatus, FocusPlan
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import read_mesh, write_mesh
 from focus_planner.messages.reading import (
     Datatype,

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from focus_planner import demo
-from focus_planner.core.plans import METHODS
+from focus_planner.core.planning.request import METHODS
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig
 from focus_planner.recording.run import read_run

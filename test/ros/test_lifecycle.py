@@ -21,10 +21,10 @@ from ros.test_node import what_counts
 from ros.test_recording import FEW, until
 from shape_msgs.msg import Mesh as MeshMsg
 
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.messages.outcome import Reason
+from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.ros.client import PlannerClient
+from focus_planner.runtime.reason import Reason
 
 MANAGED = ("-p", "autostart:=false")
 # The way to each state from the one before.

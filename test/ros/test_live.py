@@ -21,14 +21,14 @@ from ros.test_recording import (
 )
 
 from focus_planner.cli.main import main
-from focus_planner.core.checks import InputError
-from focus_planner.messages.parameters import DECLARATIONS
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import fields_of, serialize
+from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.replay import outcome_differences
 from focus_planner.recording.run import read_run
 from focus_planner.ros.client import PlannerClient
-from focus_planner.ros.live import replay_live
+from focus_planner.ros.live_replay import replay_live
 
 BAGS = Path(__file__).parents[2] / "bags"
 NAMES = [d.name for d in DECLARATIONS]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from messages.malformed import BALL, READ, RIG, Bench, absurd, broken
 
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.scene import Scene
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.ros.client import PlannerClient

@@ -14,11 +14,14 @@ from geometry_msgs.msg import PoseArray
 from ros.bits import bits
 from sensor_msgs.msg import PointCloud2
 
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import Camera, Image, Lens, PointCloud, Rig
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.messages.writing import (

@@ -15,9 +15,9 @@ from ros.planner_process import PlannerProcess
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
-from focus_planner.core.types import PointCloud
-from focus_planner.messages.parameters import DECLARATIONS
+from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.writing import cloud_to_fields, mesh_to_bytes
+from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
 

@@ -7,13 +7,14 @@ import pytest
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.lens_table import LensTable
-from focus_planner.core.plans import PlanRequest
-from focus_planner.core.types import CostModel, Lens
-from focus_planner.messages.parameters import DECLARATIONS, Recording, Serving, Settings
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
-from focus_planner.ros.parameters import Parameters
+from focus_planner.parameters.planner import DECLARATIONS, Recording, Serving, Settings
+from focus_planner.ros.node_parameters import Parameters
 
 
 def started_with(make_node, **values):

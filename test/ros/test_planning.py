@@ -5,13 +5,13 @@ from logging import getLogger
 
 from focus_planner_msgs.srv import PlanFocus
 
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.messages.inputs import Arrival
-from focus_planner.messages.outcome import Reason
-from focus_planner.messages.parameters import Settings
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.parameters.planner import Settings
 from focus_planner.ros.conversions import fields_from_ros
-from focus_planner.ros.planning import Planning, Surroundings
-from focus_planner.ros.requests import Request
+from focus_planner.ros.planning_thread import Planning, Surroundings
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.reason import Reason
+from focus_planner.runtime.requests import Request
 
 
 def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_ended(body):

@@ -23,12 +23,11 @@ from ros.bits import bits
 from ros.planner_process import PATIENCE
 from shape_msgs.msg import Mesh as MeshMsg
 
-from focus_planner.core.checks import InputError
-from focus_planner.core.plans import METHODS
-from focus_planner.core.rig import cylinder_rig
-from focus_planner.core.types import PointCloud
+from focus_planner.core.planning.request import METHODS
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.parameters import DECLARATIONS
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, _store, message_of, serialize
 from focus_planner.messages.writing import (
@@ -37,6 +36,7 @@ from focus_planner.messages.writing import (
     poses_to_fields,
     rig_to_fields,
 )
+from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.recording.bag import PARTIAL, bag_size, read_bag
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import read_run

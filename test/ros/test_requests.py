@@ -10,10 +10,10 @@ from dataclasses import replace
 import pytest
 from focus_planner_msgs.msg import FocusPlan
 
-from focus_planner.messages.outcome import Reason
-from focus_planner.messages.parameters import OVERLAPS, Serving, Settings
+from focus_planner.parameters.planner import OVERLAPS, Serving, Settings
 from focus_planner.recording.naming import new_run_id
-from focus_planner.ros.requests import Outcome, Request, Requests
+from focus_planner.runtime.reason import Reason
+from focus_planner.runtime.requests import Outcome, Request, Requests
 
 PLANNED = Outcome(Reason.NONE, "a plan", FocusPlan())
 SETTINGS = Settings.from_values({})

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from focus_planner.core.rig import cylinder_rig
+from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.ros.client import PlannerClient
 
 

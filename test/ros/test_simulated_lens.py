@@ -6,7 +6,7 @@ import pytest
 import rclpy
 from rclpy.parameter import Parameter
 
-from focus_planner.messages.lens_parameters import SimulationSettings
+from focus_planner.parameters.lenses import SimulationSettings
 from focus_planner.ros.simulated_lens import SimulatedLens
 
 

@@ -14,7 +14,7 @@ from rclpy.task import Future
 from ros.test_action import SHORT, SOON, cancelled, planning
 from ros.test_recording import FEW, having, until
 
-from focus_planner.core.types import Rig
+from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import mesh_to_bytes, rig_to_fields
 from focus_planner.ros.client import PlannerClient, _result
 from focus_planner.ros.conversions import message_to_ros

@@ -9,12 +9,14 @@ from itertools import product
 import pytest
 
 from focus_planner.core import kernels
-from focus_planner.core.planning import plan_focus
-from focus_planner.core.plans import METHODS, SCOPES, TUPLES, PlanRequest
-from focus_planner.core.posing import pose_problem
-from focus_planner.core.scene import Scene
-from focus_planner.core.types import Lens, Mesh, PointCloud, Rig
-from focus_planner.core.warm_up import warm_up
+from focus_planner.core.planning.formulation import pose_problem
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.precompile import warm_up
+from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh, PointCloud
 
 
 def compiled():

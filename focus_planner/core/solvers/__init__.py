@@ -1,7 +1,9 @@
 """One file per solver, one signature: ``solve(problem, options, watch) -> Solution``."""
 
+from focus_planner.core.progress import Progress, Watch, go_on
 from focus_planner.core.solvers import average, closest, em, k_view, optimal
-from focus_planner.core.solvers.solution import Options, Progress, Solution, Solver, Watch, go_on
+from focus_planner.core.solvers.options import Options
+from focus_planner.core.solvers.solution import Solution, Solver
 
 #: Every method by its name in requests, on the command line and in plans.
 SOLVERS: dict[str, Solver] = {

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from focus_planner.core.problem import Problem
-from focus_planner.core.solvers.solution import (
-    Options,
-    Progress,
-    Solution,
-    Watch,
-    finish,
-    go_on,
-    within_limits,
-)
-from focus_planner.core.types import FloatArray
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.solvers.options import Options
+from focus_planner.core.solvers.solution import Solution, finish, within_limits
 
 
 def solve(problem: Problem, _: Options | None = None, watch: Watch = go_on) -> Solution:

@@ -5,18 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import Problem, cost_of_units
+from focus_planner.core.problem.cells import cost_of_units
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.progress import Progress, Watch, go_on
 from focus_planner.core.solvers import closest
-from focus_planner.core.solvers.solution import (
-    Options,
-    Progress,
-    Solution,
-    Watch,
-    assign_samples,
-    finish_cells,
-    go_on,
-    start_cells,
-)
+from focus_planner.core.solvers.options import Options
+from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
 
 def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:

@@ -10,20 +10,14 @@ from itertools import pairwise
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import Problem, cost_of_units
+from focus_planner.core.arrays import IntArray
+from focus_planner.core.problem.camera_tuples import Abandoned, Tuples, camera_tuples
+from focus_planner.core.problem.cells import cost_of_units
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.progress import Progress, Watch, go_on
 from focus_planner.core.solvers import em
-from focus_planner.core.solvers.solution import (
-    Options,
-    Progress,
-    Solution,
-    Watch,
-    assign_samples,
-    finish_cells,
-    go_on,
-    start_cells,
-)
-from focus_planner.core.tuples import Abandoned, Tuples, camera_tuples
-from focus_planner.core.types import IntArray
+from focus_planner.core.solvers.options import Options
+from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
 # Shared samples looked at, a fiftieth of a second's work; of a third camera's cells, most are
 # passed over by their bound.

@@ -7,24 +7,23 @@ from functools import partial
 
 import numpy as np
 
-from focus_planner.core.problem import Problem, cost_of_units
-from focus_planner.core.proof.branching import Branching
-from focus_planner.core.proof.gains import gains_of
-from focus_planner.core.proof.prices import Prices, cost_below, pointwise_prices, prices_in_units
+from focus_planner.core.arrays import IntArray
+from focus_planner.core.bounds.branch_and_bound import Branching
+from focus_planner.core.bounds.lagrangian import (
+    Prices,
+    cost_below,
+    pointwise_prices,
+    prices_in_units,
+)
+from focus_planner.core.problem.camera_tuples import Abandoned
+from focus_planner.core.problem.cells import cost_of_units
+from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.progress import Progress, Watch, go_on
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.k_view import Descent
-from focus_planner.core.solvers.solution import (
-    Options,
-    Progress,
-    Solution,
-    Watch,
-    assign_samples,
-    finish_cells,
-    go_on,
-    start_cells,
-)
-from focus_planner.core.tuples import Abandoned
-from focus_planner.core.types import IntArray
+from focus_planner.core.solvers.options import Options
+from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
 # Plans are made from the prices after so many steps, and each time they are twice as many; from
 # the cheapest few of so many open nodes after so many nodes, and each time they are a quarter more.

@@ -2,75 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import Problem, middle, settable
-from focus_planner.core.types import FloatArray, Grid, IntArray
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a solver stands.
-
-    Attributes
-    ----------
-    stage : str
-        The solver's name.
-    iteration : int
-        Steps done in this stage, from 1; 0 before one that takes some setting up. Of ``optimal``,
-        which returns to its stages, steps in all.
-    cost : float
-        1000 × the weighted mean; the cells chosen so far cost no more.
-    lower_bound : float, optional
-        No plan for these samples costs less.
-    """
-
-    stage: str
-    iteration: int
-    cost: float
-    lower_bound: float | None = None
-
-
-#: Told of every step; answers whether to go on.
-Watch = Callable[[Progress], bool]
-
-
-def go_on(_: Progress) -> bool:
-    """Let the solver run to its end: the default watch."""
-    return True
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a solver may be told; each takes what concerns it.
-
-    Attributes
-    ----------
-    k : int
-        How many cameras move together: 2 or 3.
-    scope : {"all", "assigned"}
-        Which samples a step may re-assign: all that its cameras see, or those assigned to them.
-    grid : Grid, optional
-        Take the tuples from the cameras' neighbourhood on this grid; from overlap when absent.
-    start : (C,) array, optional
-        Focus distances to start from, metres; the closest depths when absent, or NaN.
-    gap : float
-        ``optimal`` is content with a plan proven to cost at most this part of its cost too much.
-    prices : (N,) array, optional
-        Of the samples, 0 to 1, to start bounds from: those of a solution of a similar problem.
-    """
-
-    k: int = 2
-    scope: str = "all"
-    grid: Grid | None = None
-    start: FloatArray | None = None
-    gap: float = 1e-6
-    prices: FloatArray | None = None
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.problem.cells import middle, settable
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.progress import Watch, go_on
+from focus_planner.core.solvers.options import Options
 
 
 @dataclass(frozen=True, eq=False)

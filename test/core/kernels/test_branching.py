@@ -8,7 +8,7 @@ import reference
 from core.build import random_problem, ring_mask, tiny_problem, with_threads
 
 from focus_planner.core import kernels
-from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.problem.gains import gains_of
 
 REACH, STEPS = 3, 40
 

@@ -7,10 +7,10 @@ from core.build import random_problem, ring_mask, with_threads
 
 from focus_planner import Grid, Lens
 from focus_planner.core import kernels
-from focus_planner.core.problem import UNITS
+from focus_planner.core.problem.camera_tuples import camera_tuples
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.rig.rig import MAX_CAMERAS
 from focus_planner.core.solvers.solution import assign_samples
-from focus_planner.core.tuples import camera_tuples
-from focus_planner.core.types import MAX_CAMERAS
 
 
 class Search:

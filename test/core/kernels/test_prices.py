@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focus_planner.core import kernels
-from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.problem.gains import gains_of
 
 
 def test_gains_are_counted_and_listed_camera_by_camera():

@@ -4,7 +4,7 @@ import reference
 from core.build import random_problem
 
 from focus_planner.core import kernels
-from focus_planner.core.problem import UNITS
+from focus_planner.core.problem.cells import UNITS
 
 
 def assign(problem, cell):

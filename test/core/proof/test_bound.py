@@ -6,9 +6,9 @@ import reference
 from core.build import body, problem_of, random_problem, ring_mask, tiny_problem
 
 from focus_planner import Lens, cylinder_rig
-from focus_planner.core.problem import UNITS
-from focus_planner.core.proof.bound import lower_bound
-from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.bounds.lower_bound import lower_bound
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.solvers import SOLVERS, Options
 
 SHALLOW = Lens(0.05, 40.0)

@@ -4,10 +4,10 @@ import reference
 from core.build import random_problem, ring_mask, tiny_problem, with_threads
 
 from focus_planner import Lens
-from focus_planner.core.proof import branching
-from focus_planner.core.proof.branching import Branching
-from focus_planner.core.proof.gains import gains_of
-from focus_planner.core.proof.prices import Prices
+from focus_planner.core.bounds import branch_and_bound as branching
+from focus_planner.core.bounds.branch_and_bound import Branching
+from focus_planner.core.bounds.lagrangian import Prices
+from focus_planner.core.problem.gains import gains_of
 
 SHALLOW = Lens(0.05, 40.0)
 

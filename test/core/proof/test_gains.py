@@ -4,8 +4,8 @@ import reference
 from core.build import body, problem_of, random_problem, tiny_problem
 
 from focus_planner import cylinder_rig
-from focus_planner.core.problem import UNITS
-from focus_planner.core.proof.gains import gains_of
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.solvers.solution import assign_samples, distances_of_cells
 
 

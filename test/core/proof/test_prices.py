@@ -4,10 +4,15 @@ import reference
 from core.build import body, problem_of, random_problem, ring_mask, tiny_problem, with_threads
 
 from focus_planner import cylinder_rig
+from focus_planner.core.bounds.lagrangian import (
+    Prices,
+    cost_below,
+    pointwise_prices,
+    prices_in_units,
+)
 from focus_planner.core.kernels import compiling
-from focus_planner.core.problem import UNITS, cost_of_units
-from focus_planner.core.proof.gains import gains_of
-from focus_planner.core.proof.prices import Prices, cost_below, pointwise_prices, prices_in_units
+from focus_planner.core.problem.cells import UNITS, cost_of_units
+from focus_planner.core.problem.gains import gains_of
 
 
 def bound_at(gains, price):

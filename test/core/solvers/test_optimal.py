@@ -17,11 +17,11 @@ from core.build import (
 )
 
 from focus_planner import Lens, cylinder_rig
+from focus_planner.core.bounds import branch_and_bound as branching
 from focus_planner.core.kernels import compiling
-from focus_planner.core.problem import UNITS
-from focus_planner.core.proof import branching
-from focus_planner.core.proof.gains import gains_of
-from focus_planner.core.shots import with_shots
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.solvers import Options, em, k_view, optimal
 
 SHALLOW = Lens(0.05, 40.0)

@@ -18,13 +18,15 @@ from core.build import (
 )
 
 from focus_planner import CostModel, Lens, Mesh, Rig, cylinder_rig
-from focus_planner.core.problem import UNITS, Problem, build_problem
-from focus_planner.core.scene import Scene
-from focus_planner.core.shots import with_shots
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.problem import Problem, build_problem
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.rig.camera import Camera
 from focus_planner.core.solvers import SOLVERS, Options, em, k_view
 from focus_planner.core.solvers.solution import distances_of_cells, finish
-from focus_planner.core.types import Camera, Samples
-from focus_planner.core.visibility import visible_pairs
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Samples
+from focus_planner.core.surface.visibility import visible_pairs
 
 SETTINGS = {
     "closest": ("closest", Options()),

@@ -1,0 +1,78 @@
+"""A lower bound for a plan of any method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.bounds.lagrangian import (
+    Prices,
+    cost_below,
+    pointwise_prices,
+    prices_in_units,
+)
+from focus_planner.core.problem.cells import units_of_cost
+from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.progress import Progress, Watch, go_on
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """What no plan for a problem costs less than.
+
+    Attributes
+    ----------
+    lower_bound : float
+        1000 × the weighted mean.
+    prices : (N,) array
+        Of the samples, 0 to 1, that prove it.
+    """
+
+    lower_bound: float
+    prices: FloatArray
+
+
+def lower_bound(
+    problem: Problem,
+    cost: float,
+    near: float,
+    gap: float = 1e-6,
+    start: FloatArray | None = None,
+    watch: Watch = go_on,
+    most_steps: int | None = None,
+) -> Bound:
+    """Return a lower bound on the cost of every plan for a problem.
+
+    That of the relaxation (core/proof/prices.py), which on bodies is some hundredths of a percent
+    below the optimum; method ``optimal`` closes the rest.
+
+    Parameters
+    ----------
+    problem : Problem
+    cost : float
+        Of the plan that the bound is for, told to the watch.
+    near : float
+        The cost of a good plan, which steps aim at: the better, the sooner the bound is good.
+    options : Options, optional
+        Its ``prices`` are started from, and ``gap`` is near enough.
+    watch : callable, optional
+        Told of every few steps, stage "prices"; answers whether to go on.
+    most_steps : int, optional
+        Of some 3 to 5 evaluations of the cost each; until they hardly matter when absent.
+    """
+    gains = gains_of(problem)
+    # A quick bound is as good as its few steps make it, whatever gap would do.
+    gap = gap if most_steps is None else 0.0
+    goal = gains.out - units_of_cost(near * (1 - gap))
+    prices = Prices(gains, None if start is None else prices_in_units(problem, start))
+    in_focus = int(gains.most.sum())  # of every sample in its best camera, for which nothing is due
+    rounds = 0
+    while prices.steps < (most_steps or prices.steps + 1) and not prices.settled(goal):
+        prices.descend(goal)
+        rounds += 1
+        below = cost_below(gains, min(prices.bound, in_focus))
+        if not watch(Progress("prices", rounds, cost, below)):
+            break
+    bound = min(cost_below(gains, min(prices.bound, in_focus)), cost)
+    return Bound(bound, pointwise_prices(problem, prices.price))

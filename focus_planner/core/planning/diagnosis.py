@@ -1,0 +1,278 @@
+"""What is probably wrong when a surface and a rig do not fit each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.geometry import camera_positions
+from focus_planner.core.rig.optics import focus_interval
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh, Samples, Surface
+from focus_planner.core.surface.visibility import Visibility, visible_pairs
+from focus_planner.core.validation import InputError
+
+# Real captures stay within a few times the subject's size; millimetres make it hundreds.
+_FARTHEST = 100.0
+# What looks smaller than this, metres, is not in millimetres: it would be a centimetre.
+_LARGE = 10.0
+_DIRECTIONS = 64
+_ENCLOSED = 0.8
+_TRIAL_SAMPLES = 500
+# A share of the surface that no wrong unit leaves in view, and one that no inverted normals do.
+_SEEN_ENOUGH = 0.2
+_SEEN_MOSTLY = 0.5
+_SEEN_AT_ALL = 0.02
+# By how much a unit's mistake scales the surface in the rig's eyes.
+_UNITS = (
+    (1e-3, "the surface is", "millimetres: divide by 1000"),
+    (1e-2, "the surface is", "centimetres: divide by 100"),
+    (1e3, "the camera poses are", "millimetres: divide by 1000"),
+    (1e2, "the camera poses are", "centimetres: divide by 100"),
+)
+# How many times larger or smaller than its distance a subject may be.
+_ODD = 20.0
+
+
+def check_distance(scene: Scene, rig: Rig) -> None:
+    """Raise if the cameras stand absurdly far from the surface.
+
+    They would see it, very small, and the plan would look like one.
+
+    Raises
+    ------
+    InputError
+        Says which unit is suspected.
+    """
+    away = _distances(scene, rig)
+    far = np.flatnonzero(away > _FARTHEST * scene.diagonal)
+    if len(far):
+        raise InputError(
+            "camera poses",
+            f"cameras within {_FARTHEST:g} times the surface's size of it, in metres",
+            f"{len(far)} of {len(rig)} beyond, {rig.cameras[far[0]].name}"
+            f" {away[far[0]]:.4g} from the middle of a surface {scene.diagonal:.4g} across",
+            "the camera poses are probably in millimetres (divide by 1000), or in another frame",
+        )
+
+
+def check_cameras_outside(scene: Scene, rig: Rig) -> None:
+    """Raise if a camera stands inside the body.
+
+    Raises
+    ------
+    InputError
+        Names the cameras, or the unit that is suspected.
+    """
+    enclosed = _enclosed(scene, camera_positions(rig))
+    inside = [rig.cameras[c].name for c in np.flatnonzero(enclosed)]
+    if not inside:
+        return
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    seen = _share_seen(visible_pairs(scene, rig, samples), samples)
+    if seen < _SEEN_ENOUGH:
+        _suspect_units(scene, rig, seen)
+    named = ", ".join(inside[:3]) + (", ..." if len(inside) > 3 else "")
+    raise InputError(
+        "camera poses",
+        "cameras outside the body",
+        f"{len(inside)} of {len(rig)} inside it ({named})",
+        "check the frames and units of the poses and of the surface",
+    )
+
+
+def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibility) -> None:
+    """Raise if nothing is seen, or next to nothing and a mistake would explain it.
+
+    Raises
+    ------
+    InputError
+        Says what is suspected: the unit, inverted normals, the importance, what is read out of
+        the images or their distortion, the frame.
+    """
+    seen = _share_seen(visibility, samples)
+    if seen < _SEEN_ENOUGH:
+        _suspect_units(scene, rig, seen)
+    if seen < _SEEN_MOSTLY and scene.oriented:
+        _suspect_normals(scene, rig, samples, seen)
+    if seen == 0:
+        _suspect_importance(scene, rig)
+        _suspect_images(scene, rig)
+        raise InputError(
+            "camera poses",
+            "cameras that see the surface",
+            "none that does",
+            "check that the poses are of optical frames (z forward, x right, y down), in the"
+            " surface's frame, in metres",
+        )
+
+
+def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> None:
+    """Raise if the rig would see much more of the surface with its normals turned round."""
+    few = slice(None, None, max(1, len(samples) // _TRIAL_SAMPLES))
+    turned = Samples(
+        samples.points[few], -samples.normals[few], samples.areas[few], samples.weights[few]
+    )
+    seen_turned = _share_seen(visible_pairs(scene, rig, turned), turned)
+    if seen_turned > max(_SEEN_ENOUGH, 2 * seen):
+        raise InputError(
+            "surface normals",
+            "outward normals (triangles counter-clockwise seen from outside)",
+            f"{seen_turned:.0%} of the surface seen from behind and {seen:.0%} from the front",
+            "the normals are probably inverted: flip the triangles' order or the normals",
+        )
+
+
+def _suspect_importance(scene: Scene, rig: Rig) -> None:
+    """Raise if the surface has an importance, and what the rig sees of it has none."""
+    surface = scene.surface
+    if isinstance(surface, Mesh):
+        name, importance = "mesh vertex_importance", surface.vertex_importance
+    else:
+        name, importance = "cloud importance", surface.importance
+    if importance is None:
+        return
+    samples = scene.sample(_TRIAL_SAMPLES, 0, by="area")
+    if len(visible_pairs(scene, rig, samples).sample_index):
+        raise InputError(
+            name, "some above 0 where a camera sees the surface", "0 on all that any camera sees"
+        )
+
+
+def _suspect_images(scene: Scene, rig: Rig) -> None:
+    """Raise if the rig would see the surface in whole images, without distortion."""
+    cameras = tuple(replace(camera, image=_plain(camera.image)) for camera in rig.cameras)
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    seen = _share_seen(visible_pairs(scene, replace(rig, cameras=cameras), samples), samples)
+    if seen > 0:
+        raise InputError(
+            "image.region, image.distortion",
+            "images with some of the surface in them",
+            f"none ({seen:.0%} of it would be seen in whole images, without distortion)",
+            "check the regions of interest, and the order of the coefficients of distortion",
+        )
+
+
+def _plain(image: Image) -> Image:
+    return Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+
+
+def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None:
+    """Raise if nothing can be brought into focus, or nothing needs to be.
+
+    Raises
+    ------
+    InputError
+        Says whether the depth tolerance, the lens's limits or distances, or the unit is suspected.
+    """
+    if not len(problem.depth):
+        return
+    if not (problem.focus_near <= problem.focus_far).any():
+        depths = f"at depths from {problem.depth.min():.4g} to {problem.depth.max():.4g} m"
+        if tolerance and _within_reach(problem):
+            raise InputError(
+                "depth_tolerance",
+                "metres that some camera's depth of field leaves room for",
+                f"{tolerance:g}, with which nothing counts as in focus {depths}",
+                "it is probably not in metres; else stop the lenses down",
+            )
+        names = "lens.min_focus, lens.max_focus"
+        listed = any(lens.focus_distances or lens.focus_steps for lens in problem.lenses)
+        if listed:
+            names = f"lens.focus_distances, lens.focus_steps, {names}"
+        if any(lens.table for lens in problem.lenses):
+            names = f"lens.table, {names}"
+        raise InputError(
+            names,
+            "distances at which some of the surface comes into focus",
+            f"none of it, {depths}",
+            "they are probably not in metres",
+        )
+    hyperfocal = np.array([lens.hyperfocal_distance for lens in problem.lenses])
+    beyond = problem.depth >= hyperfocal[problem.camera_index]
+    if scene.diagonal >= _LARGE and beyond.all():
+        raise InputError(
+            "surface and camera poses",
+            "metres",
+            f"a surface {scene.diagonal:.4g} across, all of it beyond the hyperfocal distance",
+            "both are probably in millimetres (divide by 1000); if they are not, focus at"
+            " infinity holds everything",
+        )
+
+
+def _within_reach(problem: Problem) -> bool:
+    """Return whether some camera could hold some sample in focus, were its depth exact."""
+    for c, lens in enumerate(problem.lenses):
+        pairs = problem.camera_pairs[problem.camera_offsets[c] : problem.camera_offsets[c + 1]]
+        near, far = focus_interval(problem.depth[pairs], lens)
+        if (near <= far).any():
+            return True
+    return False
+
+
+def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
+    """Raise if the rig would see the surface much better were one of the two in another unit."""
+    suspects = []
+    for factor, what, size in _UNITS:
+        if (scene.diagonal if factor < 1 else float(np.median(_distances(scene, rig)))) < _LARGE:
+            continue
+        scaled = Scene(_scaled(scene.surface, factor))
+        # A dot that all cameras happen to see explains nothing.
+        odds = abs(np.log(scaled.diagonal / np.median(_distances(scaled, rig))))
+        if odds < np.log(_ODD):
+            suspects.append((odds, factor, f"{what} probably in {size}", scaled))
+    for _, factor, suspicion, scaled in sorted(suspects, key=lambda suspect: suspect[0]):
+        samples = scaled.sample(_TRIAL_SAMPLES, 0)
+        seen_scaled = _share_seen(visible_pairs(scaled, rig, samples), samples)
+        if seen_scaled > max(_SEEN_AT_ALL, 4 * seen):
+            raise InputError(
+                "surface and camera poses",
+                "metres for both",
+                f"a surface {scene.diagonal:.4g} across of which {seen:.0%} can be seen"
+                f" ({seen_scaled:.0%} if the surface were {factor:g} times the size)",
+                suspicion,
+            )
+
+
+def _distances(scene: Scene, rig: Rig) -> FloatArray:
+    """Return (C,) the cameras' distances from the surface's middle, metres."""
+    away: FloatArray = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
+    return away
+
+
+def _share_seen(visibility: Visibility, samples: Samples) -> float:
+    """Return the share of the surface, by importance, that some camera sees."""
+    seen = np.zeros(len(samples), dtype=np.bool_)
+    seen[visibility.sample_index] = True
+    return float(samples.weights[seen].sum() / samples.weights.sum())
+
+
+def _scaled(surface: Surface, factor: float) -> Surface:
+    if isinstance(surface, Mesh):
+        return replace(surface, vertices=surface.vertices * factor)
+    return replace(surface, points=surface.points * factor)
+
+
+def _enclosed(scene: Scene, positions: FloatArray) -> NDArray[np.bool_]:
+    """Return whether the surface shows its inner side in nearly every direction, per position."""
+    directions = _sphere(_DIRECTIONS)
+    hit, outer = scene.first_hits(
+        np.repeat(positions, len(directions), axis=0), np.tile(directions, (len(positions), 1))
+    )
+    inner = hit & ~outer if scene.oriented else hit
+    share: FloatArray = inner.reshape(len(positions), -1).mean(axis=1)
+    return share > _ENCLOSED
+
+
+def _sphere(count: int) -> FloatArray:
+    """Return (count, 3) directions spread evenly (a Fibonacci spiral)."""
+    z = 1 - (2 * np.arange(count) + 1) / count
+    angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)

@@ -1,0 +1,204 @@
+"""From a scene, a rig and a request to the discrete problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core import kernels
+from focus_planner.core.planning.diagnosis import (
+    check_cameras_outside,
+    check_depths,
+    check_distance,
+    explain_unseen,
+)
+from focus_planner.core.planning.quality import judge
+from focus_planner.core.planning.request import MAX_SAMPLES, PlanRequest
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.problem.problem import Problem, build_problem
+from focus_planner.core.problem.shots import spread_start, with_shots
+from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
+from focus_planner.core.solvers import SOLVERS, Options, Watch, go_on
+from focus_planner.core.solvers.solution import fill_in
+from focus_planner.core.surface.sampling import Density
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh, Samples
+from focus_planner.core.surface.visibility import visible_pairs
+from focus_planner.core.validation import InputError
+
+# Enough to tell the costs' standard deviation to three percent; that it is EM's adds two, on the
+# safe side.
+_PILOT_SAMPLES = 2048
+
+
+def pose_problem(
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None = None,
+    by: Density = "importance",
+    go_on: Callable[[], bool] | None = None,
+    enough: Callable[[], float] = lambda: math.inf,
+) -> Problem:
+    """Return the discrete problem that a request poses, on samples by importance or by area.
+
+    Parameters
+    ----------
+    scene, rig, request, model
+        As for :func:`plan_focus`.
+    go_on : callable, optional
+        Asked every few hundredths of a second of ray casting whether to go on. If not, the
+        problem is that of the samples so far, which are fewer and as fairly drawn.
+    enough : callable, optional
+        Asked, when not to go on, how many of the samples so far are enough.
+
+    Raises
+    ------
+    InputError
+        As :func:`plan_focus`.
+    """
+    request = choose_samples(scene, rig, request, model)
+    shots = len(rig) * request.shots
+    if request.method == "k_view" and request.k > shots:
+        raise InputError(
+            "k",
+            f"at most {shots}, the number of cameras"
+            + (" times shots" if request.shots > 1 else ""),
+            str(request.k),
+            "a single camera is planned for with method em",
+        )
+    if shots > MAX_CAMERAS:
+        raise InputError(
+            "shots", f"at most {MAX_CAMERAS // len(rig)} for {len(rig)} cameras", str(request.shots)
+        )
+    check_distance(scene, rig)
+    check_cameras_outside(scene, rig)
+    samples = scene.sample(request.samples, request.seed, by)
+    visibility = visible_pairs(
+        scene, rig, samples, go_on, _fair_order(request, samples, go_on), enough
+    )
+    samples = _standing_for_all(samples, visibility.taken)
+    if not samples.weights.any():
+        raise InputError(
+            "samples", "enough for one to have some importance", str(request.samples), "take more"
+        )
+    explain_unseen(scene, rig, samples, visibility)
+    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
+    check_depths(scene, problem, request.depth_tolerance)
+    return with_shots(problem, request.shots)
+
+
+def pose_fresh_problem(
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None = None,
+    by: Density = "importance",
+    go_on: Callable[[], bool] | None = None,
+    enough: Callable[[], float] = lambda: math.inf,
+) -> Problem:
+    """Return the discrete problem that a request's plan is judged on.
+
+    Parameters
+    ----------
+    scene, rig, request, model, by, go_on, enough
+        As for :func:`pose_problem`.
+
+    Raises
+    ------
+    InputError
+        As :func:`choose_samples`.
+    """
+    request = choose_samples(scene, rig, request, model)
+    samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
+    visibility = visible_pairs(scene, rig, samples, go_on, enough=enough)
+    samples = _standing_for_all(samples, visibility.taken)
+    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
+    return with_shots(problem, request.shots)
+
+
+def thinned(problem: Problem, count: int, seed: int) -> Problem:
+    """Return the problem of some of a problem's samples, drawn at random."""
+    drawn = np.random.default_rng(seed).permutation(problem.sample_count)[:count]
+    taken = np.sort(drawn)
+    counts = np.diff(problem.sample_offsets)[taken]
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    shifts = np.repeat(problem.sample_offsets[taken] - offsets[:-1], counts)
+    pairs = np.arange(offsets[-1]) + shifts
+    return replace(
+        problem,
+        samples=_standing_for_all(problem.samples, taken),
+        sample_offsets=offsets,
+        sample_index=np.repeat(np.arange(len(taken), dtype=np.int32), counts),
+        camera_index=problem.camera_index[pairs],
+        depth=problem.depth[pairs],
+        base_cost=problem.base_cost[pairs],
+        focus_near=problem.focus_near[pairs],
+        focus_far=problem.focus_far[pairs],
+    )
+
+
+def choose_samples(
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None = None,
+    watch: Watch = go_on,
+) -> PlanRequest:
+    """Return the request with as many samples on a mesh as its standard error asks for.
+
+    The standard error falls with the square root of the number of samples; what it is for a few
+    of them, at the focus distances of EM on those, tells how many it takes. A request that says
+    how many, or takes a cloud's points, is returned as it is.
+
+    Raises
+    ------
+    InputError
+        If it takes too many, or as :func:`plan_focus`.
+    """
+    if request.samples or not isinstance(scene.surface, Mesh):
+        return request
+    pilot = pose_problem(scene, rig, replace(request, method="em", samples=_PILOT_SAMPLES), model)
+    with kernels.threads_for(len(pilot.depth)):
+        solution = SOLVERS["em"](pilot, Options(start=spread_start(pilot)), watch)
+    quality = judge(pilot, fill_in(pilot, solution.focus_distances))
+    ratio = quality.cost.standard_error / request.standard_error
+    enough = _PILOT_SAMPLES * ratio * ratio
+    if enough > MAX_SAMPLES:
+        least = quality.cost.standard_error * math.sqrt(_PILOT_SAMPLES / MAX_SAMPLES)
+        raise InputError(
+            "standard_error",
+            f"at least {1.005 * least:.3g} for this surface and rig",  # rounded, still enough
+            f"{request.standard_error:g}",
+            f"it would take {enough:.3g} samples, and {MAX_SAMPLES} is the most",
+        )
+    count = max(_PILOT_SAMPLES, math.ceil(enough))
+    return replace(request, samples=count, fresh_samples=count)
+
+
+def _fair_order(
+    request: PlanRequest, samples: Samples, go_on: Callable[[], bool] | None
+) -> NDArray[np.int64] | None:
+    """Return the order in which the first samples stand for all, if it is not their own.
+
+    A cloud's own points come as they were scanned, place by place.
+    """
+    if go_on is None or request.samples > 0:
+        return None
+    return np.random.default_rng(request.seed).permutation(len(samples))
+
+
+def _standing_for_all(samples: Samples, taken: NDArray[np.int64]) -> Samples:
+    """Return the samples taken; each stands for as much more of the surface as they are fewer."""
+    if len(taken) == len(samples):
+        return samples
+    part = samples.take(taken)
+    return replace(
+        part,
+        areas=part.areas * (samples.areas.sum() / part.areas.sum()),
+        weights=part.weights * (samples.weights.sum() / (part.weights.sum() or 1.0)),
+    )

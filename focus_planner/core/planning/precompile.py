@@ -1,0 +1,97 @@
+"""Compiling, or loading from the disk, all that a plan runs, before the first request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.bounds.branch_and_bound import Branching
+from focus_planner.core.bounds.lagrangian import Prices
+from focus_planner.core.planning.formulation import pose_problem
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.geometry import image_corners
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh, PointCloud
+
+_SAMPLES = 200
+_MERIDIANS, _PARALLELS = 24, 12
+
+
+def warm_up(go_on: Callable[[], bool] = lambda: True) -> None:
+    """Plan a small ball in every way there is, so that no request has to wait for a compiler.
+
+    Kernels are compiled per type of their arguments, and those depend on the method, on the kind
+    of surface and on whether the samples are a cloud's own points. Half a minute the first time,
+    then under a second: Numba keeps what it compiled.
+
+    Parameters
+    ----------
+    go_on : callable, optional
+        Asked before every plan whether to make it.
+    """
+    image = Image(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
+    rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, image=image)
+    image_corners(rig.cameras[0], 1.0)
+    for scene, request in _plans():
+        if not go_on():
+            return
+        plan_focus(scene, rig, request)
+    if go_on():
+        _branch(scene, rig)
+
+
+def _branch(scene: Scene, rig: Rig) -> None:
+    """Branch once: what is proven without, as for the ball, leaves those kernels out."""
+    gains = gains_of(pose_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
+    prices = Prices(gains)
+    prices.descend(0)
+    Branching(gains, prices.price, prices.bound, 0).step(0)
+
+
+def _plans() -> Iterator[tuple[Scene, PlanRequest]]:
+    for scene, samples in _scenes():
+        yield scene, PlanRequest(method="closest", samples=samples)
+    scene = Scene(_ball())
+    for request in _requests():
+        yield scene, request
+
+
+def _scenes() -> Iterator[tuple[Scene, int]]:
+    ball = _ball()
+    points = ball.vertices
+    yield Scene(Mesh(points, ball.triangles, points)), _SAMPLES
+    for cloud in (Scene(PointCloud(points)), Scene(PointCloud(points, points))):
+        yield cloud, _SAMPLES
+        yield cloud, 0
+
+
+def _requests() -> Iterator[PlanRequest]:
+    for method in METHODS:
+        yield PlanRequest(method=method, samples=_SAMPLES)
+    for scope in SCOPES:
+        for tuples in TUPLES:
+            for k in (2, 3):
+                yield PlanRequest("k_view", _SAMPLES, k=k, scope=scope, tuples=tuples)
+
+
+def _ball() -> Mesh:
+    """Return a ball of 0.2 m radius around the origin, its poles cut off."""
+    turn, rise = np.meshgrid(
+        np.arange(_MERIDIANS) * 2 * np.pi / _MERIDIANS,
+        np.linspace(-0.9, 0.9, _PARALLELS) * np.pi / 2,
+    )
+    directions: FloatArray = np.stack(
+        [np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)], axis=-1
+    ).reshape(-1, 3)
+    here = np.arange(_MERIDIANS * (_PARALLELS - 1))
+    beside = here - here % _MERIDIANS + (here + 1) % _MERIDIANS
+    lower = np.stack([here, beside, beside + _MERIDIANS], axis=1)
+    upper = np.stack([here, beside + _MERIDIANS, here + _MERIDIANS], axis=1)
+    return Mesh(0.2 * directions, np.concatenate([lower, upper]))

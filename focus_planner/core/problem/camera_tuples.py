@@ -1,0 +1,241 @@
+"""Which cameras move together: tuples, and batches of tuples that may move at the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import IntArray, Offsets
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.rig.rig import Grid
+
+# Each camera is paired with as many others as it has neighbours on a grid. On bodies, more took
+# longer and came no nearer to the optimum.
+_STRONGEST = 4
+# Counts for all pairs of cameras at once would need gigabytes for ten thousand cameras.
+_ROWS_AT_ONCE = 1024
+# Between questions whether to go on: what takes a fiftieth of a second.
+_PAIRS_BETWEEN_QUESTIONS = 1_000_000
+_LISTED_BETWEEN_QUESTIONS = 400_000
+
+
+class Abandoned(Exception):  # noqa: N818 - nothing went wrong
+    """The tuples are not wanted any more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tuples:
+    """Camera tuples, batch by batch, with the samples that each one's cameras share.
+
+    Attributes
+    ----------
+    cameras : (T, k) array of int32
+        The last camera of a triple is the one with the fewest cells.
+    batch_offsets : (B + 1,) array of int64
+        Tuples ``batch_offsets[b]`` to ``batch_offsets[b + 1]`` do not influence each other.
+    shared_offsets : (T + 1,) array of int64
+        Tuple t's shared samples are ``shared_offsets[t]`` to ``shared_offsets[t + 1]``.
+    samples : (L,) array of int32
+        The samples that at least two cameras of the tuple see, ascending.
+    bases : (L, k) array of int64
+        Their base cost with each of the tuple's cameras, ``NEVER`` where it does not see them.
+    firsts, lasts : (L, k) arrays of int32
+        The cells that hold them in focus.
+    """
+
+    cameras: IntArray
+    batch_offsets: Offsets
+    shared_offsets: Offsets
+    samples: IntArray
+    bases: Offsets
+    firsts: IntArray
+    lasts: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Graph:
+    """Cameras and their neighbours: those of c are ``offsets[c]`` to ``offsets[c + 1]``."""
+
+    offsets: Offsets
+    neighbours: IntArray
+
+    def edges(self) -> NDArray[np.int64]:
+        """Return (E, 2) each pair of neighbours once, the lower first, ascending."""
+        a = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
+        both = np.stack([a, self.neighbours], axis=1)
+        return both[both[:, 0] < both[:, 1]]
+
+
+def camera_tuples(
+    problem: Problem,
+    k: int,
+    scope: str,
+    grid: Grid | None,
+    go_on: Callable[[], bool] = lambda: True,
+) -> Tuples:
+    """Return the k-tuples of cameras worth moving together: connected k-sets of neighbours.
+
+    Neighbours are those on ``grid``; without one, each camera's strongest overlaps, by the
+    number of samples that both see. Cameras that can hold nothing in focus are left out. With
+    several shots per camera those of one camera are each other's neighbours, and the first of
+    one that of its neighbour's first, and so on.
+
+    Tuples influence each other with scope "assigned" where they share a camera (the paper's
+    independent sets), with "all" where they see a common sample.
+
+    ``go_on`` is asked every few hundredths of a second, by the work done.
+
+    Raises
+    ------
+    Abandoned
+        If it says no.
+    """
+    overlap, shared = _overlaps(problem, go_on)
+    edges = _grid_edges(grid) if grid is not None else _strongest(overlap, shared, problem.shots)
+    graph = _graph(problem.camera_count, _between_shots(edges, problem.camera_count, problem.shots))
+    cameras = graph.edges() if k == 2 else _triples(graph)
+    cell_counts = np.diff(problem.cells.offsets)
+    cameras = cameras[(cell_counts[cameras] > 0).all(axis=1)]
+    if k == 3:
+        fewest_last = np.argsort(-cell_counts[cameras], axis=1, kind="stable")
+        cameras = np.take_along_axis(cameras, fewest_last, axis=1)
+    reach = overlap.offsets if scope == "all" else np.zeros_like(overlap.offsets)
+    colours = kernels.colour(cameras, reach, overlap.neighbours)
+    batched = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
+    batch_offsets = np.concatenate([[0], np.cumsum(np.bincount(colours))])
+    return _with_shared(problem, batched, batch_offsets, go_on)
+
+
+def _overlaps(problem: Problem, go_on: Callable[[], bool]) -> tuple[_Graph, Offsets]:
+    """Return which cameras see a common sample, and per neighbour how many."""
+    cameras = problem.camera_count
+    seeing = len(problem.camera_index) / problem.sample_count
+    work = np.diff(problem.camera_offsets) * seeing
+    rows, neighbours, common = [], [], []
+    for low, high in _parts(work, _PAIRS_BETWEEN_QUESTIONS, go_on, _ROWS_AT_ONCE):
+        counts = np.empty((high - low, cameras), dtype=np.int32)
+        kernels.count_common(
+            problem.camera_offsets,
+            problem.cells.seen,
+            problem.sample_offsets,
+            problem.camera_index,
+            low,
+            counts,
+        )
+        row, neighbour = np.nonzero(counts)
+        rows.append(np.count_nonzero(counts, axis=1))
+        neighbours.append(neighbour.astype(np.int32))
+        common.append(counts[row, neighbour].astype(np.int64))
+    offsets = np.concatenate([[0], np.cumsum(np.concatenate(rows))])
+    return _Graph(offsets, np.concatenate(neighbours)), np.concatenate(common)
+
+
+def _strongest(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64]:
+    """Return (E, 2) each camera of the rig, not shot, with those that it overlaps most with."""
+    cameras = (len(overlap.offsets) - 1) // shots
+    a = np.repeat(np.arange(len(overlap.offsets) - 1), np.diff(overlap.offsets))
+    first = (a % shots == 0) & (overlap.neighbours % shots == 0)
+    counts = np.bincount(a[first] // shots, minlength=cameras)
+    found = kernels.strongest(
+        np.concatenate([[0], np.cumsum(counts)]),
+        overlap.neighbours[first] // np.int32(shots),
+        shared[first],
+        _STRONGEST,
+    )
+    camera, place = np.nonzero(found >= 0)
+    return np.stack([camera, found[camera, place]], axis=1)
+
+
+def _between_shots(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[np.int64]:
+    """Return (E, 2) the edges between the shots of cameras with these edges, and of each camera.
+
+    Joining each shot of a camera with every shot of its neighbours took longer, for a few
+    hundredths of a percent at most.
+    """
+    alike = edges[:, None] * shots + np.arange(shots)[None, :, None]
+    own = np.array(list(combinations(range(shots), 2)), dtype=np.int64).reshape(-1, 2)
+    of_each = np.arange(0, cameras, shots)[:, None, None] + own
+    return np.concatenate([alike.reshape(-1, 2), of_each.reshape(-1, 2)])
+
+
+def _grid_edges(grid: Grid) -> NDArray[np.int64]:
+    index = np.arange(grid.rows * grid.columns).reshape(grid.rows, grid.columns)
+    upward = np.stack([index[:-1].ravel(), index[1:].ravel()], axis=1)
+    around = np.stack([index.ravel(), np.roll(index, -1, axis=1).ravel()], axis=1)
+    return np.concatenate([upward, around])
+
+
+def _graph(cameras: int, edges: NDArray[np.int64]) -> _Graph:
+    """Return the graph of these edges, in both directions, each once, without loops."""
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    both = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
+    counts = np.bincount(both[:, 0], minlength=cameras)
+    return _Graph(np.concatenate([[0], np.cumsum(counts)]), both[:, 1].astype(np.int32))
+
+
+def _triples(graph: _Graph) -> NDArray[np.int64]:
+    """Return (T, 3) each set of a camera and two of its neighbours once, ascending."""
+    found = [
+        (camera, *pair)
+        for camera, (low, high) in enumerate(pairwise(graph.offsets))
+        for pair in combinations(graph.neighbours[low:high].tolist(), 2)
+    ]
+    return np.unique(np.sort(np.array(found, dtype=np.int64).reshape(-1, 3), axis=1), axis=0)
+
+
+def _parts(
+    work: NDArray[np.float64],
+    most_work: float,
+    go_on: Callable[[], bool],
+    most: int | None = None,
+) -> Iterator[tuple[int, int]]:
+    """Yield runs of items that together take no more than so much work; ask between them."""
+    low, done = 0, 0.0
+    for at, each in enumerate(work.tolist()):
+        if at > low and (done + each > most_work or at - low == most):
+            yield low, at
+            if not go_on():
+                raise Abandoned
+            low, done = at, 0.0
+        done += each
+    if low < len(work):
+        yield low, len(work)
+
+
+def _with_shared(
+    problem: Problem, cameras: IntArray, batch_offsets: Offsets, go_on: Callable[[], bool]
+) -> Tuples:
+    cells = problem.cells
+    offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
+    work = np.diff(problem.camera_offsets)[cameras].sum(axis=1).astype(np.float64)
+    parts = partial(_parts, work, _LISTED_BETWEEN_QUESTIONS, go_on)
+    for low, high in parts():
+        counts = kernels.count_shared(cameras[low:high], problem.camera_offsets, cells.seen)
+        offsets[low + 1 : high + 1] = counts
+    offsets = np.cumsum(offsets)
+    shape = (int(offsets[-1]), cameras.shape[1])
+    samples = np.empty(shape[0], dtype=np.int32)
+    bases = np.empty(shape, dtype=np.int64)
+    firsts, lasts = np.empty(shape, dtype=np.int32), np.empty(shape, dtype=np.int32)
+    for low, high in parts():
+        kernels.list_shared(
+            cameras[low:high],
+            problem.camera_offsets,
+            cells.seen,
+            cells.seen_base,
+            cells.seen_first,
+            cells.seen_last,
+            kernels.NEVER,
+            offsets[low : high + 1],
+            samples,
+            bases,
+            firsts,
+            lasts,
+        )
+    return Tuples(cameras, batch_offsets, offsets, samples, bases, firsts, lasts)

@@ -1,0 +1,87 @@
+"""A problem as what focus gains: the form that bounds and exact solvers work on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import IntArray, Offsets
+from focus_planner.core.problem.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """What each sample gains on its cost with every camera out of focus, in whole units.
+
+    A plan costs ``out`` less the sum over the samples of the largest gain among the cameras that
+    hold it in focus. Pairs that never gain, because another camera is better even out of focus,
+    are left out.
+
+    Attributes
+    ----------
+    offsets : (C + 1,) array of int64
+        Camera c's G pairs are ``offsets[c]`` to ``offsets[c + 1]``, samples ascending.
+    sample : (G,) array of int32
+    gain : (G,) array of int64
+        Above 0.
+    first, last : (G,) arrays of int32
+        The cells, counted from the camera's first, that hold the sample.
+    cell_offsets : (C + 1,) array of int64
+        Camera c's cells.
+    most : (N,) array of int64
+        Each sample's largest gain; 0 if it has none.
+    out : int
+        The cost with everything out of focus.
+    """
+
+    offsets: Offsets
+    sample: IntArray
+    gain: Offsets
+    first: IntArray
+    last: IntArray
+    cell_offsets: Offsets
+    most: Offsets
+    out: int
+
+    @property
+    def pairs(self) -> tuple[Offsets, IntArray, Offsets, IntArray, IntArray]:
+        """The arrays of pairs, as kernels take them."""
+        return self.offsets, self.sample, self.gain, self.first, self.last
+
+    @property
+    def camera_count(self) -> int:
+        """C."""
+        return len(self.offsets) - 1
+
+
+def gains_of(problem: Problem) -> Gains:
+    """Return the problem as gains; O(pairs)."""
+    cells = problem.cells
+    out, most = np.empty((2, problem.sample_count), dtype=np.int64)
+    kernels.most_gains(
+        problem.sample_offsets,
+        cells.base,
+        cells.focus,
+        cells.first,
+        cells.last,
+        cells.unseen,
+        out,
+        most,
+    )
+    by_camera = (
+        problem.camera_offsets,
+        cells.seen,
+        cells.seen_base,
+        cells.seen_first,
+        cells.seen_last,
+        out,
+    )
+    counts = np.empty(problem.camera_count, dtype=np.int64)
+    kernels.count_gains(*by_camera, counts)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    sample, first, last = np.empty((3, offsets[-1]), dtype=np.int32)
+    gain = np.empty(offsets[-1], dtype=np.int64)
+    kernels.list_gains(*by_camera, offsets, sample, gain, first, last)
+    return Gains(offsets, sample, gain, first, last, cells.offsets, most, int(out.sum()))

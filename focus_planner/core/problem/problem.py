@@ -1,0 +1,262 @@
+"""The discrete problem: samples, the cameras that see them, and what each pair costs.
+
+Every solver works on this and on nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray, IntArray, Offsets
+from focus_planner.core.problem.cells import UNITS, Cells, _by_lens, _units
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.geometry import camera_positions, camera_rotations
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.optics import focus_interval
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Samples
+from focus_planner.core.surface.visibility import Visibility
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One sampled surface before one rig.
+
+    The pairs of a sample and a camera that sees it stand sample by sample, cameras ascending.
+
+    Attributes
+    ----------
+    samples : Samples
+        N samples, normals outward.
+    names : tuple of str
+        The C cameras: with several shots each of the rig's as often, one after the other.
+    lenses : tuple of Lens
+        One per camera.
+    sample_offsets : (N + 1,) array of int64
+        Sample p's pairs are ``sample_offsets[p]`` to ``sample_offsets[p + 1]``.
+    sample_index, camera_index : (P,) arrays of int32
+    depth : (P,) array
+        Along the camera's optical axis, metres.
+    base_cost : (P,) array
+        The pair's cost in focus: the first two terms of Eq. 1.
+    focus_near, focus_far : (P,) arrays
+        The camera's focus distances that hold the sample in focus, metres.
+    focus_weight : float
+        w₃, what the pair costs more out of focus.
+    shots : int
+        How often each camera of the rig is there (:mod:`focus_planner.core.shots`).
+    """
+
+    samples: Samples
+    names: tuple[str, ...]
+    lenses: tuple[Lens, ...]
+    sample_offsets: Offsets
+    sample_index: IntArray
+    camera_index: IntArray
+    depth: FloatArray
+    base_cost: FloatArray
+    focus_near: FloatArray
+    focus_far: FloatArray
+    focus_weight: float
+    shots: int = 1
+
+    @property
+    def sample_count(self) -> int:
+        """N."""
+        return len(self.samples)
+
+    @property
+    def camera_count(self) -> int:
+        """C."""
+        return len(self.names)
+
+    @cached_property
+    def camera_offsets(self) -> Offsets:
+        """(C + 1,) camera c's pairs are ``camera_pairs[camera_offsets[c]:camera_offsets[c+1]]``."""
+        counts = np.bincount(self.camera_index, minlength=self.camera_count)
+        return np.concatenate([[0], np.cumsum(counts)])
+
+    @cached_property
+    def camera_pairs(self) -> IntArray:
+        """(P,) indices of pairs, camera by camera, samples ascending."""
+        pairs: IntArray = kernels.by_camera(self.camera_index, self.camera_offsets)
+        return pairs
+
+    @cached_property
+    def cells(self) -> Cells:
+        """The focus distances worth choosing between."""
+        cells = _cells(self, lambda: True)
+        assert cells is not None
+        return cells
+
+    def find_cells(self, go_on: Callable[[], bool]) -> bool:
+        """Find the cells, which else the first to ask for them waits for; return whether.
+
+        Parameters
+        ----------
+        go_on : callable
+            Asked a few times meanwhile whether to go on.
+        """
+        cells = _cells(self, go_on)
+        if cells is not None:
+            self.__dict__["cells"] = cells
+        return cells is not None
+
+    def evaluate(self, focus: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return each sample's cost and its best camera at the given focus distances (Eq. 2, 5).
+
+        Parameters
+        ----------
+        focus : (C,) array
+            Metres.
+
+        Returns
+        -------
+        costs : (N,) array
+            From 0 to 1, not weighted.
+        best : (N,) array of int32
+            -1 where no camera sees the sample.
+        """
+        costs = np.empty(self.sample_count)
+        best = np.empty(self.sample_count, dtype=np.int32)
+        kernels.best_cameras(
+            self.sample_offsets,
+            self.camera_index,
+            self.base_cost,
+            self.focus_near,
+            self.focus_far,
+            self.focus_weight,
+            np.ascontiguousarray(focus, dtype=np.float64),
+            costs,
+            best,
+        )
+        return costs, best
+
+    def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:
+        """Return (N,) whether each sample is in focus in its best camera.
+
+        Parameters
+        ----------
+        focus : (C,) array
+            Metres.
+        best : (N,) array of int32
+            As :meth:`evaluate` returns it.
+        """
+        pairs = np.flatnonzero(self.camera_index == best[self.sample_index])
+        chosen = focus[self.camera_index[pairs]]
+        sharp = (self.focus_near[pairs] <= chosen) & (chosen <= self.focus_far[pairs])
+        held = np.zeros(self.sample_count, dtype=np.bool_)
+        held[self.sample_index[pairs[sharp]]] = True
+        return held
+
+    def cost(self, focus: FloatArray) -> float:
+        """Return the total cost (Eq. 3): 1000 × the weighted mean of the samples' costs."""
+        return mean_cost(self.samples.weights, self.evaluate(focus)[0])
+
+
+def mean_cost(weights: FloatArray, costs: FloatArray) -> float:
+    """Return 1000 × the weighted mean."""
+    return 1000.0 * float((weights * costs).sum() / weights.sum())
+
+
+def build_problem(
+    samples: Samples,
+    visibility: Visibility,
+    rig: Rig,
+    model: CostModel | None = None,
+    depth_tolerance: float = 0.0,
+) -> Problem:
+    """Return the discrete problem of the samples that each camera sees.
+
+    The pair's base cost is w₁·min(ε₁d²/cos θ, 1) + w₂·min(r/ε₂, 1) (Eq. 1) at depth d, with θ
+    between the optical axis and the inward normal, r the distance from the axis. A surface seen
+    at cos θ ≤ 0, possible off the axis, has the largest first term. A pair is in focus where
+    every depth within ``depth_tolerance`` (metres) of its own is.
+    """
+    model = model or CostModel()
+    sample_offsets = np.zeros(len(samples) + 1, dtype=np.int64)
+    sample_index, camera_index = kernels.by_sample(
+        visibility.camera_offsets, visibility.sample_index, sample_offsets
+    )
+    depth, base_cost = np.empty(len(sample_index)), np.empty(len(sample_index))
+    kernels.base_costs(
+        samples.points,
+        visibility.normals,
+        camera_positions(rig),
+        np.ascontiguousarray(camera_rotations(rig)),
+        sample_index,
+        camera_index,
+        model.projected_area_weight,
+        model.axis_deviation_weight,
+        model.projected_area_scale,
+        model.axis_deviation_limit,
+        depth,
+        base_cost,
+    )
+    near, far = np.empty(len(depth)), np.empty(len(depth))
+    lenses = tuple(camera.lens for camera in rig.cameras)
+    for lens, part in _by_lens(lenses, camera_index):
+        near[part], far[part] = focus_interval(depth[part], lens, depth_tolerance)
+    return Problem(
+        samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
+        names=tuple(camera.name for camera in rig.cameras),
+        lenses=lenses,
+        sample_offsets=sample_offsets,
+        sample_index=sample_index,
+        camera_index=camera_index,
+        depth=depth,
+        base_cost=base_cost,
+        focus_near=near,
+        focus_far=far,
+        focus_weight=model.focus_weight,
+    )
+
+
+def _cells(problem: Problem, go_on: Callable[[], bool]) -> Cells | None:
+    """Return the cells, None if they were not to be gone on with."""
+    offsets, pairs = problem.camera_offsets, problem.camera_pairs
+    starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
+    sorted_starts, sorted_ends = starts.copy(), ends.copy()
+    for low, high in pairwise(offsets):
+        sorted_starts[low:high].sort()
+        sorted_ends[low:high].sort()
+    if not go_on():
+        return None
+    counts = np.empty(problem.camera_count, dtype=np.int64)
+    near, far = np.empty_like(starts), np.empty_like(ends)
+    kernels.maximal_cells(offsets, sorted_starts, sorted_ends, counts, near, far)
+    cell_offsets = np.concatenate([[0], np.cumsum(counts)])
+    kept = np.arange(cell_offsets[-1]) + np.repeat(offsets[:-1] - cell_offsets[:-1], counts)
+    near, far = near[kept], far[kept]
+    if not go_on():
+        return None
+    seen_first, seen_last = np.empty((2, len(pairs)), dtype=np.int32)
+    kernels.cell_ranges(offsets, starts, ends, cell_offsets, near, far, seen_first, seen_last)
+    first, last = np.empty((2, len(pairs)), dtype=np.int32)
+    first[pairs], last[pairs] = seen_first, seen_last
+    if not go_on():
+        return None
+    weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
+    base = _units(weights[problem.sample_index] * problem.base_cost)
+    return Cells(
+        lenses=problem.lenses,
+        offsets=cell_offsets,
+        near=near,
+        far=far,
+        base=base,
+        first=first,
+        last=last,
+        seen=problem.sample_index[pairs],
+        seen_base=base[pairs],
+        seen_first=seen_first,
+        seen_last=seen_last,
+        focus=_units(weights * problem.focus_weight),
+        unseen=_units(weights),
+    )

@@ -1,0 +1,79 @@
+"""Several shots per camera: a camera that takes m is m cameras of the discrete problem.
+
+They stand in one place, see the same, and a sample costs what the cheapest of all shots makes it
+cost: an exact model, in which every solver plans the brackets of all cameras together and knows
+nothing of it. Camera c's shots are cameras c·m to c·m + m − 1 of the problem.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.problem.problem import Problem
+
+
+def with_shots(problem: Problem, shots: int) -> Problem:
+    """Return the problem in which each camera of a one-shot problem takes this many shots."""
+    assert problem.shots == 1
+    if shots == 1:
+        return problem
+    repeated = np.repeat(problem.camera_index, shots) * shots
+    return replace(
+        problem,
+        names=tuple(name for name in problem.names for _ in range(shots)),
+        lenses=tuple(lens for lens in problem.lenses for _ in range(shots)),
+        sample_offsets=problem.sample_offsets * shots,
+        sample_index=np.repeat(problem.sample_index, shots),
+        camera_index=repeated + np.tile(np.arange(shots, dtype=np.int32), len(problem.depth)),
+        depth=np.repeat(problem.depth, shots),
+        base_cost=np.repeat(problem.base_cost, shots),
+        focus_near=np.repeat(problem.focus_near, shots),
+        focus_far=np.repeat(problem.focus_far, shots),
+        shots=shots,
+    )
+
+
+def with_one_shot(problem: Problem) -> Problem:
+    """Return the problem that :func:`with_shots` made this one of."""
+    first = slice(None, None, problem.shots)
+    return replace(
+        problem,
+        names=problem.names[first],
+        lenses=problem.lenses[first],
+        sample_offsets=problem.sample_offsets // problem.shots,
+        sample_index=problem.sample_index[first].copy(),
+        camera_index=problem.camera_index[first] // problem.shots,
+        depth=problem.depth[first].copy(),
+        base_cost=problem.base_cost[first].copy(),
+        focus_near=problem.focus_near[first].copy(),
+        focus_far=problem.focus_far[first].copy(),
+        shots=1,
+    )
+
+
+def spread_start(problem: Problem) -> FloatArray | None:
+    """Return (C,) distances to start from, metres, apart for a camera's shots; None for one shot.
+
+    Shots that start at one distance see and gain the same, and all but one of them stay idle.
+    They start evenly from the closest to the farthest depth that the camera sees, by quantile: of
+    the spreads tried on bodies EM ended lowest from this one.
+    """
+    if problem.shots == 1:
+        return None
+    start = np.full(problem.camera_count, np.nan)
+    shares = np.linspace(0.0, 1.0, problem.shots)
+    for c in range(0, problem.camera_count, problem.shots):
+        low, high = problem.camera_offsets[c : c + 2]
+        if low < high:
+            depths = problem.depth[problem.camera_pairs[low:high]]
+            start[c : c + problem.shots] = np.quantile(depths, shares)
+    return start
+
+
+def sort_shots(problem: Problem, focus: FloatArray) -> FloatArray:
+    """Return the same focus distances, each camera's shots ascending."""
+    ascending: FloatArray = np.sort(focus.reshape(-1, problem.shots), axis=1).ravel()
+    return ascending

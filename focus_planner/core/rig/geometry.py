@@ -1,0 +1,50 @@
+"""Poses of cameras."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.rig.camera import Camera
+from focus_planner.core.rig.distortion import corner_rays
+from focus_planner.core.rig.rig import Rig
+
+
+def rotation_from_quaternion(quaternion: FloatArray) -> FloatArray:
+    """Return (n, 3, 3) rotation matrices of (n, 4) unit quaternions x, y, z, w."""
+    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=np.float64), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def camera_positions(rig: Rig) -> FloatArray:
+    """Return (C, 3) centres of projection in the rig's frame, metres."""
+    return np.array([camera.position for camera in rig.cameras])
+
+
+def camera_rotations(rig: Rig) -> FloatArray:
+    """Return (C, 3, 3) matrices whose columns are each camera's x, y, z axis in the rig's frame."""
+    return rotation_from_quaternion(np.array([camera.orientation for camera in rig.cameras]))
+
+
+def image_corners(camera: Camera, depth: float) -> FloatArray:
+    """Return (4, 3) the points at a depth that the image's corners show, in the rig's frame.
+
+    From the first pixel's corner with the rows: top left, top right, bottom right, bottom left,
+    of the pixels that are read out. For corners that show nothing or what is very far off the
+    axis see :func:`focus_planner.core.distortion.corner_rays`.
+
+    Parameters
+    ----------
+    camera : Camera
+    depth : float
+        Along the optical axis, metres.
+    """
+    rays = np.column_stack([corner_rays(camera.image), np.ones(4)])
+    rotation = rotation_from_quaternion(np.array(camera.orientation))
+    corners: FloatArray = np.array(camera.position) + depth * rays @ rotation.T
+    return corners

@@ -1,0 +1,81 @@
+"""Rigs by rule."""
+
+from __future__ import annotations
+
+import math
+
+from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.rig import MAX_CAMERAS, Grid, Rig
+from focus_planner.core.validation import InputError, check_number, check_whole
+
+
+def cylinder_rig(
+    rows: int = 7,
+    columns: int = 24,
+    radius: float = 0.75,
+    bottom: float = 0.1,
+    top: float = 1.7,
+    *,
+    image: Image | None = None,
+    lens: Lens | None = None,
+    frame_id: str = "world",
+) -> Rig:
+    """Return cameras on a cylinder about the z axis, looking horizontally at it.
+
+    Column j stands at the angle 2πj/columns from +x, row by row from the bottom, the image's
+    y axis pointing down (−z). The defaults are the paper's rig (Sec. 4.2).
+
+    Parameters
+    ----------
+    rows, columns : int
+    radius, bottom, top : float
+        Metres; a single row stands half-way between ``bottom`` and ``top``.
+    image, lens : optional
+        Shared by all cameras; the paper's by default.
+    frame_id : str
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    check_whole("rows", rows, 1)
+    check_whole("columns", columns, 1)
+    if rows * columns > MAX_CAMERAS:
+        raise InputError("rows × columns", f"at most {MAX_CAMERAS}", str(rows * columns))
+    check_number("radius", radius, above=0)
+    check_number("bottom", bottom)
+    check_number("top", top)
+    if top < bottom:
+        raise InputError("top", f"at least bottom ({bottom:g} m)", f"{top:g} m")
+    digits = max(2, len(str(columns - 1)))
+    cameras = []
+    for row in range(rows):
+        share = row / (rows - 1) if rows > 1 else 0.5
+        for column in range(columns):
+            angle = 2 * math.pi * column / columns
+            cameras.append(
+                Camera(
+                    name=f"cam_{row}_{column:0{digits}d}",
+                    position=(
+                        radius * math.cos(angle),
+                        radius * math.sin(angle),
+                        bottom + share * (top - bottom),
+                    ),
+                    orientation=_inward(angle),
+                    image=image or Image(),
+                    lens=lens or Lens(),
+                )
+            )
+    return Rig(tuple(cameras), frame_id, Grid(rows, columns))
+
+
+def _inward(angle: float) -> tuple[float, float, float, float]:
+    """Return the orientation with z towards the axis, x to the right, y down.
+
+    At angle 0 the axes are x = +y, y = −z, z = −x of the world, the quaternion
+    (−½, −½, ½, ½); a turn by ``angle`` about the world's z follows.
+    """
+    c, s = math.cos(angle / 2), math.sin(angle / 2)
+    return ((-c + s) / 2, (-c - s) / 2, (c + s) / 2, (c - s) / 2)

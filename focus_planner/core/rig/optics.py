@@ -1,0 +1,125 @@
+"""Depth of field of a thin lens (paper, Sec. 4.2), and its inverse.
+
+Distances are along the optical axis from the centre of projection, metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.validation import check_number
+
+
+def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusion: float) -> float:
+    """Return H = F² / (N·c), metres.
+
+    With this H the paper's D_N and D_F are exact for a thin lens; texts that add F to it write
+    the limits in terms of H − F.
+
+    Parameters
+    ----------
+    focal_length, circle_of_confusion : float
+        Metres.
+    f_number : float
+
+    Raises
+    ------
+    InputError
+        If a value is not above zero.
+    """
+    check_number("lens.focal_length", focal_length, above=0)
+    check_number("lens.f_number", f_number, above=0)
+    check_number("lens.circle_of_confusion", circle_of_confusion, above=0)
+    return focal_length**2 / (f_number * circle_of_confusion)
+
+
+def depth_of_field(focus_distance: FloatArray, lens: Lens) -> tuple[FloatArray, FloatArray]:
+    """Return the near and far limit of what is sharp at each focus distance.
+
+    D_N = H·s / (H + s − F) and D_F = H·s / (H − s + F), infinite from s = H + F on.
+
+    Parameters
+    ----------
+    focus_distance : (n,) array
+        s, metres.
+    lens : Lens
+
+    Returns
+    -------
+    near, far : (n,) arrays
+        Metres.
+    """
+    s = np.asarray(focus_distance, dtype=np.float64)
+    h, f = lens.hyperfocal_distance, lens.focal_length
+    room = h + f - s
+    near = h * s / (h + s - f)
+    far = np.where(room > 0, h * s / np.where(room > 0, room, 1.0), np.inf)
+    return near, far
+
+
+def focus_interval(
+    depth: FloatArray, lens: Lens, tolerance: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return the focus distances that hold a point at ``depth`` in focus: the inverse of D_N, D_F.
+
+    [d(H+F) / (H+d), d(H−F) / (H−d)], unbounded above from d = H on, cut to what the lens can be
+    set to; of a lens with a list of distances both ends are on the list. Where nothing is left,
+    the interval is (inf, -inf).
+
+    Parameters
+    ----------
+    depth : (n,) array
+        d, metres.
+    lens : Lens
+    tolerance : float
+        t, metres: only what holds all depths from d − t to d + t counts. Both ends grow with the
+        depth, so these are the start for d + t and the end for d − t.
+
+    Returns
+    -------
+    nearest, farthest : (n,) arrays
+        Focus distances, metres.
+    """
+    d = np.asarray(depth, dtype=np.float64)
+    h, f = lens.hyperfocal_distance, lens.focal_length
+    back, front = d + tolerance, d - tolerance
+    room = h - front
+    nearest = back * (h + f) / (h + back)
+    farthest = np.where(room > 0, front * (h - f) / np.where(room > 0, room, 1.0), np.inf)
+    least, most = lens.focus_limits
+    nearest = np.maximum(nearest, least)
+    farthest = np.minimum(farthest, most)
+    settable = lens.settable_distances
+    if settable is not None:
+        first = np.searchsorted(settable, nearest, side="left")
+        last = np.searchsorted(settable, farthest, side="right") - 1
+        nearest = np.where(first < len(settable), settable[first % len(settable)], np.inf)
+        farthest = np.where(last >= 0, settable[last], -np.inf)
+    empty = ~(nearest <= farthest) | (front <= f)
+    return np.where(empty, np.inf, nearest), np.where(empty, -np.inf, farthest)
+
+
+def nearest_settable(distance: FloatArray, lens: Lens) -> FloatArray:
+    """Return what the lens can be set to that is nearest to each distance, in metres.
+
+    Parameters
+    ----------
+    distance : (n,) array
+        Metres; NaN stays.
+    lens : Lens
+
+    Returns
+    -------
+    (n,) array
+        Of two equally near the nearer to the camera.
+    """
+    settable = lens.settable_distances
+    if settable is None:
+        return np.clip(distance, *lens.focus_limits)
+    after = np.searchsorted(settable, distance, side="left").clip(1, max(len(settable) - 1, 1))
+    before = settable[after - 1]
+    after = settable[np.minimum(after, len(settable) - 1)]
+    nearest = np.where(distance - before <= after - distance, before, after)
+    return np.where(np.isnan(distance), np.nan, nearest)

@@ -1,0 +1,294 @@
+"""Surfaces as samples: points with a normal, the area that each stands for and what it counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import open3d as o3d
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.surface.surface import Mesh, PointCloud, Samples
+from focus_planner.core.validation import InputError
+
+# A point's neighbours tell its normal and its share of the area; enough to average noise out,
+# few enough to stay on one fold of the surface.
+_NEIGHBOURS = 16
+_STRAY = 50.0
+
+#: For NumPy's PCG64.
+Seed = int | np.random.SeedSequence
+#: What samples are drawn by; the same where a surface has no importance.
+Density = Literal["importance", "area"]
+
+
+@dataclass(frozen=True, eq=False)
+class CloudShape:
+    """What a cloud's points tell about the surface between them.
+
+    Attributes
+    ----------
+    normals : (M, 3) array
+        The cloud's own, outward; or estimated, and then of either sign.
+    oriented : bool
+        Whether the normals point outward.
+    areas : (M,) array
+        The surface area that each point stands for, square metres.
+    importance : (M,) array
+        Of each point, the greatest being 1.
+    spacing : float
+        Median distance between a point and what would be its neighbour on a square grid, metres.
+    """
+
+    normals: FloatArray
+    oriented: bool
+    areas: FloatArray
+    importance: FloatArray
+    spacing: float
+
+
+def cloud_shape(cloud: PointCloud) -> CloudShape:
+    """Return normals, areas and spacing of a cloud from each point's nearest neighbours.
+
+    The disc that reaches a point's k-th neighbour holds k points on average, so its area over k
+    is the area per point, without bias for points strewn at random.
+
+    Raises
+    ------
+    InputError
+        If the points coincide, or those with any importance do.
+    """
+    count = min(_NEIGHBOURS, len(cloud.points) - 1)
+    distances = np.asarray(cKDTree(cloud.points).query(cloud.points, k=count + 1, workers=-1)[0])
+    areas = np.pi * distances[:, -1] ** 2 / count
+    # A stray point stands for no surface, and hides none.
+    areas = np.minimum(areas, _STRAY * np.median(areas))
+    spacing = float(np.sqrt(np.median(areas)))
+    if not spacing > 0:
+        raise InputError("cloud", "distinct points", f"mostly points repeated over {count} times")
+    importance = np.ones(len(areas)) if cloud.importance is None else _relative(cloud.importance)
+    if not (areas * importance).any():
+        raise InputError(
+            "cloud importance", "some above 0 where points are distinct", "0 all over the surface"
+        )
+    if cloud.normals is not None:
+        return CloudShape(cloud.normals, True, areas, importance, spacing)
+    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points.copy()))
+    shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(count + 1))
+    return CloudShape(np.asarray(shape.normals).copy(), False, areas, importance, spacing)
+
+
+def fresh_stream(seed: int) -> np.random.SeedSequence:
+    """Return a seed of random numbers that are independent of those that any number seeds."""
+    return np.random.SeedSequence(seed, spawn_key=(0,))
+
+
+def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") -> Samples:
+    """Return ``count`` samples of the surface.
+
+    Normals are interpolated from the vertices where the mesh has vertex normals, else those of
+    the triangles.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    count : int
+    seed : int or SeedSequence
+        For NumPy's PCG64: the same seed gives the same samples.
+    by : {"importance", "area"}
+        The density of the samples. By importance, the less important the fewer, all weigh the
+        same, and where the importance is 0 there are none. By area all stand for the same area,
+        and some may weigh nothing.
+    """
+    random = np.random.default_rng(seed)
+    crosses = mesh.cross_products
+    areas = np.sqrt((crosses**2).sum(axis=1)) / 2
+    importance = _corner_importance(mesh)
+    if importance is None or by == "area":
+        chosen, barycentric, area = _draw_by_area(areas, count, random)
+        at = 1.0 if importance is None else (barycentric * importance[chosen]).sum(axis=1)
+        sample_areas = np.full(count, area / count)
+        weights = sample_areas * at
+    else:
+        chosen, barycentric, weight = _draw_by_importance(areas, importance, count, random)
+        at = (barycentric * importance[chosen]).sum(axis=1)
+        sample_areas = _areas_of_equal_weights(at, areas[importance.any(axis=1)].sum())
+        weights = np.full(count, weight / count)
+    corners = mesh.triangles[chosen]
+    points = (barycentric[:, :, None] * mesh.vertices[corners]).sum(axis=1)
+    normals = crosses[chosen]
+    if mesh.vertex_normals is not None:
+        smooth = (barycentric[:, :, None] * mesh.vertex_normals[corners]).sum(axis=1)
+        # Opposite vertex normals may cancel; the triangle's own is right there.
+        cancelled = (smooth**2).sum(axis=1) < 1e-12
+        normals = np.where(cancelled[:, None], normals, smooth)
+    normals = normals / np.sqrt((normals**2).sum(axis=1))[:, None]
+    return Samples(points, normals, sample_areas, weights)
+
+
+def sample_cloud(
+    cloud: PointCloud, shape: CloudShape, count: int, seed: int, by: Density = "importance"
+) -> Samples:
+    """Return ``count`` of the cloud's points, drawn with replacement; 0 returns all that count.
+
+    Drawing by area, times importance or not, undoes a density that differs from place to place,
+    as in merged scans.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    shape : CloudShape
+    count, seed, by
+        As for :func:`sample_mesh`; with a count of 0 each point stands for its own area.
+    """
+    points, normals, importance = cloud.points, shape.normals, shape.importance
+    if count == 0:
+        # Copies: kernels are compiled anew for arrays that cannot be written to.
+        kept = np.flatnonzero(importance > 0) if by == "importance" else np.arange(len(points))
+        areas = shape.areas[kept]
+        return Samples(points[kept], normals[kept], areas, areas * importance[kept])
+    random = np.random.default_rng(seed)
+    chosen, areas, weights = _draw_points(cloud, shape, count, random, by)
+    return Samples(points[chosen], normals[chosen], areas, weights)
+
+
+def sample_around_cloud(
+    cloud: PointCloud, shape: CloudShape, count: int, seed: Seed, by: Density = "importance"
+) -> Samples:
+    """Return ``count`` samples of the surface around a cloud's points.
+
+    Points are drawn as :func:`sample_cloud` does, and each sample lies in the square on its point's
+    tangent plane that has the point's area, uniformly, and has the point's normal: surface that
+    the points stand for, but not the points, which a plan may have been made on.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    shape : CloudShape
+    count, seed, by
+        As for :func:`sample_mesh`.
+    """
+    random = np.random.default_rng(seed)
+    chosen, areas, weights = _draw_points(cloud, shape, count, random, by)
+    normals = shape.normals[chosen]
+    side = np.sqrt(shape.areas[chosen])
+    along = side[:, None] * (random.random((count, 2)) - 0.5)
+    first, second = _tangents(normals)
+    points = cloud.points[chosen] + along[:, :1] * first + along[:, 1:] * second
+    return Samples(points, normals, areas, weights)
+
+
+def _draw_points(
+    cloud: PointCloud, shape: CloudShape, count: int, random: np.random.Generator, by: Density
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Return (count,) indices of points drawn with replacement, their areas and weights."""
+    importance = shape.importance
+    if cloud.importance is None or by == "area":
+        chosen, area = _choose(shape.areas, count, random)
+        areas = np.full(count, area / count)
+        return chosen, areas, areas * importance[chosen]
+    chosen, weight = _choose(shape.areas * importance, count, random)
+    areas = _areas_of_equal_weights(importance[chosen], shape.areas[importance > 0].sum())
+    return chosen, areas, np.full(count, weight / count)
+
+
+def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return two (n, 3) unit vectors at right angles to each normal and to each other."""
+    # Any direction that is not the normal's; the turn about it does not matter.
+    other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first = np.cross(normals, other)
+    first /= np.sqrt((first**2).sum(axis=1))[:, None]
+    return first, np.cross(normals, first)
+
+
+def surfels(
+    cloud: PointCloud, shape: CloudShape, radius_in_spacings: float
+) -> tuple[FloatArray, IntArray]:
+    """Return one square per point, tangent to the surface: the cloud made opaque.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    shape : CloudShape
+    radius_in_spacings : float
+        Half the square's diagonal, in units of the point's own spacing.
+
+    Returns
+    -------
+    vertices : (4M, 3) array
+        Metres.
+    triangles : (2M, 3) array of int32
+    """
+    first, second = _tangents(shape.normals)
+    radius = (radius_in_spacings * np.sqrt(shape.areas))[:, None]
+    corners = np.stack(
+        [
+            cloud.points + radius * first,
+            cloud.points + radius * second,
+            cloud.points - radius * first,
+            cloud.points - radius * second,
+        ],
+        axis=1,
+    )
+    base = 4 * np.arange(len(first), dtype=np.int32)[:, None]
+    corner = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
+    return corners.reshape(-1, 3), np.concatenate([base + corner[0], base + corner[1]])
+
+
+def _relative(importance: FloatArray) -> FloatArray:
+    """Return the importance, the greatest being 1."""
+    relative: FloatArray = importance / importance.max()
+    return relative
+
+
+def _corner_importance(mesh: Mesh) -> FloatArray | None:
+    """Return (T, 3) the importance at each triangle's corners, if the mesh has any."""
+    if mesh.vertex_importance is None:
+        return None
+    return _relative(mesh.vertex_importance[mesh.triangles])
+
+
+def _choose(
+    shares: FloatArray, count: int, random: np.random.Generator
+) -> tuple[NDArray[np.int64], float]:
+    """Return (count,) indices drawn by their shares, with replacement, and the shares' sum."""
+    cumulative = np.cumsum(shares)
+    # Always below the last, however it is rounded: what has no share is never drawn.
+    drawn = random.random(count) * cumulative[-1]
+    return np.searchsorted(cumulative, drawn, side="right"), float(cumulative[-1])
+
+
+def _draw_by_area(
+    areas: FloatArray, count: int, random: np.random.Generator
+) -> tuple[NDArray[np.int64], FloatArray, float]:
+    """Return triangles, barycentric coordinates in them, and the whole area."""
+    chosen, area = _choose(areas, count, random)
+    root, v = np.sqrt(random.random(count)), random.random(count)
+    return chosen, np.stack([1 - root, root * (1 - v), root * v], axis=1), area
+
+
+def _draw_by_importance(
+    areas: FloatArray, importance: FloatArray, count: int, random: np.random.Generator
+) -> tuple[NDArray[np.int64], FloatArray, float]:
+    """Return triangles, barycentric coordinates in them, and the integral of the importance.
+
+    A density that is linear on a triangle is a mixture of three, each proportional to one
+    barycentric coordinate: the Dirichlet distribution with parameter 2 there and 1 elsewhere.
+    """
+    chosen, weight = _choose((areas[:, None] / 3 * importance).ravel(), count, random)
+    triangles, corner = np.divmod(chosen, 3)
+    # Three random cuts leave four parts, jointly Dirichlet(1, 1, 1, 1); two parts make one of 2.
+    cuts = np.sort(random.random((count, 3)), axis=1)
+    parts = np.stack([cuts[:, 1], cuts[:, 2] - cuts[:, 1], 1 - cuts[:, 2]], axis=1)
+    place = (np.arange(3) - corner[:, None]) % 3
+    return triangles, np.take_along_axis(parts, place, axis=1), weight
+
+
+def _areas_of_equal_weights(importance: FloatArray, area: float) -> FloatArray:
+    """Return the areas, ``area`` in all, that samples of the same weight stand for."""
+    areas = 1 / importance
+    scaled: FloatArray = areas * (area / areas.sum())
+    return scaled

@@ -1,0 +1,186 @@
+"""A surface made ready for planning: its samples, and what hides what.
+
+Building a scene costs an acceleration structure (and, for a cloud, a neighbour search); it is
+made once per surface and serves every plan on it.
+"""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import open3d as o3d
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.sampling import (
+    CloudShape,
+    Density,
+    cloud_shape,
+    fresh_stream,
+    sample_around_cloud,
+    sample_cloud,
+    sample_mesh,
+    surfels,
+)
+from focus_planner.core.surface.surface import Mesh, PointCloud, Samples, Surface
+from focus_planner.core.validation import InputError, check_choice, check_whole
+
+# A ray ends this far before its target, so that the target's own triangle does not stop it: well
+# above float32's error in a recentred scene (1e-7 of its size), well below what a person is
+# photographed for.
+_STOP_SHORT_OF_MESH = 1e-4  # of the scene's diagonal
+# Surfels reach over their neighbours' edges and stand off a curved surface: end the ray before
+# the target's own neighbourhood.
+_STOP_SHORT_OF_CLOUD = 2.5  # spacings
+_SURFEL_RADIUS = 1.5  # spacings; leaves next to no holes between points strewn at random
+
+
+class Scene:
+    """One surface with its ray-casting structure.
+
+    Parameters
+    ----------
+    surface : Mesh or PointCloud
+
+    Attributes
+    ----------
+    surface : Mesh or PointCloud
+    area : float
+        Square metres; estimated from the points' spacing for a cloud.
+    stop_short : float
+        How far before its target a ray must end not to be stopped by the target itself, metres.
+    """
+
+    def __init__(self, surface: Surface) -> None:
+        self.surface = surface
+        self._shape: CloudShape | None = None
+        self._centre, self.diagonal = _extent(surface)
+        if isinstance(surface, Mesh):
+            vertices, triangles = surface.vertices, surface.triangles
+            crosses = surface.cross_products
+            self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
+            self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
+        else:
+            self._shape = cloud_shape(surface)
+            vertices, triangles = surfels(surface, self._shape, _SURFEL_RADIUS)
+            self.area = float(self._shape.areas.sum())
+            self.stop_short = _STOP_SHORT_OF_CLOUD * self._shape.spacing
+        self._raycasting = o3d.t.geometry.RaycastingScene()
+        self._raycasting.add_triangles(
+            np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
+            np.ascontiguousarray(triangles, dtype=np.uint32),
+        )
+
+    @property
+    def oriented(self) -> bool:
+        """Whether samples come with normals that point outward, else of either sign."""
+        return self._shape is None or self._shape.oriented
+
+    @property
+    def centre(self) -> FloatArray:
+        """Middle of the surface's bounding box, (3,), metres."""
+        return self._centre
+
+    def sample(self, count: int, seed: int, by: Density = "importance") -> Samples:
+        """Return seeded samples of the surface; 0 takes a cloud's points themselves.
+
+        Parameters
+        ----------
+        count, seed : int
+        by : {"importance", "area"}
+            The samples' density. By importance they all weigh the same, and their areas sum to
+            that of the surface with any importance; by area they all stand for the same area, and
+            some may weigh nothing. Without importance there is no difference.
+
+        Raises
+        ------
+        InputError
+            If ``count`` or ``seed`` is negative, ``count`` is 0 on a mesh, or ``by`` is neither.
+        """
+        check_whole("samples", count, 0)
+        check_whole("seed", seed, 0)
+        check_choice("by", by, get_args(Density))
+        if isinstance(self.surface, PointCloud):
+            assert self._shape is not None
+            return sample_cloud(self.surface, self._shape, count, seed, by)
+        if count == 0:
+            raise InputError(
+                "samples",
+                "at least 1 on a mesh",
+                "0",
+                "0 takes the points themselves, which only a cloud has",
+            )
+        return sample_mesh(self.surface, count, seed, by)
+
+    def fresh_samples(self, count: int, seed: int, by: Density = "importance") -> Samples:
+        """Return seeded samples to judge plans on, drawn as :meth:`sample` draws them.
+
+        They are independent of those that :meth:`sample` returns for any seed. A cloud's lie
+        around its points, as :func:`sample_around_cloud` says.
+
+        Raises
+        ------
+        InputError
+            If ``count`` is less than 2, of which there is no standard error, ``seed`` is
+            negative, or ``by`` is neither.
+        """
+        check_whole("fresh_samples", count, 2)
+        check_choice("by", by, get_args(Density))
+        stream = fresh_stream(check_whole("seed", seed, 0))
+        if isinstance(self.surface, PointCloud):
+            assert self._shape is not None
+            return sample_around_cloud(self.surface, self._shape, count, stream, by)
+        return sample_mesh(self.surface, count, stream, by)
+
+    def occluded(self, rays: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return whether the surface stands in each ray's way, between its origin and its end.
+
+        A ray to a point on the surface must end ``stop_short`` before it.
+
+        Parameters
+        ----------
+        rays : (n, 6) array of float32
+            Origin relative to ``centre``, and from there to the end, metres.
+
+        Returns
+        -------
+        (n,) array of bool
+        """
+        hits: NDArray[np.bool_] = self._raycasting.test_occlusions(
+            o3d.core.Tensor.from_numpy(rays), 0.0, 1.0
+        ).numpy()
+        return hits
+
+    def first_hits(
+        self, origins: FloatArray, directions: FloatArray
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return whether each ray hits the surface, and whether it first hits an outer side.
+
+        For a cloud without oriented normals the second array says nothing.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) arrays
+            Metres, in the surface's frame.
+
+        Returns
+        -------
+        hit, outer : (n,) arrays of bool
+        """
+        rays = np.empty((len(directions), 6), dtype=np.float32)
+        rays[:, :3] = origins - self._centre
+        rays[:, 3:] = directions
+        result = self._raycasting.cast_rays(rays)
+        hit = np.isfinite(result["t_hit"].numpy())
+        normals = result["primitive_normals"].numpy()
+        return hit, hit & ((normals * directions).sum(axis=1) < 0)
+
+
+def _extent(surface: Surface) -> tuple[FloatArray, float]:
+    if isinstance(surface, Mesh):
+        points = surface.vertices[np.unique(surface.triangles)]
+    else:
+        points = surface.points
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, float(np.sqrt(((high - low) ** 2).sum()))

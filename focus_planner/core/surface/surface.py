@@ -1,0 +1,237 @@
+"""Mesh, point cloud, samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.validation import (
+    _FARTHEST,
+    _ROUNDING,
+    InputError,
+    check_array,
+    check_finite,
+)
+
+# The square of what is shorter has next to no digits.
+_SHORTEST = 1e-150
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Metres.
+    triangles : (T, 3) array of int
+        Indices of vertices, counter-clockwise seen from outside.
+    vertex_normals : (V, 3) array, optional
+        Outward; they need not have unit length.
+    vertex_importance : (V,) array, optional
+        How much the surface at each vertex counts, at least 0 and linear in between; only ratios
+        matter. All counts the same when absent.
+
+    Raises
+    ------
+    InputError
+        If there is no triangle, a number is not finite, an index is out of range, a triangle
+        has no area, a normal has no length, or no triangle has any importance.
+    """
+
+    vertices: FloatArray
+    triangles: IntArray
+    vertex_normals: FloatArray | None = None
+    vertex_importance: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        vertices = check_array("mesh vertices", self.vertices, (None, 3))
+        triangles = check_array("mesh triangles", self.triangles, (None, 3), np.int64)
+        if len(triangles) == 0:
+            raise InputError("mesh", "at least one triangle", "none")
+        if len(vertices) == 0:
+            raise InputError("mesh vertices", "at least one", "none")
+        check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
+        _check_reach("mesh vertices", vertices)
+        out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
+        if len(out_of_range):
+            first = out_of_range[0]
+            raise InputError(
+                "mesh triangles",
+                f"vertex indices from 0 to {len(vertices) - 1}",
+                f"{triangles[first].tolist()} in triangle {first}"
+                f" ({len(out_of_range)} such triangles)",
+            )
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "triangles", _frozen(triangles.astype(np.int32)))
+        _check_areas(self)
+        if self.vertex_normals is not None:
+            normals = check_array("mesh vertex_normals", self.vertex_normals, vertices.shape)
+            object.__setattr__(self, "vertex_normals", _unit("mesh vertex_normals", normals))
+        if self.vertex_importance is not None:
+            name = "mesh vertex_importance"
+            importance = check_array(name, self.vertex_importance, (len(vertices),))
+            _check_importance(name, importance, "vertex", importance[triangles])
+            object.__setattr__(self, "vertex_importance", importance)
+
+    @cached_property
+    def cross_products(self) -> FloatArray:
+        """(T, 3) each triangle's outward normal, of length twice its area."""
+        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
+        return np.cross(b - a, c - a)
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """A surface given by points on it.
+
+    Parameters
+    ----------
+    points : (M, 3) array
+        Metres.
+    normals : (M, 3) array, optional
+        Outward; they need not have unit length. Estimated from the points when absent.
+    importance : (M,) array, optional
+        How much the surface at each point counts, at least 0; only ratios matter. All counts
+        the same when absent.
+
+    Raises
+    ------
+    InputError
+        If there are too few points to tell a surface, a number is not finite, a normal has no
+        length, or no point has any importance.
+    """
+
+    points: FloatArray
+    normals: FloatArray | None = None
+    importance: FloatArray | None = None
+
+    MIN_POINTS = 16
+
+    def __post_init__(self) -> None:
+        points = check_array("cloud points", self.points, (None, 3))
+        if len(points) < self.MIN_POINTS:
+            raise InputError(
+                "cloud",
+                f"at least {self.MIN_POINTS} points",
+                "an empty cloud" if len(points) == 0 else f"{len(points)}",
+            )
+        check_finite("cloud points", points, "point", "remove the invalid points first")
+        _check_reach("cloud points", points)
+        object.__setattr__(self, "points", points)
+        if self.normals is not None:
+            normals = check_array("cloud normals", self.normals, points.shape)
+            object.__setattr__(self, "normals", _unit("cloud normals", normals))
+        if self.importance is not None:
+            importance = check_array("cloud importance", self.importance, (len(points),))
+            _check_importance("cloud importance", importance, "point", importance)
+            object.__setattr__(self, "importance", importance)
+
+
+Surface = Mesh | PointCloud
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points that stand for a surface.
+
+    Attributes
+    ----------
+    points : (N, 3) array
+        Metres.
+    normals : (N, 3) array
+        Unit length, outward.
+    areas : (N,) array
+        The surface area that each sample stands for, square metres.
+    weights : (N,) array
+        What each sample counts in the cost: its area times its importance, the greatest
+        importance being 1; square metres.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    weights: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def take(self, which: slice | NDArray[np.int64]) -> Samples:
+        """Return some of the samples."""
+        return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
+
+
+def _check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
+    """Raise if numbers are none of this world: their squares would overflow."""
+    farthest = float(np.abs(vectors).max())
+    if farthest > _FARTHEST:
+        raise InputError(argument, f"{what} up to {_FARTHEST:g}", f"{farthest:g}")
+
+
+def _frozen(array: NDArray[np.int32]) -> IntArray:
+    array.flags.writeable = False
+    return array
+
+
+def _unit(argument: str, vectors: FloatArray) -> FloatArray:
+    check_finite(argument, vectors, "normal")
+    _check_reach(argument, vectors, "components")
+    lengths = np.sqrt((vectors**2).sum(axis=1))
+    if not (lengths > _SHORTEST).all():
+        zero = np.flatnonzero(~(lengths > _SHORTEST))
+        raise InputError(
+            argument,
+            "vectors with a length",
+            f"{len(zero)} of {len(vectors)} of length zero (first: {zero[0]})",
+            "leave the normals out and they are computed",
+        )
+    # Of unit length already: else what a recorded run says would not be what was planned with.
+    lengths = np.where(np.abs(lengths - 1) > _ROUNDING, lengths, 1.0)
+    unit: FloatArray = vectors / lengths[:, None]
+    unit.flags.writeable = False
+    return unit
+
+
+def _check_importance(
+    argument: str, importance: FloatArray, what: str, on_surface: FloatArray
+) -> None:
+    """Raise unless each is a finite number of at least 0, and one on the surface is above."""
+    check_finite(argument, importance, what)
+    below = np.flatnonzero(importance < 0)
+    if len(below):
+        raise InputError(
+            argument,
+            "numbers of at least 0",
+            f"{len(below)} of {len(importance)} below"
+            f" (first: {importance[below[0]]:g} of {what} {below[0]})",
+        )
+    if not on_surface.any():
+        raise InputError(
+            argument,
+            "some above 0",
+            "0 all over the surface",
+            "leave the importance out and all of it counts the same",
+        )
+
+
+def _check_areas(mesh: Mesh) -> None:
+    """Raise if a triangle's area is nothing beside its longest side."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    longest = np.maximum(
+        np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
+        ((c - b) ** 2).sum(axis=1),
+    )
+    twice_area = np.sqrt((mesh.cross_products**2).sum(axis=1))
+    degenerate = np.flatnonzero(~(twice_area > 1e-12 * longest))
+    if len(degenerate):
+        raise InputError(
+            "mesh triangles",
+            "triangles with an area",
+            f"{len(degenerate)} of {len(mesh.triangles)} degenerate (first: {degenerate[0]})",
+            "remove them, for instance with trimesh's nondegenerate_faces",
+        )

@@ -1,0 +1,281 @@
+"""Which camera sees which sample: field of view, facing, occlusion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.distortion import view
+from focus_planner.core.rig.geometry import camera_positions, camera_rotations
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Samples
+
+# Rays are cast in blocks: they need 24 bytes each, and every sample near the view 4.
+_RAYS_AT_ONCE = 2_000_000
+# Between two questions whether to go on: a few samples first, then what takes some 20 ms.
+_FIRST_SAMPLES = 512
+_FEWEST_SAMPLES = 64
+_RAYS_BETWEEN_QUESTIONS = 60_000
+# Of all pairs of a camera and a sample, by and large.
+_PAIRS_PER_VISIBLE = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Visibility:
+    """The pairs of a camera and a sample that it sees, camera by camera, samples ascending.
+
+    Attributes
+    ----------
+    camera_offsets : (C + 1,) array of int64
+        Camera c's pairs are ``camera_offsets[c]`` to ``camera_offsets[c + 1]``.
+    sample_index : (P,) array of int32
+        Counted in ``taken``.
+    normals : (N, 3) array
+        The samples' normals, outward.
+    taken : (N,) array of int64
+        The samples that were looked at, ascending: all of them unless the search was ended.
+    """
+
+    camera_offsets: NDArray[np.int64]
+    sample_index: IntArray
+    normals: FloatArray
+    taken: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Views:
+    """Where the cameras stand and what their images hold, as the kernels take it.
+
+    The frustums of distorted images hold more than these do: what does is told by
+    ``projections``, which are None where there is no such image.
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+    frustums: FloatArray
+    projections: FloatArray | None
+
+    def part(self, cameras: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self.positions[cameras], self.rotations[cameras], self.frustums[cameras]
+
+
+def visible_pairs(
+    scene: Scene,
+    rig: Rig,
+    samples: Samples,
+    go_on: Callable[[], bool] | None = None,
+    order: NDArray[np.int64] | None = None,
+    enough: Callable[[], float] = lambda: np.inf,
+) -> Visibility:
+    """Return the pairs of a camera and a sample that it sees.
+
+    A camera sees a sample whose image falls on a pixel that is read out, farther than its focal
+    length, whose normal points to the camera's side of the surface, with nothing of the surface
+    in between. How far off its axis a camera with distortion sees is told in
+    :mod:`focus_planner.core.distortion`.
+
+    Normals of unknown sign (a cloud's that were estimated) are turned towards the cameras with
+    an unobstructed view, by majority weighted with the cosine of incidence: what hides a sample
+    does not depend on the sign of any normal.
+
+    Parameters
+    ----------
+    scene : Scene
+    rig : Rig
+    samples : Samples
+    go_on : callable, optional
+        Asked after every few samples, while some are left, whether to go on. If not, the answer
+        is that for the samples taken so far, which stand for all where they are taken in random
+        order.
+    order : (N,) array of int64, optional
+        In which to take the samples; as they stand when absent.
+    enough : callable, optional
+        Asked, when not to go on, how many of the samples taken are enough: parts beyond are left
+        out.
+    """
+    views = _views(rig)
+    order = np.arange(len(samples)) if order is None else order
+    parts = []
+    low, size = 0, len(samples) if go_on is None else _FIRST_SAMPLES
+    while True:
+        taken = order[low : low + size]
+        with kernels.threads_for(len(taken) * len(rig) // _PAIRS_PER_VISIBLE):
+            part, rays = _look(scene, views, samples, taken)
+        parts.append(part)
+        low += size
+        if low >= len(samples) or (go_on is not None and not go_on()):
+            break
+        size = min(2 * size, size * _RAYS_BETWEEN_QUESTIONS // max(rays, 1))
+        size = max(size, _FEWEST_SAMPLES)
+    if low < len(samples):
+        parts = _first(parts, enough())
+    return _ascending(parts[0] if len(parts) == 1 else _joined(parts))
+
+
+def _first(parts: list[Visibility], enough: float) -> list[Visibility]:
+    """Return the first parts, with at least as many samples as are enough."""
+    before = np.cumsum([0] + [len(part.taken) for part in parts[:-1]])
+    return [part for part, count in zip(parts, before, strict=True) if count < enough]
+
+
+def _views(rig: Rig) -> _Views:
+    frustums = [(*_frustum(camera.image), camera.lens.focal_length) for camera in rig.cameras]
+    return _Views(
+        camera_positions(rig),
+        np.ascontiguousarray(camera_rotations(rig)),
+        np.array(frustums, dtype=np.float64),
+        _projections(rig),
+    )
+
+
+def _frustum(image: Image) -> tuple[float, ...]:
+    """Return fx, fy, cx, cy, width, height of what is read out of an image, or more."""
+    if image.distortion_model:
+        frustum, _ = view(image)
+        return frustum
+    x, y, width, height = image.pixels_read
+    return image.fx, image.fy, image.cx - x, image.cy - y, width, height
+
+
+def _projections(rig: Rig) -> FloatArray | None:
+    """Return each distorted image's projection, zeros for pinholes; None if all are pinholes."""
+    distorted = [c for c, camera in enumerate(rig.cameras) if camera.image.distortion_model]
+    if not distorted:
+        return None
+    projections = np.zeros((len(rig), kernels.PROJECTION + kernels.COEFFICIENTS))
+    for c in distorted:
+        _, projections[c] = view(rig.cameras[c].image)
+    return projections
+
+
+def _look(
+    scene: Scene, views: _Views, all_samples: Samples, taken: NDArray[np.int64]
+) -> tuple[Visibility, int]:
+    """Return what the cameras see of the samples taken, and how many rays that took.
+
+    Samples stand in blocks of neighbours, which are tested as one before each for itself.
+    """
+    samples = all_samples.take(taken)
+    facing = scene.oriented
+    order = _neighbours(samples, facing)
+    near = samples.take(order)
+    spheres, cones = kernels.bound_blocks(near.points, near.normals)
+    most = kernels.count_near_view(spheres, cones, len(near), *views.part(slice(None)), facing)
+    counts, found, cast = [], [], 0
+    for cameras in _camera_blocks(most):
+        view = views.part(cameras)
+        room = _offsets(most[cameras])
+        listed = np.empty(room[-1], dtype=np.int32)
+        in_view = kernels.list_in_view(
+            near.points, near.normals, spheres, cones, *view, facing, room, listed
+        )
+        if views.projections is not None:
+            in_view = kernels.keep_imaged(
+                near.points, *view[:2], views.projections[cameras], room, listed, in_view
+            )
+        offsets = _offsets(in_view)
+        rays = np.empty((offsets[-1], 6), dtype=np.float32)
+        kernels.fill_rays(
+            near.points, view[0], room, listed, offsets, scene.centre, scene.stop_short, rays
+        )
+        hidden = scene.occluded(rays)
+        seen = kernels.keep_seen(room, listed, offsets, hidden, order)
+        counts.append(seen)
+        found.append(_gathered(room[None, :-1], seen[None], listed, np.zeros(1, dtype=np.int64)))
+        cast += len(rays)
+    seen_from = _offsets(np.concatenate(counts))
+    visibility = Visibility(seen_from, np.concatenate(found), samples.normals, taken)
+    return visibility if facing else _turned(visibility, views.positions, samples), cast
+
+
+def _neighbours(samples: Samples, facing: bool) -> NDArray[np.int64]:
+    """Return (N,) an order in which samples that stand, and face, alike come together."""
+    low = samples.points.min(axis=0)
+    extent = float((samples.points.max(axis=0) - low).max())
+    scale = kernels.PLACES / extent if extent > 0 else 0.0
+    keys = kernels.block_keys(samples.points, samples.normals, low, scale, facing)
+    return np.argsort(keys, kind="stable")
+
+
+def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:
+    """Yield all cameras in runs that together list no more than rays are cast at once."""
+    low, total = 0, 0
+    for c, count in enumerate(most.tolist()):
+        if c > low and total + count > _RAYS_AT_ONCE:
+            yield slice(low, c)
+            low, total = c, 0
+        total += count
+    yield slice(low, len(most))
+
+
+def _turned(seen: Visibility, positions: FloatArray, samples: Samples) -> Visibility:
+    """Return the pairs that remain with the samples' normals turned to those that see them."""
+    camera_index = np.repeat(np.arange(len(positions)), np.diff(seen.camera_offsets))
+    sample_index = seen.sample_index
+    towards = positions[camera_index] - samples.points[sample_index]
+    towards /= np.sqrt((towards**2).sum(axis=1))[:, None]
+    cosine = (samples.normals[sample_index] * towards).sum(axis=1)
+    votes = np.bincount(sample_index, weights=cosine, minlength=len(samples))
+    normals = np.where(votes < 0, -1.0, 1.0)[:, None] * samples.normals
+    facing = (normals[sample_index] * towards).sum(axis=1) > 0
+    counts = np.bincount(camera_index[facing], minlength=len(positions))
+    return Visibility(_offsets(counts), sample_index[facing], normals, seen.taken)
+
+
+def _joined(parts: list[Visibility]) -> Visibility:
+    """Return the visibility of all parts' samples, one part's after another's."""
+    pairs = np.array([0, *(len(part.sample_index) for part in parts)])
+    samples = np.array([0, *(len(part.taken) for part in parts)])
+    offsets = np.array([part.camera_offsets for part in parts])
+    return Visibility(
+        offsets.sum(axis=0),
+        _gathered(
+            offsets[:, :-1] + np.cumsum(pairs)[:-1, None],
+            np.diff(offsets, axis=1),
+            np.concatenate([part.sample_index for part in parts]),
+            np.cumsum(samples)[:-1],
+        ),
+        np.concatenate([part.normals for part in parts]),
+        np.concatenate([part.taken for part in parts]),
+    )
+
+
+def _ascending(visibility: Visibility) -> Visibility:
+    """Return the same with the samples taken in ascending order."""
+    taken = visibility.taken
+    if (taken[:-1] <= taken[1:]).all():
+        return visibility
+    order = np.argsort(taken)
+    place = np.empty(len(taken), dtype=np.int32)
+    place[order] = np.arange(len(taken))
+    sample_index = place[visibility.sample_index]
+    for low, high in pairwise(visibility.camera_offsets):
+        sample_index[low:high].sort()
+    return Visibility(
+        visibility.camera_offsets, sample_index, visibility.normals[order], taken[order]
+    )
+
+
+def _gathered(
+    starts: NDArray[np.int64],
+    counts: NDArray[np.int64],
+    source: IntArray,
+    shifts: NDArray[np.int64],
+) -> IntArray:
+    """Return each camera's runs of ``source``, run k ``shifts[k]`` higher; all by (K, C)."""
+    offsets = _offsets(counts.sum(axis=0))
+    gathered = np.empty(offsets[-1], dtype=np.int32)
+    kernels.gather(starts, counts, shifts, offsets, source, gathered)
+    return gathered
+
+
+def _offsets(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])

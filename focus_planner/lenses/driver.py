@@ -1,0 +1,277 @@
+"""What a camera's driver is told of a focus distance, and whether what is read back is that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+from focus_planner.core.rig.lens_table import DIOPTRES, METRES, LensTable
+from focus_planner.core.validation import InputError
+from focus_planner.messages.writing import Fields
+
+DEVICE = "device"
+UNITS = (METRES, DIOPTRES, DEVICE)
+
+Value = bool | int | float
+Time = tuple[int, int]
+
+_NAN = math.nan
+_NO_TIME = (0, 0)
+# Messages say 1 / distance in 64 bits; more than this is a table's doing.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class DriverProfile:
+    """How a driver node takes a focus distance.
+
+    Attributes
+    ----------
+    parameter : str
+        The parameter that moves the lens.
+    unit : str
+        ``"m"``, ``"dioptres"`` or ``"device"``: its own unit, known from a table.
+    whole : bool
+        Whether it is an integer parameter.
+    manual : tuple of (str, bool or int)
+        Parameters that end autofocus, and to what value; set first where the driver has them.
+    """
+
+    parameter: str
+    unit: str
+    whole: bool
+    manual: tuple[tuple[str, bool | int], ...] = ()
+
+
+PROFILES: Mapping[str, DriverProfile] = {
+    # camera_ros makes a parameter of each libcamera control, of the same name. libcamera gives
+    # LensPosition in dioptres and ignores it unless AfMode is AfModeManual, 0.
+    "camera_ros": DriverProfile("LensPosition", DIOPTRES, False, (("AfMode", 0),)),
+    # v4l2_camera names parameters after V4L2 controls: "Focus, Absolute" is focus_absolute. It
+    # refuses a control that is inactive, as this one is during autofocus. That is called "Focus,
+    # Automatic Continuous" by newer kernels and "Focus, Auto" by older ones.
+    "v4l2_camera": DriverProfile(
+        "focus_absolute",
+        DEVICE,
+        True,
+        (("focus_automatic_continuous", False), ("focus_auto", False)),
+    ),
+}
+CUSTOM = "custom"
+DRIVERS = (*PROFILES, CUSTOM)
+
+
+class LensStatus(IntEnum):
+    """What became of a plan at a lens; equal to the constants of ``LensState.msg``."""
+
+    UNREPORTED = 0
+    SENT = 1
+    VERIFIED = 2
+    DIFFERS = 3
+    FAILED = 4
+
+
+@dataclass(frozen=True)
+class FocusOrder:
+    """What a lens is to do.
+
+    Attributes
+    ----------
+    plan_id : str
+    focus_distance : float
+        [m], along the optical axis from the centre of projection.
+    planned : bool
+        Whether the message says that this is a planner's distance.
+    device_value : float or None
+        The same by the planner's table; None without one.
+    device_unit : str
+        Its unit; "" without a table.
+    """
+
+    plan_id: str
+    focus_distance: float
+    planned: bool = True
+    device_value: float | None = None
+    device_unit: str = ""
+
+
+@dataclass(frozen=True)
+class LensCommand:
+    """What a driver is told.
+
+    Attributes
+    ----------
+    value : int or float
+    unit : str
+    calibrated : bool
+        Whether metres or dioptres are a table's, not those of the distance itself.
+    """
+
+    value: int | float
+    unit: str
+    calibrated: bool = False
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far what is read back may be from what was sent.
+
+    Attributes
+    ----------
+    absolute : float
+        In the driver's unit.
+    relative : float
+        As a part of the value sent.
+    """
+
+    absolute: float = 0.0
+    relative: float = 1e-4
+
+    def accepts(self, sent: float, read: float) -> bool:
+        """Return whether ``read`` verifies ``sent``; NaN never does."""
+        return abs(read - sent) <= self.absolute + self.relative * abs(sent)
+
+
+@dataclass(frozen=True)
+class LensReport:
+    """What became of a plan at a lens: the fields of ``LensState``, but for name and stamp.
+
+    Times are seconds and nanoseconds.
+    """
+
+    plan_id: str
+    status: LensStatus
+    planned_distance: float
+    unit: str = ""
+    sent_value: float = field(default=_NAN)
+    sent_at: Time = _NO_TIME
+    read_value: float = field(default=_NAN)
+    read_at: Time = _NO_TIME
+    read_distance: float = field(default=_NAN)
+    message: str = ""
+
+
+def order_from_message(message: Any) -> FocusOrder:
+    """Return what a ``CameraFocus`` message says."""
+    has_value = message.device_unit != "" and math.isfinite(message.device_value)
+    return FocusOrder(
+        plan_id=message.plan_id,
+        focus_distance=float(message.focus_distance),
+        planned=message.status != 0,
+        device_value=float(message.device_value) if has_value else None,
+        device_unit=message.device_unit if has_value else "",
+    )
+
+
+def report_to_fields(report: LensReport, name: str, stamp: Time) -> Fields:
+    """Return the fields of a ``LensState`` message."""
+    return {
+        "header": {"stamp": _time(stamp)},
+        "name": name,
+        "plan_id": report.plan_id,
+        "status": int(report.status),
+        "planned_distance": report.planned_distance,
+        "unit": report.unit,
+        "sent_value": report.sent_value,
+        "sent_at": _time(report.sent_at),
+        "read_value": report.read_value,
+        "read_at": _time(report.read_at),
+        "read_distance": report.read_distance,
+        "message": report.message,
+    }
+
+
+def command_for(
+    order: FocusOrder, profile: DriverProfile, table: LensTable | None = None
+) -> LensCommand:
+    """Return what to tell a driver.
+
+    The planner's device value is taken where it is in the driver's unit, then the given table's,
+    and metres or dioptres are computed without any.
+
+    Parameters
+    ----------
+    order : FocusOrder
+    profile : DriverProfile
+    table : LensTable, optional
+        The lens's, if the adapter has one.
+
+    Raises
+    ------
+    InputError
+        If the message is not of a plan, or the driver's unit is not known.
+    """
+    _check_planned(order)
+    value, unit = _device_value(order, profile, table)
+    plain = _plain_value(order.focus_distance, unit)
+    calibrated = plain is not None and not math.isclose(value, plain, rel_tol=_ROUNDING)
+    return LensCommand(round(value) if profile.whole else float(value), unit, calibrated)
+
+
+def distance_of(command: LensCommand, value: float, table: LensTable | None = None) -> float:
+    """Return the focus distance [m] of a value that was read back, NaN where it is not known."""
+    if table is not None and table.unit == command.unit:
+        try:
+            return table.distance_at(value)
+        except InputError:  # outside the table
+            return math.nan
+    if command.calibrated or value < 0:
+        return math.nan
+    if command.unit == DIOPTRES:
+        return 1.0 / value if value else math.inf
+    return value if command.unit == METRES else math.nan
+
+
+def _check_planned(order: FocusOrder) -> None:
+    if not order.planned:
+        raise InputError("status", "that of a plan", "STATUS_UNKNOWN", "this is not a plan")
+    if not 0.0 < order.focus_distance < math.inf:
+        raise InputError(
+            "focus_distance",
+            "a distance above 0 m",
+            f"{order.focus_distance:g}",
+            "this is not a plan",
+        )
+
+
+def _device_value(
+    order: FocusOrder, profile: DriverProfile, table: LensTable | None
+) -> tuple[float, str]:
+    if table is not None and order.device_unit not in ("", table.unit):
+        raise InputError(
+            "device_unit",
+            f"{table.unit!r}, as in the adapter's lens tables",
+            repr(order.device_unit),
+            "give the planner and the adapter the same lens tables",
+        )
+    if order.device_value is not None and _speaks(profile, order.device_unit):
+        return order.device_value, order.device_unit
+    if table is not None and _speaks(profile, table.unit):
+        return table.value_at(order.focus_distance), table.unit
+    plain = _plain_value(order.focus_distance, profile.unit)
+    if plain is None:
+        raise InputError(
+            "device_value",
+            f"a value for {profile.parameter} in the driver's own unit",
+            f"one in {order.device_unit}" if order.device_unit else "none",
+            "give the planner or this adapter lens tables",
+        )
+    return plain, profile.unit
+
+
+def _speaks(profile: DriverProfile, unit: str) -> bool:
+    """Return whether a table's unit is the driver's."""
+    return unit not in (METRES, DIOPTRES) if profile.unit == DEVICE else unit == profile.unit
+
+
+def _plain_value(distance: float, unit: str) -> float | None:
+    if unit == METRES:
+        return distance
+    return 1.0 / distance if unit == DIOPTRES else None
+
+
+def _time(time: Time) -> Fields:
+    return {"sec": time[0], "nanosec": time[1]}

@@ -1,0 +1,115 @@
+"""A lens that moves: at its speed, after a delay, between limits, with backlash."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from focus_planner.core.validation import InputError, check_number
+
+
+@dataclass(frozen=True)
+class LensMechanics:
+    """How a lens moves, in the unit of its driver.
+
+    Attributes
+    ----------
+    low, high : float
+        The ends of its travel.
+    speed : float
+        Units per second, infinite for one that jumps.
+    latency : float
+        Seconds from a command to the first movement.
+    backlash : float
+        How far the lens stays behind after a movement downwards: 0 after one upwards.
+    step : float
+        Distance of the positions that the motor takes, from ``low``; 0 for any.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    low: float
+    high: float
+    speed: float = math.inf
+    latency: float = 0.0
+    backlash: float = 0.0
+    step: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_number("high", self.high, above=check_number("low", self.low))
+        check_number("speed", self.speed, above=0.0, infinite=True)
+        for name in ("latency", "backlash", "step"):
+            check_number(name, getattr(self, name), at_least=0.0)
+        if self.step > self.high - self.low:
+            raise InputError("step", "less than the lens's travel", f"{self.step:g}")
+
+    def clamp(self, value: float) -> float:
+        """Return the value of the travel that is nearest to one."""
+        return min(max(value, self.low), self.high)
+
+    def quantise(self, value: float) -> float:
+        """Return the position that the motor takes for a value of the travel."""
+        if not self.step:
+            return value
+        return self.clamp(self.low + self.step * round((value - self.low) / self.step))
+
+
+class MovingLens:
+    """A motor at constant speed, and a lens that it drives with play.
+
+    The motor pushes the lens upwards and, with the backlash between them, drags it downwards: after
+    a movement upwards the lens is where the motor is, after one downwards up to the backlash above
+    it. A command that comes during a movement stops the motor where it is, for the latency.
+
+    Parameters
+    ----------
+    mechanics : LensMechanics
+    position : float
+        Where the lens and its motor are to begin with.
+    stuck : bool
+        Whether it never moves.
+    """
+
+    def __init__(self, mechanics: LensMechanics, position: float, stuck: bool = False) -> None:
+        self._mechanics = mechanics
+        self._stuck = stuck
+        self._lens = self._motor = self._target = position
+        self._since = -math.inf
+
+    def command(self, value: float, now: float) -> None:
+        """Move to a value of the travel.
+
+        Parameters
+        ----------
+        value : float
+        now : float
+            Seconds, by any clock that does not go back.
+        """
+        motor = self._motor_at(now)
+        self._lens = self._lens_behind(motor)
+        self._motor = motor
+        self._target = self._motor if self._stuck else self._mechanics.quantise(value)
+        self._since = now + self._mechanics.latency
+
+    def position(self, now: float) -> float:
+        """Return where the lens is."""
+        return self._mechanics.clamp(self._lens_behind(self._motor_at(now)))
+
+    def arrives(self) -> float:
+        """Return when the motor stops, by the clock of :meth:`command`."""
+        return self._since + abs(self._target - self._motor) / self._mechanics.speed
+
+    def _motor_at(self, now: float) -> float:
+        if now >= self.arrives():
+            return self._target
+        if now <= self._since:
+            return self._motor
+        travelled = self._mechanics.speed * (now - self._since)
+        return self._motor + math.copysign(travelled, self._target - self._motor)
+
+    def _lens_behind(self, motor: float) -> float:
+        """Return where a lens gets to when the motor goes to a position without turning."""
+        return min(max(self._lens, motor), motor + self._mechanics.backlash)

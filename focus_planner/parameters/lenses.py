@@ -1,0 +1,369 @@
+"""Parameters of the lens adapter and of simulated lenses, and the settings that they amount to."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.validation import InputError, check_choice
+from focus_planner.io.lens_tables import load_lens_tables
+from focus_planner.lenses.control import Patience
+from focus_planner.lenses.driver import (
+    CUSTOM,
+    DEVICE,
+    DRIVERS,
+    PROFILES,
+    UNITS,
+    DriverProfile,
+    Tolerance,
+)
+from focus_planner.lenses.simulation import LensMechanics
+from focus_planner.parameters.declaration import _declare
+
+_CAMERA = "{camera}"
+
+# rclpy takes an empty list for one of bytes.
+_NONE = ("",)
+
+_MAX_SEED = 2**63 - 1
+
+_REFUSE, _CLAMP = "refuse", "clamp"
+
+_POSITION, _COMMAND = "position", "command"
+
+# What such drivers usually have: dioptres of a phone's lens, steps of a webcam's.
+_TRAVEL = {"camera_ros": 10.0, "v4l2_camera": 250.0, CUSTOM: 1.0}
+
+_PATIENCE, _TOLERANCE = Patience(), Tolerance()
+
+
+def _one_of(choices: Sequence[str]) -> str:
+    return "One of: " + ", ".join(choices) + "."
+
+
+_DRIVER = (
+    _declare("cameras", _NONE, "Names of the cameras, as in the planner's rig."),
+    _declare(
+        "driver_node",
+        "/{camera}/camera",
+        "Full name of a camera's driver node; {camera} stands for the camera's name.",
+    ),
+    _declare(
+        "driver_nodes",
+        _NONE,
+        "Full names of driver nodes that are called otherwise, each as camera=/name.",
+    ),
+    _declare("driver", "camera_ros", "What the driver nodes are. " + _one_of(DRIVERS)),
+    _declare(
+        "parameter", "", "Name of the parameter that moves the lens; only with driver custom."
+    ),
+    _declare("whole", False, "Whether that parameter is an integer; only with driver custom."),
+)
+
+ADAPTER_DECLARATIONS = (
+    _declare("planner", "/focus_planner", "Full name of the planner node."),
+    *_DRIVER,
+    _declare("unit", "", "Unit of that parameter; only with driver custom. " + _one_of(UNITS)),
+    _declare(
+        "lens_tables",
+        "",
+        "File with the lenses' tables, the same as the planner's; '' for none.",
+    ),
+    _declare(
+        "tolerance",
+        _TOLERANCE.absolute,
+        "How far what is read back may be from what was sent, in the driver's unit.",
+    ),
+    _declare(
+        "relative_tolerance",
+        _TOLERANCE.relative,
+        "How much farther it may be, as a part of what was sent.",
+        high=1.0,
+    ),
+    _declare(
+        "timeout",
+        _PATIENCE.timeout,
+        "Seconds to wait for an answer, and for a driver that is not there yet.",
+        low=0.01,
+        high=600.0,
+    ),
+    _declare(
+        "retries", _PATIENCE.retries, "Times that a call without an answer is made again.", high=100
+    ),
+    _declare(
+        "settle_time",
+        _PATIENCE.settle_time,
+        "Seconds from sending to the first reading back.",
+        high=600.0,
+    ),
+    _declare(
+        "verify_timeout",
+        _PATIENCE.verify_timeout,
+        "Seconds from then after which a lens that is not there yet is reported to differ.",
+        high=600.0,
+    ),
+    _declare(
+        "poll_period",
+        _PATIENCE.poll_period,
+        "Seconds between two readings until then.",
+        low=0.01,
+        high=600.0,
+    ),
+    _declare(
+        "watch_period",
+        _PATIENCE.watch_period,
+        "Seconds between two readings of a lens that has settled: one that was verified and moved"
+        " since is told again; 0 for none.",
+        high=86400.0,
+    ),
+)
+
+SIMULATION_DECLARATIONS = (
+    *_DRIVER,
+    _declare("min_value", 0.0, "One end of the lens's travel, in the driver's unit.", low=-1e9),
+    _declare(
+        "max_value",
+        0.0,
+        "The other end; 0 for what such drivers usually have: "
+        + ", ".join(f"{name} {travel:g}" for name, travel in _TRAVEL.items())
+        + ".",
+        low=-1e9,
+    ),
+    _declare(
+        "beyond_limits",
+        _REFUSE,
+        "What becomes of values beyond. " + _one_of((_REFUSE, _CLAMP)),
+    ),
+    _declare("speed", 0.0, "Units per second; 0 for a lens that is there at once."),
+    _declare("latency", 0.0, "Seconds from a command to the first movement.", high=600.0),
+    _declare(
+        "backlash", 0.0, "How far above its motor a lens is left by a movement downwards, in units."
+    ),
+    _declare("step", 0.0, "Distance of the positions that the motor takes; 0 for any."),
+    _declare(
+        "reports",
+        _POSITION,
+        "What is read back: where the lens is, or what it was told, as most drivers do. "
+        + _one_of((_POSITION, _COMMAND)),
+    ),
+    _declare("autofocus", True, "Whether autofocus is on to begin with, as in most cameras."),
+    _declare("failure_rate", 0.0, "Part of the commands that are refused by chance.", high=1.0),
+    _declare("seed", 0, "Seed of that chance.", high=_MAX_SEED),
+    _declare("stuck", _NONE, "Names of the cameras whose lens never moves."),
+)
+
+
+@dataclass(frozen=True)
+class AdapterSettings:
+    """What the adapter's parameters amount to.
+
+    Attributes
+    ----------
+    planner : str
+        Full name of the planner node.
+    nodes : mapping of str to str
+        Full names of the driver nodes by camera.
+    profile : DriverProfile
+    tables : mapping of str to LensTable
+        Of the cameras that have one.
+    tolerance : Tolerance
+    patience : Patience
+    """
+
+    planner: str
+    nodes: Mapping[str, str]
+    profile: DriverProfile
+    tables: Mapping[str, LensTable]
+    tolerance: Tolerance
+    patience: Patience
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any]) -> AdapterSettings:
+        """Return the settings of parameters by name; those left out have their defaults.
+
+        Raises
+        ------
+        InputError
+            If they contradict each other, or the lens tables cannot be read.
+        """
+        values = {d.name: d.default for d in ADAPTER_DECLARATIONS} | dict(values)
+        unit = _custom(values, "unit", values["unit"])
+        if values["driver"] == CUSTOM:
+            check_choice("unit", unit, UNITS)
+        nodes = _nodes(values)
+        return cls(
+            planner=_full_name("planner", values["planner"]),
+            nodes=nodes,
+            profile=_profile(values, unit),
+            tables=_tables(values["lens_tables"], nodes),
+            tolerance=Tolerance(values["tolerance"], values["relative_tolerance"]),
+            patience=Patience(
+                timeout=values["timeout"],
+                retries=values["retries"],
+                settle_time=values["settle_time"],
+                verify_timeout=values["verify_timeout"],
+                poll_period=values["poll_period"],
+                watch_period=values["watch_period"],
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class SimulationSettings:
+    """What the parameters of simulated lenses amount to.
+
+    Attributes
+    ----------
+    nodes : mapping of str to str
+        Full names of the driver nodes by camera.
+    profile : DriverProfile
+    mechanics : LensMechanics
+    clamps : bool
+        Whether values beyond the limits are clamped, not refused.
+    reports_position : bool
+        Whether a lens's position is read back, not what it was told.
+    autofocus : bool
+        Whether autofocus is on to begin with.
+    failure_rate : float
+    seed : int
+    stuck : frozenset of str
+        Cameras whose lens never moves.
+    """
+
+    nodes: Mapping[str, str]
+    profile: DriverProfile
+    mechanics: LensMechanics
+    clamps: bool
+    reports_position: bool
+    autofocus: bool
+    failure_rate: float
+    seed: int
+    stuck: frozenset[str]
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any]) -> SimulationSettings:
+        """Return the settings of parameters by name; those left out have their defaults.
+
+        Raises
+        ------
+        InputError
+            If they contradict each other.
+        """
+        values = {d.name: d.default for d in SIMULATION_DECLARATIONS} | dict(values)
+        nodes = _nodes(values)
+        limits = check_choice("beyond_limits", values["beyond_limits"], (_REFUSE, _CLAMP))
+        reports = check_choice("reports", values["reports"], (_POSITION, _COMMAND))
+        return cls(
+            nodes=nodes,
+            profile=_profile(values, DEVICE),
+            mechanics=_mechanics(values),
+            clamps=limits == _CLAMP,
+            reports_position=reports == _POSITION,
+            autofocus=values["autofocus"],
+            failure_rate=values["failure_rate"],
+            seed=values["seed"],
+            stuck=frozenset(_known("stuck", _given(values["stuck"]), nodes)),
+        )
+
+
+def _profile(values: Mapping[str, Any], unit: str) -> DriverProfile:
+    driver = check_choice("driver", values["driver"], DRIVERS)
+    parameter = _custom(values, "parameter", values["parameter"])
+    whole = _custom(values, "whole", values["whole"])
+    if driver != CUSTOM:
+        return PROFILES[driver]
+    if not parameter:
+        raise InputError("parameter", "the name of the driver's parameter", "''")
+    return DriverProfile(parameter, unit, whole)
+
+
+def _custom(values: Mapping[str, Any], name: str, value: Any) -> Any:
+    if value and values["driver"] != CUSTOM:
+        raise InputError(
+            name,
+            f"none with driver {values['driver']}, which has its own",
+            repr(value),
+            f"give driver:={CUSTOM}, or leave it out",
+        )
+    return value
+
+
+def _mechanics(values: Mapping[str, Any]) -> LensMechanics:
+    low, high = values["min_value"], values["max_value"] or _TRAVEL[values["driver"]]
+    if high <= low:
+        raise InputError("max_value", f"more than min_value, {low:g}", f"{high:g}")
+    return LensMechanics(
+        low=low,
+        high=high,
+        speed=values["speed"] or math.inf,
+        latency=values["latency"],
+        backlash=values["backlash"],
+        step=values["step"],
+    )
+
+
+def _tables(path: str, cameras: Iterable[str]) -> dict[str, LensTable]:
+    if not path:
+        return {}
+    tables = load_lens_tables(path)
+    found = {camera: tables.cameras.get(camera, tables.default) for camera in cameras}
+    return {camera: table for camera, table in found.items() if table is not None}
+
+
+def _nodes(values: Mapping[str, Any]) -> dict[str, str]:
+    cameras = _cameras(_given(values["cameras"]))
+    others = dict(_assignment(entry) for entry in _given(values["driver_nodes"]))
+    _known("driver_nodes", others, cameras)
+    pattern = values["driver_node"]
+    nodes = {
+        camera: _full_name("driver_node", others.get(camera, pattern.replace(_CAMERA, camera)))
+        for camera in cameras
+    }
+    shared = [node for node, count in Counter(nodes.values()).items() if count > 1]
+    if shared:
+        raise InputError(
+            "driver_node",
+            "another node for each camera",
+            f"{shared[0]!r} for several",
+            f"put {_CAMERA} where the camera's name belongs",
+        )
+    return nodes
+
+
+def _cameras(names: Sequence[str]) -> Sequence[str]:
+    if not names:
+        raise InputError(
+            "cameras", "the names of cameras", "none", "give them as cameras:=[cam_0, cam_1]"
+        )
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError("cameras", "each name once", f"{twice[0]!r} twice")
+    return names
+
+
+def _known(parameter: str, names: Any, cameras: Any) -> Any:
+    for name in names:
+        if name not in cameras:
+            raise InputError(parameter, "names among those of cameras", repr(name))
+    return names
+
+
+def _assignment(entry: str) -> tuple[str, str]:
+    camera, equals, node = entry.partition("=")
+    if not (camera and equals and node):
+        raise InputError("driver_nodes", "entries like cam_0=/left/camera", repr(entry))
+    return camera, node
+
+
+def _full_name(parameter: str, name: str) -> str:
+    if not name.startswith("/") or name.endswith("/"):
+        raise InputError(parameter, "a node's full name, like /left/camera", repr(name))
+    return name
+
+
+def _given(entries: Sequence[str]) -> tuple[str, ...]:
+    return tuple(entry for entry in entries if entry)

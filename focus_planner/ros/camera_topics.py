@@ -1,0 +1,66 @@
+"""One topic per camera: ``~/cameras/<name>/focus``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from focus_planner_msgs.msg import CameraFocus, FocusPlan
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
+from focus_planner.ros.qos import LATCHED
+
+# Each of the default callbacks is one more thing that the executor waits for, per camera.
+_NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
+
+
+class CameraTopics:
+    """Publishers for the cameras of the rig in force; made when it comes, not with a plan."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publishers: dict[str, Any] = {}
+
+    def check(self, rig: Rig) -> Rig:
+        """Return the rig.
+
+        Raises
+        ------
+        InputError
+            If a camera's name makes no topic.
+        """
+        longest = max((camera.name for camera in rig.cameras), key=len)
+        try:
+            # All else that a topic's name must be is checked by the core.
+            self._node.resolve_topic_name(_topic(longest))
+        except RuntimeError as error:
+            raise InputError(
+                "camera name", "part of a topic's name", f"{longest!r} ({error})"
+            ) from None
+        return rig
+
+    def follow(self, names: Sequence[str]) -> None:
+        """Create the publishers that are missing, destroy those of cameras that are gone."""
+        for name in set(self._publishers).difference(names):
+            self._node.destroy_publisher(self._publishers.pop(name))
+        for name in names:
+            if name not in self._publishers:
+                self._publishers[name] = self._node.create_publisher(
+                    CameraFocus, _topic(name), LATCHED, event_callbacks=_NO_EVENTS
+                )
+
+    def publish(self, plan: FocusPlan) -> None:
+        """Publish what the plan says of each camera."""
+        for focus in plan.cameras:
+            self._publishers[focus.name].publish(focus)
+
+    def clear(self) -> None:
+        """Destroy all publishers."""
+        self.follow(())
+
+
+def _topic(name: str) -> str:
+    return f"~/cameras/{name}/focus"

@@ -1,0 +1,94 @@
+"""The node's parameters, as ROS declares and changes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from focus_planner.core.validation import InputError
+from focus_planner.parameters.declaration import Declaration
+from focus_planner.parameters.planner import DECLARATIONS, Settings
+
+
+class Parameters:
+    """Declares the node's parameters and keeps the settings that they amount to.
+
+    A change is refused, with the reason, if the settings that it would lead to are not valid.
+
+    Attributes
+    ----------
+    current : Settings
+
+    Raises
+    ------
+    InputError
+        If the values that the node was started with are not valid together.
+    rclpy.exceptions.ParameterException
+        If one of them is of another type or out of range.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._values = {
+            d.name: node.declare_parameter(d.name, d.default, describe(d)).value
+            for d in DECLARATIONS
+        }
+        self.current = self._checked = Settings.from_values(self._values)
+        self._warn_if_unread()
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        changes = _ours(parameters)
+        # A file is read when it is named, not whenever anything else changes.
+        text = None if "lens_tables" in changes else self.current.lens_tables_text
+        try:
+            self._checked = Settings.from_values(self._values | changes, text)
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: list[Parameter]) -> None:
+        self._values |= _ours(parameters)
+        self.current = self._checked
+        self._warn_if_unread()
+
+    def _warn_if_unread(self) -> None:
+        given = self._values["lens.f_number"] or self._values["lens.circle_of_confusion"]
+        if given and self._values["lens.hyperfocal_distance"]:
+            self._node.get_logger().warning(
+                "lens.f_number and lens.circle_of_confusion are read only where"
+                " lens.hyperfocal_distance is 0"
+            )
+
+
+def describe(declaration: Declaration) -> ParameterDescriptor:
+    """Return what ``ros2 param describe`` shows."""
+    low, high = declaration.low, declaration.high
+    descriptor = ParameterDescriptor(
+        description=declaration.description, read_only=declaration.read_only
+    )
+    if isinstance(declaration.default, bool):
+        return descriptor
+    if isinstance(declaration.default, int):
+        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
+    elif isinstance(declaration.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)
+        ]
+    return descriptor
+
+
+def _ours(parameters: Iterable[Parameter]) -> dict[str, Any]:
+    """Return the values by name, without parameters that rclpy declared (use_sim_time)."""
+    names = {declaration.name for declaration in DECLARATIONS}
+    return {p.name: p.value for p in parameters if p.name in names}

@@ -1,0 +1,1 @@
+"""What a running planner keeps and tells, without ROS."""

@@ -1,0 +1,179 @@
+"""What ``/diagnostics`` says of a planner: one status each for what can be wrong by itself."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+from collections import Counter
+from dataclasses import dataclass
+from datetime import datetime
+from enum import IntEnum
+from pathlib import Path
+
+from focus_planner.lenses.driver import LensStatus
+from focus_planner.messages.writing import Fields
+from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.status import LastRun, age_of
+
+# Less is free for everybody when Linux begins to kill.
+_LITTLE_MEMORY = 0.05
+# A run of a large mesh takes as much.
+_LITTLE_DISK = 100_000_000
+_MOST_NAMES = 8
+
+
+class Level(IntEnum):
+    """Equal to the constants of ``DiagnosticStatus.msg``."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """One status of ``/diagnostics``.
+
+    Attributes
+    ----------
+    name : str
+        Of what it is about.
+    level : Level
+    message : str
+    values : dict of str
+    """
+
+    name: str
+    level: Level
+    message: str
+    values: dict[str, str]
+
+    def to_fields(self, node: str) -> Fields:
+        """Return the message of it, of the node with this full name."""
+        return {
+            "level": bytes([self.level]),
+            "name": f"{node.removeprefix('/')}: {self.name}",
+            "message": self.message,
+            "hardware_id": node,
+            "values": [{"key": key, "value": value} for key, value in self.values.items()],
+        }
+
+
+def diagnose_planner(state: str, planning: str, waiting: int) -> Diagnosis:
+    """Tell the state of the life cycle, and what is being planned."""
+    doing = f"planning {planning}" if planning else "idle"
+    message = f"active, {doing}" if state == "active" else f"{state}: plans nothing"
+    level = Level.OK if state == "active" else Level.WARN
+    values = {"state": state, "planning": planning, "waiting requests": str(waiting)}
+    return Diagnosis("planner", level, message, values)
+
+
+def diagnose_input(state: InputState, now: datetime, max_age: float) -> Diagnosis:
+    """Tell where an input came from, how old it is, and whether a newer one was refused."""
+    age = age_of(state, now)
+    values = {"topic": state.topic, "refused": state.refused}
+    if state.received:
+        seconds, nanoseconds = state.stamp
+        values |= {
+            "received": state.received.isoformat(),
+            "age [s]": f"{age:.3f}",
+            "stamp [s]": f"{seconds}.{nanoseconds:09}" if any(state.stamp) else "",
+        }
+    if not state.received:
+        level, message = Level.WARN, "none that can be used" if state.refused else "none yet"
+    elif state.refused:
+        level, message = Level.WARN, f"a newer one was refused: {state.refused}"
+    elif age > max_age:
+        level, message = Level.WARN, f"{age:.1f} s old, more than max_input_age ({max_age:g} s)"
+    else:
+        level, message = Level.OK, f"from {state.topic}, {age:.1f} s ago"
+    return Diagnosis(state.name, level, message, values)
+
+
+def diagnose_last_run(run: LastRun | None) -> Diagnosis:
+    """Tell how the last request ended, how long it took, and how near its plan is to the best."""
+    if run is None:
+        return Diagnosis("last run", Level.OK, "none yet", {})
+    values = {"plan_id": run.plan_id, "seconds": f"{run.seconds:.3f}"}
+    if run.plan is None:
+        return Diagnosis("last run", Level.WARN, f"no plan: {run.message}", values)
+    plan = run.plan
+    values |= {
+        "method": plan.method,
+        "cost": f"{plan.cost:.3f}",
+        "gap": "" if plan.gap is None else f"{plan.gap:.6f}",
+        "fresh cost": f"{plan.fresh_cost:.3f} ± {plan.fresh_standard_error:.3f}",
+        "solve seconds": f"{plan.solve_seconds:.3f}",
+        "converged": str(plan.converged).lower(),
+    }
+    return Diagnosis("last run", Level.OK, run.message, values)
+
+
+def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
+    """Tell which cameras see nothing, and what became of the plan at the lenses."""
+    plan, blind = (run.plan, run.blind) if run else (None, [])
+    values = {state.name.lower(): str(lenses[state]) for state in LensStatus}
+    values |= {"see nothing": " ".join(blind)}
+    if plan is not None:
+        values["cameras"] = str(len(plan.cameras))
+    if lenses[LensStatus.FAILED] or lenses[LensStatus.DIFFERS]:
+        failed, differ = lenses[LensStatus.FAILED], lenses[LensStatus.DIFFERS]
+        bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
+        return Diagnosis("cameras", Level.ERROR, bad, values)
+    if blind:
+        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(blind)}", values)
+    return Diagnosis("cameras", Level.OK, "all see the surface" if plan else "no plan yet", values)
+
+
+def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagnosis:
+    """Tell where runs are recorded, whether the last one was, and how much room is left."""
+    if directory is None:
+        return Diagnosis("recorder", Level.OK, "off (parameter record_directory)", {})
+    values = {"record_directory": str(directory), "runs to write": str(jobs)}
+    free = _free_bytes(directory)
+    if free is not None:
+        values["free bytes"] = str(free)
+    if failure:
+        return Diagnosis("recorder", Level.ERROR, f"not recorded: {failure}", values)
+    if free is not None and free < _LITTLE_DISK:
+        return Diagnosis("recorder", Level.WARN, f"only {free} bytes are left", values)
+    return Diagnosis("recorder", Level.OK, f"recording to {directory}", values)
+
+
+def diagnose_memory() -> Diagnosis:
+    """Tell what this process takes, and what is left to all (Linux)."""
+    kilobytes = _proc("/proc/self/status", "VmRSS", "VmHWM")
+    kilobytes |= _proc("/proc/meminfo", "MemTotal", "MemAvailable")
+    values = {f"{name} [MB]": f"{size / 1024:.0f}" for name, size in kilobytes.items()}
+    message = f"{kilobytes['VmRSS'] / 1024:.0f} MB" if "VmRSS" in kilobytes else "not known"
+    available = kilobytes.get("MemAvailable", math.inf)
+    if available < _LITTLE_MEMORY * kilobytes.get("MemTotal", 0):
+        message += f"; only {available / 1024:.0f} MB are left to all on this machine"
+        return Diagnosis("memory", Level.WARN, message, values)
+    return Diagnosis("memory", Level.OK, message, values)
+
+
+def _some(names: list[str]) -> str:
+    shown = ", ".join(names[:_MOST_NAMES])
+    more = len(names) - _MOST_NAMES
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def _free_bytes(directory: Path) -> int | None:
+    try:
+        there = next((each for each in (directory, *directory.parents) if each.exists()), None)
+        return shutil.disk_usage(there).free if there else None
+    except OSError:
+        return None
+
+
+def _proc(path: str | os.PathLike[str], *names: str) -> dict[str, int]:
+    """Return some of the numbers that a file of Linux tells, kB; none where there is no such."""
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return {}
+    told = dict(line.split(":", 1) for line in lines if ":" in line)
+    return {name: int(told[name].split()[0]) for name in names if name in told}
