@@ -27,7 +27,7 @@ test: lint  ## lint, then all tests; ARGS="-k name" goes to pytest
 	@$(BIN)/python -m pytest $(ARGS)
 
 bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
-	@BODIES="$(BODIES)" PYTHONPATH=test $(BIN)/python -m benchmarks $(ARGS)
+	@BODIES="$(BODIES)" $(BIN)/python -m benchmarks $(ARGS)
 
 lint: setup  ## style, types and import rules
 	@$(BIN)/ruff check

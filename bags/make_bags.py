@@ -28,7 +28,7 @@ import numpy as np
 import open3d as o3d
 import trimesh
 
-from focus_planner import Camera, Grid, Image, Lens, Mesh, PointCloud, Rig, cylinder_rig
+from focus_planner import Camera, CameraIntrinsics, Grid, Lens, Mesh, PointCloud, Rig, cylinder_rig
 from focus_planner.cli.main import main as command_line
 from focus_planner.io.bodies import bodies, body
 from focus_planner.io.rigs import save_rig
@@ -81,7 +81,7 @@ def cloud(normals: bool) -> PointCloud:
 def mixed_rig() -> Rig:
     """Return a rig of cameras of several kinds, in no order, turned and moved by a seed."""
     random = np.random.default_rng(11)
-    wide = Image(1920, 1080, 1400.0, 1405.0, 955.5, 541.0)
+    wide = CameraIntrinsics(1920, 1080, 1400.0, 1405.0, 955.5, 541.0)
     lenses = (
         Lens(0.035, 4.0, min_focus=0.3, max_focus=2.0),
         Lens(0.05, 6.0, focus_distances=(0.45, 0.5, 0.6, 0.75, 0.9, 1.1, 1.4)),
@@ -90,9 +90,9 @@ def mixed_rig() -> Rig:
     cameras = []
     for k, camera in enumerate(RIG.cameras):
         position = tuple((np.array(camera.position) * random.uniform(0.9, 1.3)).tolist())
-        image = wide if k % 2 else camera.image
+        intrinsics = wide if k % 2 else camera.intrinsics
         name = f"kind{k % 3}_{k:02d}"
-        cameras.append(Camera(name, position, camera.orientation, image, lenses[k % 3]))
+        cameras.append(Camera(name, position, camera.orientation, intrinsics, lenses[k % 3]))
     return Rig(tuple(cameras[i] for i in random.permutation(len(cameras))))
 
 

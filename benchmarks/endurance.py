@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from messages.malformed import RIG, ball
 from rich.console import Console
 
 from benchmarks.promises import Outcome, cameras_for, cameras_of, own_graph, report, running
 from focus_planner.parameters.planner import Settings
 from focus_planner.ros.client import PlannerClient
+from testing.malformed import RIG, ball
 
 _PLANS = 10_000
 _RECORDED = 1_000

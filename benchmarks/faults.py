@@ -20,7 +20,6 @@ from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from focus_planner_msgs.msg import PlannerStatus
 from focus_planner_msgs.srv import PlanFocus
-from messages.malformed import BALL, RIG
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node as RosNode
@@ -38,6 +37,7 @@ from benchmarks.promises import (
     running,
 )
 from focus_planner.ros.client import PlannerClient
+from testing.malformed import BALL, RIG
 
 _KILLS = int(os.environ.get("KILLS", "2"))
 _SECONDS_TO_COME_BACK = 3.0

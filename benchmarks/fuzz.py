@@ -10,15 +10,6 @@ from importlib import import_module
 from pathlib import Path
 
 import numpy as np
-from messages.malformed import (
-    BALL,
-    RIG,
-    SETTINGS,
-    TYPES,
-    Bench,
-    absurd,
-    broken,
-)
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node as RosNode
@@ -37,6 +28,15 @@ from benchmarks.promises import (
     running,
 )
 from focus_planner.ros.client import PlannerClient
+from testing.malformed import (
+    BALL,
+    RIG,
+    SETTINGS,
+    TYPES,
+    Bench,
+    absurd,
+    broken,
+)
 
 _MESSAGES = int(os.environ.get("MESSAGES", "10000"))
 _SEED = 1

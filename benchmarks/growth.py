@@ -65,31 +65,33 @@ def _measure(scene: Scene, samples: int) -> dict[str, float]:
     repeats = 5 if samples <= 2**13 else 3 if samples <= 2**16 else 1
     posing = []
     for _ in range(repeats):
-        taken, posed = timed(lambda: problem(scene, samples))
+        taken, formulated = timed(lambda: problem(scene, samples))
         posing.append(taken)
-    with kernels.threads_for(len(posed.depth)):
-        plan = k_view.solve(posed)
-        bounds = [timed(lambda: lower_bound(posed, plan.cost, plan.cost)) for _ in range(repeats)]
+    with kernels.threads_for(len(formulated.depth)):
+        plan = k_view.solve(formulated)
+        bounds = [
+            timed(lambda: lower_bound(formulated, plan.cost, plan.cost)) for _ in range(repeats)
+        ]
         return {
             "posing": float(np.median(posing)),
-            "EM": seconds(lambda: em.solve(posed), repeats),
+            "EM": seconds(lambda: em.solve(formulated), repeats),
             "2-view all, from EM": float(
-                np.median([from_em_to_convergence(posed, Options()) for _ in range(repeats)])
+                np.median([from_em_to_convergence(formulated, Options()) for _ in range(repeats)])
             ),
             "tight bound": float(np.median([taken for taken, _ in bounds])),
-            "optimal, to 0.1 %": float(np.median([_to_gap(posed) for _ in range(repeats)])),
+            "optimal, to 0.1 %": float(np.median([_to_gap(formulated) for _ in range(repeats)])),
             _GAP: 1 - bounds[0][1].lower_bound / plan.cost,
         }
 
 
-def _to_gap(posed: Problem) -> float:
+def _to_gap(formulated: Problem) -> float:
     """Return the seconds that ``optimal`` takes to a proven gap of 0.1 %; NaN if too many."""
     until = time.perf_counter() + _PATIENCE
 
     def in_time(_: Progress) -> bool:
         return time.perf_counter() < until
 
-    taken, solution = timed(lambda: optimal.solve(posed, Options(gap=1e-3), in_time))
+    taken, solution = timed(lambda: optimal.solve(formulated, Options(gap=1e-3), in_time))
     return taken if solution.converged else np.nan
 
 

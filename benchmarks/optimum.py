@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import highspy
 import numpy as np
-import reference
 from rich.console import Console
 from rich.table import Table
 from scipy.optimize import milp
@@ -22,6 +21,7 @@ from focus_planner.core.bounds.lower_bound import Bound, lower_bound
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.solvers import Options, Progress, Solution, em, k_view, optimal
+from testing import reference
 
 _SEEDS = range(1, 4)
 _GAP = 1e-6
@@ -95,13 +95,13 @@ def _proof_figures(proofs: list[_Proof]) -> list[str]:
 
 
 def _prove(scene: Scene, seed: int) -> _Proof:
-    posed = problem(scene, 1000, seed)
-    with kernels.threads_for(len(posed.depth)):
-        ours, solution = timed(lambda: optimal.solve(posed, Options(gap=_GAP)))
+    formulated = problem(scene, 1000, seed)
+    with kernels.threads_for(len(formulated.depth)):
+        ours, solution = timed(lambda: optimal.solve(formulated, Options(gap=_GAP)))
     request = PlanRequest("optimal", samples=1000, seed=seed, gap=_GAP)
     plan, _ = timed(lambda: plan_focus(scene, rig(), request))
-    compact, compact_cost = _compact(posed)
-    program, constant = reference.facility_location(reference.table(posed))
+    compact, compact_cost = _compact(formulated)
+    program, constant = reference.facility_location(reference.table(formulated))
     arrays = program.arrays()
     plain, result = timed(lambda: milp(**arrays, options={"mip_rel_gap": _GAP}))
     costs = np.array([compact_cost, constant + result.fun])
@@ -109,9 +109,9 @@ def _prove(scene: Scene, seed: int) -> _Proof:
     return _Proof(ours, plan, compact, plain, difference)
 
 
-def _compact(posed: Problem) -> tuple[float, float]:
+def _compact(formulated: Problem) -> tuple[float, float]:
     """Return HiGHS's seconds for the whole problem in its compact form, and the cost."""
-    gains = gains_of(posed)
+    gains = gains_of(formulated)
     highs = highspy.Highs()
     highs.setOptionValue("output_flag", False)
     highs.setOptionValue("mip_rel_gap", _GAP)
@@ -156,13 +156,15 @@ def _print_larger(console: Console, scenes: dict[str, Scene]) -> None:
     )
     for name, scene in scenes.items():
         for samples, gap in _LARGER:
-            posed = problem(scene, samples)
-            with kernels.threads_for(len(posed.depth)):
-                taken, best = timed(lambda p=posed, g=gap: _until(p, g, _PATIENCE))
-                two_view = np.median([from_em_to_convergence(posed, Options()) for _ in range(3)])
-                plan = k_view.solve(posed)
-                bounding, bound = timed(lambda p=posed, s=plan: _tight(p, s))
-            ends = np.concatenate([posed.focus_near, posed.focus_far])
+            formulated = problem(scene, samples)
+            with kernels.threads_for(len(formulated.depth)):
+                taken, best = timed(lambda p=formulated, g=gap: _until(p, g, _PATIENCE))
+                two_view = np.median(
+                    [from_em_to_convergence(formulated, Options()) for _ in range(3)]
+                )
+                plan = k_view.solve(formulated)
+                bounding, bound = timed(lambda p=formulated, s=plan: _tight(p, s))
+            ends = np.concatenate([formulated.focus_near, formulated.focus_far])
             sort = seconds(lambda e=ends: np.sort(e), 5)
             least = min(best.cost, plan.cost)
             table.add_row(
@@ -178,8 +180,8 @@ def _print_larger(console: Console, scenes: dict[str, Scene]) -> None:
     console.print(table)
 
 
-def _until(posed: Problem, gap: float, limit: float) -> Solution:
-    return optimal.solve(posed, Options(gap=gap), _Trace(limit))
+def _until(formulated: Problem, gap: float, limit: float) -> Solution:
+    return optimal.solve(formulated, Options(gap=gap), _Trace(limit))
 
 
 def _gap(solution: Solution) -> float:
@@ -187,8 +189,8 @@ def _gap(solution: Solution) -> float:
     return 1 - solution.lower_bound / solution.cost
 
 
-def _tight(posed: Problem, plan: Solution) -> Bound:
-    return lower_bound(posed, plan.cost, plan.cost, Options(gap=_GAP))
+def _tight(formulated: Problem, plan: Solution) -> Bound:
+    return lower_bound(formulated, plan.cost, plan.cost, Options(gap=_GAP))
 
 
 def _print_gaps_in_time(console: Console, scenes: dict[str, Scene]) -> None:
@@ -199,10 +201,10 @@ def _print_gaps_in_time(console: Console, scenes: dict[str, Scene]) -> None:
         title=f"Gap proven by `optimal` after so many seconds, {samples:,} samples",
     )
     for name, scene in scenes.items():
-        posed = problem(scene, samples)
-        with kernels.threads_for(len(posed.depth)):
+        formulated = problem(scene, samples)
+        with kernels.threads_for(len(formulated.depth)):
             trace = _Trace(_MOMENTS[-1])
-            optimal.solve(posed, Options(gap=_GAP), trace)
+            optimal.solve(formulated, Options(gap=_GAP), trace)
         table.add_row(name, *(f"{trace.gap_after(moment):.3%}" for moment in _MOMENTS))
     console.print(table)
 
@@ -223,10 +225,10 @@ def _print_above_optimum(console: Console, scenes: dict[str, Scene]) -> None:
         title=f"Above the optimum, {samples:,} samples",
     )
     for name, scene in scenes.items():
-        posed = problem(scene, samples)
-        with kernels.threads_for(len(posed.depth)):
-            taken, best = timed(lambda p=posed: _until(p, _GAP, _PATIENCE))
-            costs = [solver.solve(posed, options).cost for solver, options in methods.values()]
+        formulated = problem(scene, samples)
+        with kernels.threads_for(len(formulated.depth)):
+            taken, best = timed(lambda p=formulated: _until(p, _GAP, _PATIENCE))
+            costs = [solver.solve(formulated, options).cost for solver, options in methods.values()]
         table.add_row(
             name,
             f"{best.cost:.3f}",

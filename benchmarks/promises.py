@@ -15,10 +15,10 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
-from ros.planner_process import PlannerProcess
 
 from focus_planner import FocusPlan, Mesh, PlanRequest, Rig, Scene, plan_focus
 from focus_planner.messages.reading import plan_from_message
+from testing.ros.planner_process import PlannerProcess
 
 # What a message said stands within a line, never at its start.
 _FAULT = re.compile(r"^\[(ERROR|FATAL)\]|Traceback|internal error|Warning:")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import reference
 from rich.console import Console
 from rich.table import Table
 
@@ -15,7 +14,8 @@ from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.rig.optics import nearest_settable
 from focus_planner.core.solvers import SOLVERS, Options
-from focus_planner.core.solvers.solution import fill_in
+from focus_planner.core.solvers.solution import fill_missing_distances
+from testing import reference
 
 _SEEDS = range(1, 5)
 _UNSEEN = 100_000
@@ -44,11 +44,11 @@ def _beside_the_optimum(console: Console) -> None:
     rows: dict[str, list[tuple[float, float]]] = {}
     for scene in body_scenes().values():
         for seed in _SEEDS:
-            posed = problem(scene, 1000, seed)
-            best, _ = reference.optimum(reference.table(posed))
+            formulated = problem(scene, 1000, seed)
+            best, _ = reference.optimum(reference.table(formulated))
             rows.setdefault("optimum (HiGHS)", []).append((best, 0.0))
             for title, (method, options) in _METHODS.items():
-                cost = SOLVERS[method](posed, options).cost
+                cost = SOLVERS[method](formulated, options).cost
                 rows.setdefault(title, []).append((cost, 100 * (cost / best - 1)))
     table = Table(
         "method",
@@ -72,11 +72,11 @@ def _on_unseen_samples(console: Console) -> None:
     )
     scenes = list(body_scenes().values())
     unseen = [problem(scene, _UNSEEN, 999) for scene in scenes]
-    posed = {count: [problem(scene, count) for scene in scenes] for count in counts}
+    formulated = {count: [problem(scene, count) for scene in scenes] for count in counts}
     for title, (method, options) in _METHODS.items():
         if options.grid is None:
             cells = [
-                f"{np.mean(_judged(method, options, posed[count], unseen)):.1f}"
+                f"{np.mean(_judged(method, options, formulated[count], unseen)):.1f}"
                 for count in counts
                 if options.k == 2 or count <= _MOST_FOR_TRIPLES
             ]
@@ -136,7 +136,10 @@ def _rig_with(lens: Lens) -> Rig:
 
 
 def _judged(
-    method: str, options: Options, posed: list[Problem], unseen: list[Problem]
+    method: str, options: Options, formulated: list[Problem], unseen: list[Problem]
 ) -> list[float]:
-    plans = [SOLVERS[method](problem, options).focus_distances for problem in posed]
-    return [other.cost(fill_in(other, focus)) for focus, other in zip(plans, unseen, strict=True)]
+    plans = [SOLVERS[method](problem, options).focus_distances for problem in formulated]
+    return [
+        other.cost(fill_missing_distances(other, focus))
+        for focus, other in zip(plans, unseen, strict=True)
+    ]

@@ -139,7 +139,9 @@ def _write_and_read(mesh: Mesh, folder: Path) -> list[str]:
     record = recorder.begin(Recording(folder), inputs, beginning)
     recorder.do_now(mark, _fail).result()
     scene = Scene(mesh)
-    plan = plan_focus(scene, cameras, beginning.request, watch=record.watch(lambda _: True))
+    plan = plan_focus(
+        scene, cameras, beginning.request, on_progress=record.on_progress(lambda _: True)
+    )
     mark()
     record.finish(True, plan.summary(), plan, cameras).result()
     mark()

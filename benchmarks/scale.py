@@ -15,7 +15,7 @@ from benchmarks.scenes import hall
 from focus_planner import PlanRequest, Rig, Scene
 from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import lower_bound
-from focus_planner.core.planning.formulation import pose_problem
+from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.solvers import Options, Progress, em, k_view
 
 _SITES = 60
@@ -85,7 +85,7 @@ def _measure() -> list[_Stage]:
 
 
 def _plan(scene: Scene, rig: Rig, samples: int, stages: _Stages) -> None:
-    problem = pose_problem(scene, rig, PlanRequest(samples=samples))
+    problem = formulate_problem(scene, rig, PlanRequest(samples=samples))
     stages.end("posing", f"{len(problem.depth):,} visible pairs")
     cells = problem.cells
     stages.end("cells", f"{len(cells.near):,} cells")
@@ -100,6 +100,6 @@ def _plan(scene: Scene, rig: Rig, samples: int, stages: _Stages) -> None:
         def in_time(_: Progress) -> bool:
             return time.perf_counter() < until
 
-        bound = lower_bound(problem, solution.cost, solution.cost, watch=in_time).lower_bound
+        bound = lower_bound(problem, solution.cost, solution.cost, on_progress=in_time).lower_bound
         gap = 1 - bound / solution.cost
         stages.end("bound", f"at least {bound:.2f}: within {gap:.3%} of the optimum")

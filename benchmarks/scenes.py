@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from focus_planner import Mesh, PlanRequest, Problem, Rig, Scene, cylinder_rig
-from focus_planner.core.planning.formulation import pose_problem
+from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 
@@ -53,6 +53,6 @@ def hall(sites: int) -> tuple[Scene, Rig]:
 
 
 def problem(scene: Scene, samples: int, seed: int = 1) -> Problem:
-    posed = pose_problem(scene, rig(), PlanRequest(samples=samples, seed=seed))
-    _ = posed.cells
-    return posed
+    formulated = formulate_problem(scene, rig(), PlanRequest(samples=samples, seed=seed))
+    _ = formulated.cells
+    return formulated

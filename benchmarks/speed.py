@@ -17,17 +17,17 @@ from focus_planner.core.solvers import Options, Progress, em, k_view
 SAMPLES = (1000, 4096, 16384, 65536)
 
 
-def from_em_to_convergence(posed: Problem, options: Options) -> float:
+def from_em_to_convergence(formulated: Problem, options: Options) -> float:
     """Return the seconds that k_view takes from EM's last step to its solution."""
     last_em = 0.0
 
-    def watch(progress: Progress) -> bool:
+    def on_progress(progress: Progress) -> bool:
         nonlocal last_em
         if progress.stage == "em":
             last_em = time.perf_counter()
         return True
 
-    k_view.solve(posed, options, watch)
+    k_view.solve(formulated, options, on_progress)
     return time.perf_counter() - last_em
 
 
@@ -49,23 +49,23 @@ def run(console: Console) -> None:
         title=f"Seconds on {name} before {len(rig())} cameras, medians",
     )
     for samples in SAMPLES:
-        posed = problem(scene, samples)
+        formulated = problem(scene, samples)
         repeats = 20 if samples < 10_000 else 5
-        with kernels.threads_for(len(posed.depth)):
-            solution = em.solve(posed)
-            ends = np.concatenate([posed.focus_near, posed.focus_far])
+        with kernels.threads_for(len(formulated.depth)):
+            solution = em.solve(formulated)
+            ends = np.concatenate([formulated.focus_near, formulated.focus_far])
             sort = seconds(lambda ends=ends: np.sort(ends), repeats)
-            evaluate = seconds(lambda p=posed, s=solution: p.evaluate(s.focus_distances), 20)
-            em_time = seconds(lambda p=posed: em.solve(p), repeats)
-            everything = _median(posed, Options(), repeats)
-            assigned = _median(posed, Options(scope="assigned"), repeats)
-            triples = _median(posed, Options(k=3), 3) if samples <= 4096 else None
+            evaluate = seconds(lambda p=formulated, s=solution: p.evaluate(s.focus_distances), 20)
+            em_time = seconds(lambda p=formulated: em.solve(p), repeats)
+            everything = _median(formulated, Options(), repeats)
+            assigned = _median(formulated, Options(scope="assigned"), repeats)
+            triples = _median(formulated, Options(k=3), 3) if samples <= 4096 else None
         pose = seconds(lambda n=samples: problem(scene, n), min(repeats, 5))
         request = PlanRequest(samples=samples)
         total = seconds(lambda r=request: plan_focus(scene, rig(), r), min(repeats, 5))
         table.add_row(
             f"{samples:,}",
-            f"{len(posed.depth):,}",
+            f"{len(formulated.depth):,}",
             f"{sort:.5f}",
             f"{evaluate:.5f}",
             f"{em_time:.4f}",
@@ -80,6 +80,6 @@ def run(console: Console) -> None:
     console.print(table)
 
 
-def _median(posed: Problem, options: Options, repeats: int) -> float:
-    from_em_to_convergence(posed, options)
-    return float(np.median([from_em_to_convergence(posed, options) for _ in range(repeats)]))
+def _median(formulated: Problem, options: Options, repeats: int) -> float:
+    from_em_to_convergence(formulated, options)
+    return float(np.median([from_em_to_convergence(formulated, options) for _ in range(repeats)]))

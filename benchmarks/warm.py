@@ -115,7 +115,9 @@ def _solve_once(
         steps[progress.stage] += 1
         return True
 
-    plan = plan_focus(scene, moved_rig, request, watch=count, before=before and before.warmth)
+    plan = plan_focus(
+        scene, moved_rig, request, on_progress=count, warm_start=before and before.warm_start
+    )
     return _Run(plan.solve_seconds, plan.total_seconds, steps, plan.cost)
 
 

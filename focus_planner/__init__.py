@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
-    from focus_planner.core.rig.camera import Camera, Image
+    from focus_planner.core.rig.camera import Camera, CameraIntrinsics
     from focus_planner.core.rig.layouts import cylinder_rig
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.lens_table import LensTable
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Camera",
     "CameraFocus",
+    "CameraIntrinsics",
     "CameraStatus",
     "CostModel",
     "FocusPlan",
     "Grid",
-    "Image",
     "InputError",
     "Lens",
     "LensTable",
@@ -58,7 +58,7 @@ _HOMES = {
     "rig.lens": ("Lens",),
     "rig.lens_table": ("LensTable",),
     "rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "rig.camera": ("Camera", "Image"),
+    "rig.camera": ("Camera", "CameraIntrinsics"),
     "rig.rig": ("Grid", "Rig"),
     "rig.layouts": ("cylinder_rig",),
     "surface.surface": ("Mesh", "PointCloud"),

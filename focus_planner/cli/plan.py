@@ -202,9 +202,9 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
 
     interruptible = Interruptible(tell)
     tell(f"finding what {len(rig)} cameras see")
-    watch, end = recorder.begin(beginning, interruptible)
+    on_progress, end = recorder.begin(beginning, interruptible)
     try:
-        plan = plan_focus(scene, rig, request, watch=watch)
+        plan = plan_focus(scene, rig, request, on_progress=on_progress)
     except InputError as error:
         end(False, str(error))
         raise

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import SolvedPlan
     from focus_planner.core.rig.rig import Rig
-    from focus_planner.core.solvers import Watch
+    from focus_planner.core.solvers import ProgressCallback
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
 
@@ -55,11 +55,13 @@ class CommandRecorder:
         self._markers = markers
 
     def begin(
-        self, what: Callable[[], tuple[Sequence[BagMessage], Beginning]], watch: Watch
-    ) -> tuple[Watch, End]:
+        self,
+        what: Callable[[], tuple[Sequence[BagMessage], Beginning]],
+        on_progress: ProgressCallback,
+    ) -> tuple[ProgressCallback, End]:
         """Begin to record; return the watch to plan with, and what to call in the end."""
         if self._directory is None:
-            return watch, _no_end
+            return on_progress, _no_end
         from focus_planner.parameters.planner import Recording
         from focus_planner.recording.recorder import Recorder
 
@@ -67,7 +69,7 @@ class CommandRecorder:
             inputs, beginning = what()
         except Exception as error:  # noqa: BLE001 - no message has room for a seed of 2^64
             self._fail(str(error) or repr(error))
-            return watch, _no_end
+            return on_progress, _no_end
         recorder = Recorder(_Silent())
         record = recorder.begin(Recording(self._directory, self._markers), inputs, beginning)
 
@@ -84,7 +86,7 @@ class CommandRecorder:
                 self._fail(record.failure)
             return record.path
 
-        return record.watch(watch), end
+        return record.on_progress(on_progress), end
 
     def _fail(self, why: str) -> None:
         self.failed = True

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.rig.camera import Image
+    from focus_planner.core.rig.camera import CameraIntrinsics
     from focus_planner.core.rig.frames import Similarity
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.rig import Rig
@@ -247,9 +247,9 @@ def _add_image(parser: Any) -> None:
         group.add_argument(f"--{name}", type=float, metavar="X", help=meaning)
 
 
-def _image_of(options: argparse.Namespace) -> Callable[[str], Image]:
+def _image_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
     """Return what gives a camera's image by the camera's name."""
-    from focus_planner.core.rig.camera import Image
+    from focus_planner.core.rig.camera import CameraIntrinsics
     from focus_planner.io.camera_info import image_of_camera
 
     by_flags = any(getattr(options, name) is not None for name in _IMAGE_OPTIONS)
@@ -257,12 +257,12 @@ def _image_of(options: argparse.Namespace) -> Callable[[str], Image]:
         if by_flags:
             raise InputError("--camera-info", "it, or --image and --fx", "both")
         return image_of_camera(options.camera_info)
-    image = _pinhole(options) if by_flags else Image()
+    image = _pinhole(options) if by_flags else CameraIntrinsics()
     return lambda _: image
 
 
-def _pinhole(options: argparse.Namespace) -> Image:
-    from focus_planner.core.rig.camera import Image
+def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
+    from focus_planner.core.rig.camera import CameraIntrinsics
 
     size, fx, fy, cx, cy = (getattr(options, name) for name in _IMAGE_OPTIONS)
     if size is None or fx is None:
@@ -271,7 +271,7 @@ def _pinhole(options: argparse.Namespace) -> Image:
     if match is None:
         raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(size))
     width, height = int(match[1]), int(match[2])
-    return Image(
+    return CameraIntrinsics(
         width,
         height,
         fx,

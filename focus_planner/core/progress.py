@@ -30,9 +30,9 @@ class Progress:
 
 
 #: Told of every step; answers whether to go on.
-Watch = Callable[[Progress], bool]
+ProgressCallback = Callable[[Progress], bool]
 
 
-def go_on(_: Progress) -> bool:
+def never_stop(_: Progress) -> bool:
     """Let the solver run to its end: the default watch."""
     return True

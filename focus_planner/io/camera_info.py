@@ -6,14 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.validation import InputError
 from focus_planner.io.yaml_values import load_yaml, number, shown, value_at, within
 
 _SUFFIXES = (".yaml", ".yml")
 
 
-def load_camera_info(path: Path) -> Image:
+def load_camera_info(path: Path) -> CameraIntrinsics:
     """Read the intrinsics of one camera.
 
     ``image_width``, ``image_height``, ``camera_matrix``, ``distortion_model`` and
@@ -30,7 +30,7 @@ def load_camera_info(path: Path) -> Image:
     fx, fy, cx, cy = _pinhole(f"{where}camera_matrix", value_at(where, data, "camera_matrix"))
     model, coefficients = _distortion(where, data)
     with within(str(path)):
-        return Image(
+        return CameraIntrinsics(
             value_at(where, data, "image_width"),
             value_at(where, data, "image_height"),
             *(fx, fy, cx, cy),
@@ -39,7 +39,7 @@ def load_camera_info(path: Path) -> Image:
         )
 
 
-def image_of_camera(path: Path) -> Callable[[str], Image]:
+def image_of_camera(path: Path) -> Callable[[str], CameraIntrinsics]:
     """Return what gives a camera's intrinsics by its name.
 
     Parameters
@@ -54,8 +54,8 @@ def image_of_camera(path: Path) -> Callable[[str], Image]:
     """
     if path.is_dir():
         return lambda name: load_camera_info(_file_of(path, name))
-    image = load_camera_info(path)
-    return lambda _: image
+    intrinsics = load_camera_info(path)
+    return lambda _: intrinsics
 
 
 def _file_of(folder: Path, name: str) -> Path:

@@ -15,7 +15,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -153,7 +153,7 @@ def load_alignment(path: Path) -> Similarity:
     return similarity_from_matrix(str(path), [numbers[i : i + 4] for i in range(0, 16, 4)])
 
 
-def _read(folder: Path) -> tuple[dict[int, Image], list[_Shot]]:
+def _read(folder: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
     """Return the model's cameras by their number, and its images."""
     for suffix, read in ((".bin", _read_binary), (".txt", _read_text)):
         cameras, images = folder / f"cameras{suffix}", folder / f"images{suffix}"
@@ -172,7 +172,9 @@ def _read(folder: Path) -> tuple[dict[int, Image], list[_Shot]]:
 # --- camera models -----------------------------------------------------------------------------
 
 
-def _image(where: str, model: _Model, width: int, height: int, parameters: list[float]) -> Image:
+def _image(
+    where: str, model: _Model, width: int, height: int, parameters: list[float]
+) -> CameraIntrinsics:
     """Return COLMAP's camera as ours, exactly, or raise."""
     values = dict(zip(model.parameters.split(), parameters, strict=True))
     if "f" in values:
@@ -187,7 +189,7 @@ def _image(where: str, model: _Model, width: int, height: int, parameters: list[
     if beyond:
         raise _not_ours(where, f"{model.name} with {', '.join(beyond)}")
     with within(where):
-        return Image(
+        return CameraIntrinsics(
             width,
             height,
             fx,
@@ -216,11 +218,11 @@ def _without_suffix(name: str) -> str:
 # --- text --------------------------------------------------------------------------------------
 
 
-def _read_text(cameras: Path, images: Path) -> tuple[dict[int, Image], list[_Shot]]:
+def _read_text(cameras: Path, images: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
     return dict(_cameras_of_text(cameras)), list(_images_of_text(images))
 
 
-def _cameras_of_text(path: Path) -> Iterator[tuple[int, Image]]:
+def _cameras_of_text(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
     for number, line in _lines(path):
         where = f"{path}: line {number}"
         words = line.split()
@@ -332,11 +334,11 @@ class _Bytes:
             raise unreadable(self._path, "bin", f"{len(self._bytes) - self._at} bytes too many")
 
 
-def _read_binary(cameras: Path, images: Path) -> tuple[dict[int, Image], list[_Shot]]:
+def _read_binary(cameras: Path, images: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
     return dict(_cameras_of_binary(cameras)), list(_images_of_binary(images))
 
 
-def _cameras_of_binary(path: Path) -> Iterator[tuple[int, Image]]:
+def _cameras_of_binary(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
     data = _Bytes(path)
     for _ in range(data.whole("Q")):
         camera, model_id = data.whole("I"), data.whole("i")

@@ -16,9 +16,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.planning.formulation import pose_fresh_problem
+from focus_planner.core.planning.formulation import formulate_fresh_problem
 from focus_planner.core.planning.plan import FocusPlan
-from focus_planner.core.planning.quality import judge
+from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_shots
@@ -114,7 +114,7 @@ def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:
     """
     points = len(scene.surface.points) if isinstance(scene.surface, PointCloud) else _SAMPLES
     request = PlanRequest(fresh_samples=min(points, _SAMPLES), depth_tolerance=depth_tolerance)
-    return pose_fresh_problem(scene, rig, request, by="area")
+    return formulate_fresh_problem(scene, rig, request, by="area")
 
 
 class _Sheet:
@@ -223,7 +223,7 @@ def _shade(view: _View, normals: FloatArray, colours: FloatArray) -> FloatArray:
 
 def _write_title(axes: Axes, title: str, fresh: Problem, focus: FloatArray) -> None:
     axes.set_title(title, fontsize=18, weight="bold", color=_INK, pad=30)
-    quality = judge(fresh, focus)
+    quality = estimate_quality(fresh, focus)
     share = quality.in_focus_area.value / fresh.samples.areas.sum()
     text = f"cost {quality.cost.value:.0f}   ·   {share:.0%} in focus"
     axes.annotate(

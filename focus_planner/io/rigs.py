@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
@@ -33,7 +33,7 @@ _Reader = Callable[[str, Any], Any]
 
 _RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
-_IMAGE_KEYS = tuple(field.name for field in fields(Image))
+_IMAGE_KEYS = tuple(field.name for field in fields(CameraIntrinsics))
 _PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
@@ -63,13 +63,13 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     entries = top.get("cameras")
     if not isinstance(entries, list):
         raise InputError(f"{path}: cameras", "a list of cameras", shown(entries))
-    image = _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS)
+    intrinsics = _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS)
     lens = _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS)
     with within(str(path)):  # a fault that all cameras share is not the first one's
-        Image(**image)
+        CameraIntrinsics(**intrinsics)
         lens_of(f"{path}: lens", lens)
     cameras = tuple(
-        _camera(f"{path}: cameras[{i}]", entry, image, lens) for i, entry in enumerate(entries)
+        _camera(f"{path}: cameras[{i}]", entry, intrinsics, lens) for i, entry in enumerate(entries)
     )
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
@@ -83,18 +83,18 @@ def rig_to_yaml(rig: Rig) -> str:
 
     What most cameras share stands at the top, one camera a line below.
     """
-    image = Counter(camera.image for camera in rig.cameras).most_common(1)[0][0]
+    intrinsics = Counter(camera.intrinsics for camera in rig.cameras).most_common(1)[0][0]
     lens = Counter(camera.lens for camera in rig.cameras).most_common(1)[0][0]
     told = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
     lines = [
         f"frame_id: {scalar(rig.frame_id)}",
-        f"image: {flow(_image_values(image))}   # pixels",
+        f"image: {flow(_image_values(intrinsics))}   # pixels",
         f"lens: {flow(told | _beyond(lens, Lens()))}   # metres",
     ]
     if rig.grid:
         lines.append(f"grid: {flow(asdict(rig.grid))}")
     lines.append("cameras:   # position in metres; orientation x, y, z, w of the optical frame")
-    lines.extend(f"  - {flow(_camera_values(camera, image, lens))}" for camera in rig.cameras)
+    lines.extend(f"  - {flow(_camera_values(camera, intrinsics, lens))}" for camera in rig.cameras)
     return "\n".join(lines) + "\n"
 
 
@@ -139,7 +139,7 @@ def lens_of(where: str, values: Values) -> Lens:
     return Lens(**own)
 
 
-def _camera(where: str, entry: Any, image: Values, shared: Values) -> Camera:
+def _camera(where: str, entry: Any, intrinsics: Values, shared: Values) -> Camera:
     data = mapping(where, entry, _CAMERA_KEYS)
     for key in ("name", "position", "orientation"):
         if key not in data:
@@ -153,7 +153,7 @@ def _camera(where: str, entry: Any, image: Values, shared: Values) -> Camera:
             name=data["name"],
             position=(x, y, z),
             orientation=(qx, qy, qz, qw),
-            image=Image(**{**image, **own_image}),
+            intrinsics=CameraIntrinsics(**{**intrinsics, **own_image}),
             lens=lens_of(f"{where}.lens", {**_not_replaced(shared, own_lens), **own_lens}),
         )
 
@@ -206,31 +206,38 @@ _READERS = {
 }
 
 
-def _camera_values(camera: Camera, image: Image, lens: Lens) -> dict[str, Any]:
+def _camera_values(camera: Camera, intrinsics: CameraIntrinsics, lens: Lens) -> dict[str, Any]:
     values = {
         "name": camera.name,
         "position": camera.position,
         "orientation": camera.orientation,
-        "image": _beyond(camera.image, image),
+        "image": _beyond(camera.intrinsics, intrinsics),
         "lens": _beyond(camera.lens, lens),
     }
     return {key: value for key, value in values.items() if value}
 
 
-def _image_values(image: Image) -> dict[str, Any]:
+def _image_values(intrinsics: CameraIntrinsics) -> dict[str, Any]:
     """Return size and intrinsics, and what else is not as in a plain image."""
-    plain = Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
-    pinhole = {key: value for key, value in asdict(image).items() if key in _PINHOLE_KEYS}
-    return pinhole | _beyond(image, plain)
+    plain = CameraIntrinsics(
+        intrinsics.width,
+        intrinsics.height,
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.cx,
+        intrinsics.cy,
+    )
+    pinhole = {key: value for key, value in asdict(intrinsics).items() if key in _PINHOLE_KEYS}
+    return pinhole | _beyond(intrinsics, plain)
 
 
-def _beyond(own: Image | Lens, shared: Image | Lens) -> dict[str, Any]:
+def _beyond(own: CameraIntrinsics | Lens, shared: CameraIntrinsics | Lens) -> dict[str, Any]:
     """Return the values that are not the shared ones."""
     mine, others = _as_values(own), _as_values(shared)
     return {key: value for key, value in mine.items() if value != others[key]}
 
 
-def _as_values(optics: Image | Lens) -> dict[str, Any]:
+def _as_values(optics: CameraIntrinsics | Lens) -> dict[str, Any]:
     values = dict(vars(optics))
     if isinstance(optics, Lens) and optics.table is not None:
         values["table"] = table_values(optics.table)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.frames import (
     BODY_FROM_OPTICAL,
     FrameTransform,
@@ -51,7 +51,7 @@ def load_transforms(
     cameras: str = "",
     convention: str = "",
     scale: float | None = None,
-    image_of: Callable[[str], Image] | None = None,
+    image_of: Callable[[str], CameraIntrinsics] | None = None,
     lens: Lens | None = None,
     frame_id: str = "",
 ) -> tuple[Rig, list[str]]:
@@ -108,7 +108,7 @@ def load_transforms(
         for frame in frames
     ]
     to_metres = _to_metres(path, poses, scale)
-    image_of, of_all = image_of or (lambda _: Image()), lens or Lens()
+    image_of, of_all = image_of or (lambda _: CameraIntrinsics()), lens or Lens()
     rig = Rig(
         tuple(
             Camera(name, at.position, at.orientation, image_of(name), of_all)

@@ -48,7 +48,7 @@ class Driver(Protocol):
 
 
 @dataclass(frozen=True)
-class Patience:
+class Timeouts:
     """How long to wait for what, seconds.
 
     Attributes
@@ -99,7 +99,7 @@ class LensControl:
         Gets a :class:`LensReport` whenever something else is to be said.
     now : callable
         The time for the reports.
-    patience : Patience
+    patience : Timeouts
     tolerance : Tolerance
     table : LensTable, optional
     """
@@ -110,7 +110,7 @@ class LensControl:
         profile: DriverProfile,
         report: Callable[[LensReport], None],
         now: Callable[[], Time],
-        patience: Patience | None = None,
+        patience: Timeouts | None = None,
         tolerance: Tolerance | None = None,
         table: LensTable | None = None,
     ) -> None:
@@ -118,7 +118,7 @@ class LensControl:
         self._profile = profile
         self._tell = report
         self._now = now
-        self._patience = patience or Patience()
+        self._patience = patience or Timeouts()
         self._tolerance = tolerance or Tolerance()
         self._table = table
         self._order: FocusOrder | None = None

@@ -19,7 +19,7 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.rig.camera import Camera, Image, check_camera_name
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
@@ -71,7 +71,7 @@ NORMAL = ("normal_x", "normal_y", "normal_z")
 class Optics:
     """What a camera has that brings no image, no lens or no lens table of its own."""
 
-    image: Image = field(default_factory=Image)
+    intrinsics: CameraIntrinsics = field(default_factory=CameraIntrinsics)
     lens: Lens = field(default_factory=Lens)
     tables: LensTables | None = None
 
@@ -137,7 +137,7 @@ def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     """Return a rig of cameras ``cam_000``, ``cam_001``, ..., one per pose."""
     check_frame(message.header, frame_id)
     cameras = (
-        Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.image, optics.lens)
+        Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, optics.lens)
         for i, pose in enumerate(message.poses)
     )
     return optics.complete(Rig(tuple(cameras), frame_id))
@@ -166,7 +166,7 @@ def lens_from_message(message: Message) -> Lens:
     )
 
 
-def image_from_message(message: Message) -> Image:
+def intrinsics_from_message(message: Message) -> CameraIntrinsics:
     """Return the raw image that camera info describes; R and P, of rectified ones, are not read.
 
     A region of interest without a size is the whole image; binning by 0 is none.
@@ -175,7 +175,7 @@ def image_from_message(message: Message) -> Image:
     distortion, roi = tuple(message.d.tolist()), message.roi
     # Drivers of rectified images name what they like.
     distorted = any(distortion) or message.distortion_model == "equidistant"
-    return Image(
+    return CameraIntrinsics(
         *(message.width, message.height, fx, fy, cx, cy),
         distortion_model=message.distortion_model if distorted else "",
         distortion=distortion if distorted else (),
@@ -186,10 +186,10 @@ def image_from_message(message: Message) -> Image:
     )
 
 
-def _own_image(message: Message) -> Image | None:
+def _own_image(message: Message) -> CameraIntrinsics | None:
     """Return the image that camera info describes, None where it says nothing of one."""
     if message.width:
-        return image_from_message(message)
+        return intrinsics_from_message(message)
     if any(message.d) or max(message.binning_x, message.binning_y) > 1 or message.roi.width:
         raise InputError(
             "camera_info.width",
@@ -204,9 +204,9 @@ def camera_from_message(message: Message, optics: Optics) -> Camera:
     """Return the camera; what it leaves out is taken from ``optics``."""
     check_camera_name(message.name)
     with _named(f"camera {message.name}: "):
-        image = _own_image(message.camera_info) or optics.image
+        intrinsics = _own_image(message.camera_info) or optics.intrinsics
         lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
-    return Camera(message.name, *pose_from_message(message.pose), image, lens)
+    return Camera(message.name, *pose_from_message(message.pose), intrinsics, lens)
 
 
 def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:

@@ -17,7 +17,7 @@ import numpy as np
 
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
@@ -103,16 +103,16 @@ def lens_to_fields(lens: Lens) -> Fields:
     }
 
 
-def image_to_fields(image: Image) -> Fields:
+def intrinsics_to_fields(intrinsics: CameraIntrinsics) -> Fields:
     """Return an image's camera info, without R and P, which rectified images have."""
-    columns, rows = image.binning if image.binning != (1, 1) else (0, 0)
-    region = image.region or (0, 0, 0, 0)
+    columns, rows = intrinsics.binning if intrinsics.binning != (1, 1) else (0, 0)
+    region = intrinsics.region or (0, 0, 0, 0)
     return {
-        "width": image.width,
-        "height": image.height,
-        "distortion_model": image.distortion_model,
-        "d": list(image.distortion),
-        "k": [image.fx, 0.0, image.cx, 0.0, image.fy, image.cy, 0.0, 0.0, 1.0],
+        "width": intrinsics.width,
+        "height": intrinsics.height,
+        "distortion_model": intrinsics.distortion_model,
+        "d": list(intrinsics.distortion),
+        "k": [intrinsics.fx, 0.0, intrinsics.cx, 0.0, intrinsics.fy, intrinsics.cy, 0.0, 0.0, 1.0],
         "binning_x": columns,
         "binning_y": rows,
         "roi": dict(zip(("x_offset", "y_offset", "width", "height"), region, strict=True)),
@@ -124,7 +124,7 @@ def camera_to_fields(camera: Camera) -> Fields:
     return {
         "name": camera.name,
         "pose": pose_to_fields(camera.position, camera.orientation),
-        "camera_info": image_to_fields(camera.image),
+        "camera_info": intrinsics_to_fields(camera.intrinsics),
         "lens": lens_to_fields(camera.lens),
     }
 

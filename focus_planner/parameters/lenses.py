@@ -11,7 +11,7 @@ from typing import Any
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.lens_tables import load_lens_tables
-from focus_planner.lenses.control import Patience
+from focus_planner.lenses.control import Timeouts
 from focus_planner.lenses.driver import (
     CUSTOM,
     DEVICE,
@@ -38,7 +38,7 @@ _POSITION, _COMMAND = "position", "command"
 # What such drivers usually have: dioptres of a phone's lens, steps of a webcam's.
 _TRAVEL = {"camera_ros": 10.0, "v4l2_camera": 250.0, CUSTOM: 1.0}
 
-_PATIENCE, _TOLERANCE = Patience(), Tolerance()
+_PATIENCE, _TOLERANCE = Timeouts(), Tolerance()
 
 
 def _one_of(choices: Sequence[str]) -> str:
@@ -171,7 +171,7 @@ class AdapterSettings:
     tables : mapping of str to LensTable
         Of the cameras that have one.
     tolerance : Tolerance
-    patience : Patience
+    patience : Timeouts
     """
 
     planner: str
@@ -179,7 +179,7 @@ class AdapterSettings:
     profile: DriverProfile
     tables: Mapping[str, LensTable]
     tolerance: Tolerance
-    patience: Patience
+    patience: Timeouts
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> AdapterSettings:
@@ -201,7 +201,7 @@ class AdapterSettings:
             profile=_profile(values, unit),
             tables=_tables(values["lens_tables"], nodes),
             tolerance=Tolerance(values["tolerance"], values["relative_tolerance"]),
-            patience=Patience(
+            patience=Timeouts(
                 timeout=values["timeout"],
                 retries=values["retries"],
                 settle_time=values["settle_time"],

@@ -19,7 +19,7 @@ from focus_planner.core.planning.request import (
     PlanRequest,
 )
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS
 from focus_planner.core.validation import InputError, check_choice
@@ -41,7 +41,7 @@ _ANY_DISTANCE = (0.0,)
 # Parameters have no place for one: it is in a file.
 _NO_TABLE = SimpleNamespace(unit="", whole=False, distances=(), values=())
 
-_REQUEST, _IMAGE, _LENS, _MODEL = PlanRequest(), Image(), Lens(), CostModel()
+_REQUEST, _IMAGE, _LENS, _MODEL = PlanRequest(), CameraIntrinsics(), Lens(), CostModel()
 
 _NEXT_CALL = " A change applies from the next request on."
 
@@ -454,7 +454,7 @@ class Settings:
             ),
             warm_start=values["warm_start"],
             optics=Optics(
-                image=Image(**_group(values, "image.")),
+                intrinsics=CameraIntrinsics(**_group(values, "image.")),
                 lens=lens_from_message(SimpleNamespace(**lens, table=_NO_TABLE)),
                 tables=_lens_tables(values["lens_tables"], lens_tables_text),
             ),

@@ -19,7 +19,7 @@ from threading import Lock
 from focus_planner.core.planning.fingerprint import fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, Watch
+from focus_planner.core.solvers import Progress, ProgressCallback
 from focus_planner.messages.writing import Stamp
 from focus_planner.parameters.planner import Recording
 from focus_planner.recording.bag import BagMessage, BagWriter
@@ -223,18 +223,18 @@ class RunRecorder:
         self._writing = Lock()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
-    def watch(self, watch: Watch) -> Watch:
+    def on_progress(self, on_progress: ProgressCallback) -> ProgressCallback:
         """Return a watch that notes every step, and has all inputs on disk before solving."""
 
         def noted(progress: Progress) -> bool:
             now = time.perf_counter()
             self._steps.append((now - self._began, progress))
             if progress.stage == "solving":
-                self._wait_for_disk(watch, progress)
+                self._wait_for_disk(on_progress, progress)
             elif now - self._written > _SECONDS_BETWEEN_WRITES:
                 self._written = now
                 self._do(self._write_steps)
-            return watch(progress)
+            return on_progress(progress)
 
         return noted
 
@@ -285,13 +285,13 @@ class RunRecorder:
         self._write_steps()
         self._bag.abandon()
 
-    def _wait_for_disk(self, watch: Watch, progress: Progress) -> None:
+    def _wait_for_disk(self, on_progress: ProgressCallback, progress: Progress) -> None:
         """Wait until the beginning is on disk, or the planner is told to stop.
 
         A disk that hangs costs the recording, not the plan.
         """
         until = time.monotonic() + _SECONDS_TO_WAIT
-        while not wait([self._on_disk], 0.05).done and watch(progress):
+        while not wait([self._on_disk], 0.05).done and on_progress(progress):
             if time.monotonic() > until:
                 self._fail(TimeoutError(errno.ETIMEDOUT, "the disk does not answer"))
                 return

@@ -11,7 +11,7 @@ from itertools import zip_longest
 from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, SolvedPlan
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, Watch, go_on
+from focus_planner.core.solvers import Progress, ProgressCallback, never_stop
 from focus_planner.core.validation import InputError
 from focus_planner.recording.run import Ending, Run
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
@@ -56,14 +56,16 @@ class Difference:
     what: str
 
 
-def plan_run(run: Run, watch: Watch = go_on, *, as_it_was: bool = True) -> Replayed:
+def plan_run(
+    run: Run, on_progress: ProgressCallback = never_stop, *, as_it_was: bool = True
+) -> Replayed:
     """Plan what a run asks for, on the inputs that it had.
 
     Parameters
     ----------
     run : Run
         A partial one too.
-    watch : callable, optional
+    on_progress : callable, optional
     as_it_was : bool
         Whether the plan ends where it ended then, whatever its time budget; else where the budget
         ends it now.
@@ -74,10 +76,10 @@ def plan_run(run: Run, watch: Watch = go_on, *, as_it_was: bool = True) -> Repla
 
     def noted(step: Progress) -> bool:
         progress.append(step)
-        return watch(step)
+        return on_progress(step)
 
     beginning, settings = run.beginning, run.beginning.settings
-    planner = Planner(_Silent(), warmth=beginning.warmth)
+    planner = Planner(_Silent(), warm_start=beginning.warm_start)
     _feed(planner, run)
     try:
         plan, rig, _ = planner.plan(
@@ -85,7 +87,7 @@ def plan_run(run: Run, watch: Watch = go_on, *, as_it_was: bool = True) -> Repla
             settings.optics,
             settings.model,
             noted,
-            warm_start=beginning.warmth is not None,
+            warm_start=beginning.warm_start is not None,
             answers=answers,
         )
     except (InputError, NotReady) as error:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.planning.fingerprint import Fingerprint
-from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, Warmth
+from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress
@@ -98,7 +98,7 @@ class Beginning:
         When it was asked for, nanoseconds since the epoch.
     software : dict
         Versions by name.
-    warmth : Warmth or None
+    warm_start : WarmStart or None
         What the plan starts from.
     """
 
@@ -108,7 +108,7 @@ class Beginning:
     asked: Fields
     at: int
     software: Mapping[str, str]
-    warmth: Warmth | None = None
+    warm_start: WarmStart | None = None
 
     @property
     def request(self) -> PlanRequest:
@@ -265,7 +265,7 @@ def rig_message(planner: str, rig: Rig, at: int) -> BagMessage:
 def beginning_messages(beginning: Beginning) -> list[BagMessage]:
     """Return the messages that a run begins with, after its inputs."""
     seconds, nanoseconds = stamp_of(beginning.at)
-    warmth = beginning.warmth
+    warm_start = beginning.warm_start
     run = {
         "stamp": {"sec": seconds, "nanosec": nanoseconds},
         "run_id": beginning.run_id,
@@ -274,7 +274,7 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
         "lens_tables": beginning.settings.lens_tables_text,
         "seed": beginning.asked.get("seed", 0) or beginning.settings.request.seed,
         "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
-        "warm_start": {} if warmth is None else _warmth_to_fields(warmth),
+        "warm_start": {} if warm_start is None else _warm_start_to_fields(warm_start),
     }
     of_run = partial(_message, beginning)
     return [of_run("run", _RUN, run), of_run("run/request", _REQUEST, beginning.asked)]
@@ -350,12 +350,12 @@ def _parameter_to_fields(value: Value) -> Fields:
     return {"type": _ParameterType.DOUBLE_ARRAY, "double_array_value": value}
 
 
-def _warmth_to_fields(warmth: Warmth) -> Fields:
+def _warm_start_to_fields(warm_start: WarmStart) -> Fields:
     return {
-        "cameras": warmth.names,
-        "focus_distances": warmth.focus_distances,
-        "points": warmth.points,
-        "prices": () if warmth.prices is None else warmth.prices,
+        "cameras": warm_start.names,
+        "focus_distances": warm_start.focus_distances,
+        "points": warm_start.points,
+        "prices": () if warm_start.prices is None else warm_start.prices,
     }
 
 
@@ -403,7 +403,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             asked=fields_of(asked),
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
             software={entry.key: entry.value for entry in run.software},
-            warmth=_warmth_from_message(run.warm_start),
+            warm_start=_warm_start_from_message(run.warm_start),
         ),
         progress=tuple(_progress_from_message(m.read()) for m in messages.get(_PROGRESS, [])),
         ending=_ending(result[0].read(), plan and plan[0].read()) if result and not fault else None,
@@ -462,10 +462,10 @@ def _parameter_from_message(value: Message) -> Value | None:
     return plain
 
 
-def _warmth_from_message(message: Message) -> Warmth | None:
+def _warm_start_from_message(message: Message) -> WarmStart | None:
     if not message.cameras:
         return None
-    return Warmth(
+    return WarmStart(
         tuple(message.cameras),
         np.asarray(message.focus_distances),
         message.points.reshape(-1, 3),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Rig
@@ -150,20 +150,22 @@ def _circles(run: Run, payload: bytes) -> dict[str, float]:
 def _changed(
     camera: Camera, changes: Mapping[str, Any], circles: Mapping[str, float], notes: list[str]
 ) -> Camera:
-    image = replace(camera.image, **_group(changes, "image."))
+    intrinsics = replace(camera.intrinsics, **_group(changes, "image."))
     of_lens = _group(changes, "lens.")
     focal_length = of_lens.get("focal_length", camera.lens.focal_length)
     known = circles.get(camera.name, circles[""])
 
     def circle() -> float:
-        return known or _usual_circle(image, focal_length, notes)
+        return known or _usual_circle(intrinsics, focal_length, notes)
 
     lens = _changed_lens(camera.lens, of_lens, focal_length, circle)
-    return replace(camera, image=image, lens=lens)
+    return replace(camera, intrinsics=intrinsics, lens=lens)
 
 
-def _usual_circle(image: Image, focal_length: float, notes: list[str]) -> float:
-    diagonal = focal_length * math.hypot(image.width / image.fx, image.height / image.fy)
+def _usual_circle(intrinsics: CameraIntrinsics, focal_length: float, notes: list[str]) -> float:
+    diagonal = focal_length * math.hypot(
+        intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
+    )
     circle = diagonal / _CIRCLES_PER_DIAGONAL
     note = (
         f"the recording says no circle of confusion: that of {1e3 * circle:.4f} mm, the sensor's"

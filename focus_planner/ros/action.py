@@ -21,7 +21,7 @@ from focus_planner.runtime.requests import Outcome, Request
 _SECONDS_TO_KEEP_RESULTS = 30
 
 
-class Desk(Protocol):
+class GoalHandler(Protocol):
     """Where goals are brought to be planned; the node."""
 
     def admits_goal(self) -> bool:
@@ -44,10 +44,10 @@ class PlanAction:
     node : Node
     group : CallbackGroup
         A reentrant one: many goals may wait.
-    desk : Desk
+    desk : GoalHandler
     """
 
-    def __init__(self, node: Node, group: CallbackGroup, desk: Desk) -> None:
+    def __init__(self, node: Node, group: CallbackGroup, desk: GoalHandler) -> None:
         self._desk = desk
         self._requests: dict[bytes, Request] = {}
         self._answers: dict[bytes, Future] = {}

@@ -49,7 +49,7 @@ def replay_live(run: Run, node: str, tell: Callable[[str], None] = lambda _: Non
             "a mesh with normals or importance of its vertices",
             "replay it without --live",
         )
-    if run.beginning.warmth is not None:
+    if run.beginning.warm_start is not None:
         raise InputError(
             str(run.path),
             "a run that started from nothing, for --live",

@@ -46,7 +46,7 @@ from focus_planner.ros.node_parameters import Parameters
 from focus_planner.ros.process import run
 from focus_planner.ros.qos import ALL_CALLS, LATCHED
 from focus_planner.ros.status import StatusBoard
-from focus_planner.ros.subscriptions import Gate, Listening
+from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
 from focus_planner.runtime.diagnostics import (
     Diagnosis,
     diagnose_cameras,
@@ -139,14 +139,14 @@ class PlannerNode(LifecycleNode):
         self._cameras = CameraTopics(self)
         self._diagnostics = Diagnostics(self, self._diagnose)
         self._status_topic = self.create_publisher(PlannerStatus, "~/status", LATCHED)
-        self._reading = Gate()
-        self._answering = Gate()
+        self._reading = GatedCallbackGroup()
+        self._answering = GatedCallbackGroup()
         self._planning: Planning | None = None
         self._focus_plan: Publisher | None = None
         self._lenses: Subscription | None = None
         self._service: Service | None = None
         self._action: PlanAction | None = None
-        self._inputs: Listening | None = None
+        self._inputs: Subscriptions | None = None
         self._stopping = threading.Event()
         self._calls: set[Future] = set()
         self._unfinished: deque[Callable[[], object]] = deque()
@@ -254,10 +254,10 @@ class PlannerNode(LifecycleNode):
         """Load all that plans; return whether it came to its end."""
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         # It takes seconds, and comes after the last plan.
-        from focus_planner.ros.planning_thread import Planning, Surroundings
+        from focus_planner.ros.planning_thread import Planning, PlanningHost
 
         self._planning = Planning(
-            Surroundings(
+            PlanningHost(
                 planner=self.get_fully_qualified_name(),
                 reporter=self.get_logger(),
                 settings=lambda: self._settings.current,
@@ -353,7 +353,7 @@ class PlannerNode(LifecycleNode):
     def _open(self) -> None:
         """Open topics, service and action."""
         assert self._planning is not None
-        self._inputs = Listening(
+        self._inputs = Subscriptions(
             self,
             self._reading,
             lambda: self._settings.current,

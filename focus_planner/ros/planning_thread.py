@@ -24,7 +24,7 @@ from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.planning.precompile import warm_up
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, Watch
+from focus_planner.core.solvers import Progress, ProgressCallback
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import request_from_message
@@ -54,7 +54,7 @@ def _nothing() -> None:
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class PlanningHost:
     """What planning needs of the node.
 
     Attributes
@@ -95,10 +95,10 @@ class Planning:
 
     Parameters
     ----------
-    node : Surroundings
+    node : PlanningHost
     """
 
-    def __init__(self, node: Surroundings) -> None:
+    def __init__(self, node: PlanningHost) -> None:
         self._node = node
         self._log: Log = node.reporter
         self._planner = Planner(node.reporter, node.on_rig)
@@ -225,7 +225,7 @@ class Planning:
             asked=request.asked,
             at=request.at,
             software=software(),
-            warmth=self._planner.warmth if settings.warm_start else None,
+            warm_start=self._planner.warm_start if settings.warm_start else None,
         )
         return self._recorder.begin(settings.recording, self._inputs(), beginning)
 
@@ -242,12 +242,12 @@ class Planning:
         settings = request.settings
         wanted = request_from_message(SimpleNamespace(**request.asked), settings.request)
         self._node.reporter.debug(f"planning: {wanted}")
-        watch = self._watch(request, wanted)
+        on_progress = self._watch(request, wanted)
         plan, rig, reminder = self._planner.plan(
             wanted,
             settings.optics,
             settings.model,
-            record.watch(watch) if record else watch,
+            record.on_progress(on_progress) if record else on_progress,
             warm_start=settings.warm_start,
         )
         reason = request.settle()
@@ -303,13 +303,13 @@ class Planning:
         told = None if plan is None else without_problem(plan)
         self._take_snapshot(LastRun(request.plan_id, message, told, seconds))
 
-    def _watch(self, request: Request, wanted: PlanRequest) -> Watch:
+    def _watch(self, request: Request, wanted: PlanRequest) -> ProgressCallback:
         feedback = Feedback(wanted.time_budget)
 
-        def watch(progress: Progress) -> bool:
+        def on_progress(progress: Progress) -> bool:
             fields = feedback.fields(progress)
             if fields is not None:
                 request.tell(fields)
             return request.goes_on and not self._stopping.is_set()
 
-        return watch
+        return on_progress

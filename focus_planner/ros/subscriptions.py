@@ -74,7 +74,7 @@ class _Listener:
         return [_Taken(info["received_timestamp"], payload, self.receive)]
 
 
-class Gate(ReentrantCallbackGroup):
+class GatedCallbackGroup(ReentrantCallbackGroup):
     """What is read at certain times only; until then messages and calls wait, as QoS allows."""
 
     is_open = False
@@ -84,7 +84,7 @@ class Gate(ReentrantCallbackGroup):
         return self.is_open and bool(super().can_execute(entity))
 
 
-class Listening:
+class Subscriptions:
     """Receives surfaces and rigs, whatever their topics, in the order of arrival.
 
     They are read later, by the functions that a replay reads with, so that what is refused is
@@ -93,7 +93,7 @@ class Listening:
     Parameters
     ----------
     node : Node
-    gate : Gate
+    gate : GatedCallbackGroup
         Messages wait while it is closed.
     settings : callable
         Returns the parameters as they are now.
@@ -111,7 +111,7 @@ class Listening:
     def __init__(
         self,
         node: Node,
-        gate: Gate,
+        gate: GatedCallbackGroup,
         settings: Callable[[], Settings],
         check: Callable[[Rig], Rig],
         surface: Callable[[Arrival[Any]], None],

@@ -99,7 +99,7 @@ class Arrival(Generic[Said]):
 
 
 @dataclass(frozen=True, eq=False)
-class Held(Generic[Said, Value]):
+class AcceptedInput(Generic[Said, Value]):
     """What became of a message that could be read."""
 
     arrival: Arrival[Said]
@@ -143,15 +143,15 @@ class Input(Generic[Said, Value]):
 
     Attributes
     ----------
-    in_force : Held or None
-    misfit : Held or None
+    in_force : AcceptedInput or None
+    misfit : AcceptedInput or None
         The newest one, if it was refused only because it does not fit the other input.
     """
 
     def __init__(self, name: str, sources: str, make: Callable[[Said], Value], log: Log) -> None:
         self.name = name
-        self.in_force: Held[Said, Value] | None = None
-        self.misfit: Held[Said, Value] | None = None
+        self.in_force: AcceptedInput[Said, Value] | None = None
+        self.misfit: AcceptedInput[Said, Value] | None = None
         self._sources = sources
         self._make = make
         self._log = log
@@ -165,7 +165,7 @@ class Input(Generic[Said, Value]):
         """Keep a message until :meth:`newest`; any thread may call."""
         self._inbox.append(arrival)
 
-    def newest(self, optics: Optics) -> Held[Said, Value] | None:
+    def newest(self, optics: Optics) -> AcceptedInput[Said, Value] | None:
         """Return the newest that can be read and says anything new, refusing those after it."""
         backlog = [self._inbox.popleft() for _ in range(len(self._inbox))]
         for arrival in reversed(backlog):
@@ -188,7 +188,7 @@ class Input(Generic[Said, Value]):
         if self.in_force is None and (self._waiting is None or arrival.at >= self._waiting.at):
             self._waiting = arrival
 
-    def put_in_force(self, held: Held[Said, Value]) -> None:
+    def put_in_force(self, held: AcceptedInput[Said, Value]) -> None:
         """Plan with this from now on; what was refused before it came is forgotten."""
         self.in_force, self.misfit = held, None
         if self._refused and held.arrival.at >= self._refused[0].at:
@@ -256,10 +256,10 @@ class Input(Generic[Said, Value]):
         arrival, error = self._refused
         return f"none that can be used: the {self.name} {arrival} was refused ({error})"
 
-    def _read(self, arrival: Arrival[Said], optics: Optics) -> Held[Said, Value] | None:
+    def _read(self, arrival: Arrival[Said], optics: Optics) -> AcceptedInput[Said, Value] | None:
         """Return what a message says, None if it is refused."""
         if self.in_force and arrival.payload == self.in_force.arrival.payload:
-            return Held(arrival, self.in_force.value)
+            return AcceptedInput(arrival, self.in_force.value)
         try:
             return self._made(arrival, optics)
         except InputError as error:
@@ -269,8 +269,8 @@ class Input(Generic[Said, Value]):
             self.refuse(arrival, internal(self.name, error))
         return None
 
-    def _made(self, arrival: Arrival[Said], optics: Optics) -> Held[Said, Value]:
-        return Held(arrival, self._make(arrival.read(optics)))
+    def _made(self, arrival: Arrival[Said], optics: Optics) -> AcceptedInput[Said, Value]:
+        return AcceptedInput(arrival, self._make(arrival.read(optics)))
 
 
 def internal(name: str, error: Exception) -> InputError:

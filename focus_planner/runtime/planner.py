@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from focus_planner.core.planning.formulation import pose_problem
-from focus_planner.core.planning.plan import SolvedPlan, Warmth
+from focus_planner.core.planning.formulation import formulate_problem
+from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Watch, go_on
+from focus_planner.core.solvers import ProgressCallback, never_stop
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
-from focus_planner.runtime.inputs import Arrival, Held, Input, Log, Said, Value, internal
+from focus_planner.runtime.inputs import AcceptedInput, Arrival, Input, Log, Said, Value, internal
 
 # Enough to tell whether a surface and a rig fit each other, too little to be noticed.
 _TRIAL = PlanRequest(method="closest", samples=500)
 
-HeldScene = Held[Surface, Scene]
-HeldRig = Held[Rig, Rig]
+AcceptedScene = AcceptedInput[Surface, Scene]
+AcceptedRig = AcceptedInput[Rig, Rig]
 
 
 def internal_error(error: Exception) -> str:
@@ -50,14 +50,14 @@ class Planner:
     log : Log
     on_rig : callable
         Told of every rig that comes into force.
-    warmth : Warmth, optional
+    warm_start : WarmStart, optional
         Of a plan made elsewhere, for the first that is to start from one.
 
     Attributes
     ----------
     surface, rig : Input
         Where messages go in.
-    warmth : Warmth or None
+    warm_start : WarmStart or None
         What a plan starts from that is to start from the last one.
     """
 
@@ -65,7 +65,7 @@ class Planner:
         self,
         log: Log,
         on_rig: Callable[[Rig], None] = lambda _: None,
-        warmth: Warmth | None = None,
+        warm_start: WarmStart | None = None,
     ) -> None:
         self.surface: Input[Surface, Scene] = Input(
             "surface", "a mesh on ~/mesh or a cloud on ~/cloud", Scene, log
@@ -77,7 +77,7 @@ class Planner:
         self._on_rig = on_rig
         self._optics = Optics()
         self._fits = False
-        self.warmth = warmth
+        self.warm_start = warm_start
 
     def digest(self, optics: Optics) -> None:
         """Take in what was received: read it, build the scene, see whether it fits."""
@@ -95,7 +95,7 @@ class Planner:
         request: PlanRequest,
         optics: Optics,
         model: CostModel | None = None,
-        watch: Watch = go_on,
+        on_progress: ProgressCallback = never_stop,
         *,
         warm_start: bool = False,
         answers: Sequence[int] | None = None,
@@ -119,9 +119,11 @@ class Planner:
         assert self.surface.in_force is not None
         assert self.rig.in_force is not None
         rig = self.rig.in_force.value
-        before = self.warmth if warm_start else None
-        plan = plan_focus(self.surface.in_force.value, rig, request, model, watch, before, answers)
-        self.warmth = plan.warmth if warm_start else None
+        start = self.warm_start if warm_start else None
+        plan = plan_focus(
+            self.surface.in_force.value, rig, request, model, on_progress, start, answers
+        )
+        self.warm_start = plan.warm_start if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]
         return plan, rig, "; ".join(text for text in reminders if text)
 
@@ -137,7 +139,7 @@ class Planner:
         if before is None and self.rig.in_force:
             self._settle(None, self.rig.in_force)
 
-    def _settle(self, scene: HeldScene | None, rig: HeldRig | None) -> None:
+    def _settle(self, scene: AcceptedScene | None, rig: AcceptedRig | None) -> None:
         """Put newcomers in force, or refuse them if older ones fit each other and they do not."""
         error = None
         for pair in self._pairs(scene, rig):
@@ -157,8 +159,8 @@ class Planner:
             _refuse(self.rig, rig, error)
 
     def _pairs(
-        self, scene: HeldScene | None, rig: HeldRig | None
-    ) -> list[tuple[HeldScene, HeldRig]]:
+        self, scene: AcceptedScene | None, rig: AcceptedRig | None
+    ) -> list[tuple[AcceptedScene, AcceptedRig]]:
         """Return the pairs that newcomers can make, the one to prefer first."""
         if scene and rig:
             pairs = [(scene, rig), (scene, self.rig.in_force), (self.surface.in_force, rig)]
@@ -168,16 +170,16 @@ class Planner:
             pairs = [(self.surface.in_force, rig), (self.surface.misfit, rig)]
         return [(a, b) for a, b in pairs if a and b]
 
-    def _put_in_force(self, scene: HeldScene | None, rig: HeldRig | None) -> None:
+    def _put_in_force(self, scene: AcceptedScene | None, rig: AcceptedRig | None) -> None:
         if scene and scene is not self.surface.in_force:
             self.surface.put_in_force(scene)
         if rig and rig is not self.rig.in_force:
             self.rig.put_in_force(rig)
 
 
-def _misfit(scene: HeldScene, rig: HeldRig) -> InputError | None:
+def _misfit(scene: AcceptedScene, rig: AcceptedRig) -> InputError | None:
     try:
-        pose_problem(scene.value, rig.value, _TRIAL)
+        formulate_problem(scene.value, rig.value, _TRIAL)
     except InputError as error:
         return error
     except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
@@ -186,7 +188,7 @@ def _misfit(scene: HeldScene, rig: HeldRig) -> InputError | None:
 
 
 def _refuse(
-    where: Input[Said, Value], newcomer: Held[Said, Value] | None, error: InputError
+    where: Input[Said, Value], newcomer: AcceptedInput[Said, Value] | None, error: InputError
 ) -> None:
     """Refuse a newcomer that did not come into force."""
     if newcomer and newcomer is not where.in_force:

@@ -161,7 +161,7 @@ def test_the_same_seed_gives_the_same_plan(
 def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[PlanRequest] = []
 
-    def plan_focus(scene: Any, rig: Rig, request: PlanRequest, watch: Any) -> Any:
+    def plan_focus(scene: Any, rig: Rig, request: PlanRequest, on_progress: Any) -> Any:
         seen.append(request)
         raise KeyboardInterrupt
 

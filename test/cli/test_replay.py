@@ -17,7 +17,16 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from recording.runs import (
+
+from focus_planner.cli import main as cli
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
+from focus_planner.io.rigs import save_rig
+from focus_planner.messages.typestore import deserialize, fields_of, serialize
+from focus_planner.recording.bag import read_bag
+from focus_planner.recording.run import inputs_of, read_run
+from testing.runs import (
     REQUEST,
     RIG,
     TORUS,
@@ -29,15 +38,6 @@ from recording.runs import (
     solved,
     with_payload,
 )
-
-from focus_planner.cli import main as cli
-from focus_planner.core.rig.layouts import cylinder_rig
-from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError
-from focus_planner.io.rigs import save_rig
-from focus_planner.messages.typestore import deserialize, fields_of, serialize
-from focus_planner.recording.bag import read_bag
-from focus_planner.recording.run import inputs_of, read_run
 
 PROGRAM = "import sys; from focus_planner.cli.main import main; sys.exit(main())"
 # Refuses every package that comes with ROS, as on a machine without it.

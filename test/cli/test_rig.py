@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from focus_planner.cli import main as cli
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -36,11 +36,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def write_model(folder: Path, unit: float) -> None:
     """Write the rig as a COLMAP model of which one unit is so many metres."""
-    image = RIG.cameras[0].image
-    centre = f"{image.cx + 0.5!r} {image.cy + 0.5!r}"
-    size = f"{image.width} {image.height}"
+    intrinsics = RIG.cameras[0].intrinsics
+    centre = f"{intrinsics.cx + 0.5!r} {intrinsics.cy + 0.5!r}"
+    size = f"{intrinsics.width} {intrinsics.height}"
     folder.mkdir(parents=True)
-    (folder / "cameras.txt").write_text(f"1 PINHOLE {size} {image.fx!r} {image.fy!r} {centre}\n")
+    (folder / "cameras.txt").write_text(
+        f"1 PINHOLE {size} {intrinsics.fx!r} {intrinsics.fy!r} {centre}\n"
+    )
     lines = []
     for i, turn in enumerate(camera_rotations(RIG)):
         camera = RIG.cameras[i]
@@ -80,7 +82,7 @@ def assert_same(rig: Any) -> None:
     for own, other in zip(rig.cameras, RIG.cameras, strict=True):
         assert (own.name, own.lens) == (other.name, other.lens)
         np.testing.assert_allclose(own.position, other.position, atol=1e-12)
-        assert own.image.cx == pytest.approx(other.image.cx, rel=1e-12)
+        assert own.intrinsics.cx == pytest.approx(other.intrinsics.cx, rel=1e-12)
     np.testing.assert_allclose(camera_rotations(rig), camera_rotations(RIG), atol=1e-12)
 
 
@@ -124,12 +126,12 @@ def test_distorted_images_stay_so(here: Path, capsys: Any) -> None:
         "1 OPENCV 580 870 1190 1191 285 435 -0.1 0.2 0.003 0.004\n"
     )
     rig, _ = made(capsys, "colmap", "model", "--scale", "1")
-    image = Image(
+    intrinsics = CameraIntrinsics(
         *(580, 870, 1190, 1191, 284.5, 434.5),
         distortion_model="plumb_bob",
         distortion=(-0.1, 0.2, 0.003, 0.004, 0),
     )
-    assert {camera.image for camera in rig.cameras} == {image}
+    assert {camera.intrinsics for camera in rig.cameras} == {intrinsics}
 
 
 def test_a_model_can_be_aligned(here: Path, capsys: Any) -> None:
@@ -153,15 +155,15 @@ def test_guesses_are_told(here: Path, capsys: Any) -> None:
         "focus_planner: note: all cameras have the paper's image; --camera-info or --image says"
         " theirs"
     )
-    assert rig.cameras[0].image == Image()
+    assert rig.cameras[0].intrinsics == CameraIntrinsics()
     options = ["--convention", "optical", "--image", "640x480", "--fx", "500", *LENS_OPTIONS]
     rig, notes = made(capsys, "transforms", "tf.txt", *options)
     assert notes == ""
-    assert rig.cameras[0].image == Image(640, 480, 500, 500, 319.5, 239.5)
+    assert rig.cameras[0].intrinsics == CameraIntrinsics(640, 480, 500, 500, 319.5, 239.5)
     options += ["--fy", "510", "--cx", "0", "--cy", "7.5", "--frame-id", "booth"]
     options += ["--root", "hall", "--cameras", "cam_1_0*", "--scale", "2"]
     rig, _ = made(capsys, "transforms", "tf.txt", *options)
-    assert rig.cameras[0].image == Image(640, 480, 500, 510, 0, 7.5)
+    assert rig.cameras[0].intrinsics == CameraIntrinsics(640, 480, 500, 510, 0, 7.5)
     assert (len(rig), rig.frame_id) == (6, "booth")
     np.testing.assert_allclose(rig.cameras[0].position, (1.5, 0, 2.1))
 
@@ -174,8 +176,8 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
             CALIBRATION.replace("data: [0,", f"data: [0.{i},")
         )
     rig, _ = made(capsys, "transforms", "tf.txt", "--camera-info", "info")
-    assert rig.cameras[0].image == Image()
-    assert rig.cameras[3].image.distortion == (0.3, 0, 0, 0, 0)
+    assert rig.cameras[0].intrinsics == CameraIntrinsics()
+    assert rig.cameras[3].intrinsics.distortion == (0.3, 0, 0, 0, 0)
 
 
 @pytest.mark.parametrize(

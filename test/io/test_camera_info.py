@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.validation import InputError
 from focus_planner.io.camera_info import image_of_camera, load_camera_info
 
@@ -33,7 +33,7 @@ projection_matrix:
   cols: 4
   data: [480., 0., 320., 0., 0., 481., 240., 0., 0., 0., 1., 0.]
 """
-IMAGE = Image(
+IMAGE = CameraIntrinsics(
     *(640, 480, 501.5, 502.5, 319.25, 239.75),
     distortion_model="plumb_bob",
     distortion=(-0.25, 0.01, 0.001, -0.002, 0.0),
@@ -51,13 +51,15 @@ def test_what_camera_calibration_writes_is_read(tmp_path: Path) -> None:
 
 def test_coefficients_may_be_missing(tmp_path: Path) -> None:
     text = CALIBRATION[: CALIBRATION.index("distortion_model")]
-    assert load_camera_info(file(tmp_path, text)) == Image(640, 480, 501.5, 502.5, 319.25, 239.75)
+    assert load_camera_info(file(tmp_path, text)) == CameraIntrinsics(
+        640, 480, 501.5, 502.5, 319.25, 239.75
+    )
 
 
 def test_a_fisheye_is_one(tmp_path: Path) -> None:
     text = CALIBRATION.replace("plumb_bob", "equidistant").replace(", 0.]", "]")
-    image = load_camera_info(file(tmp_path, text))
-    assert (image.distortion_model, len(image.distortion)) == ("equidistant", 4)
+    intrinsics = load_camera_info(file(tmp_path, text))
+    assert (intrinsics.distortion_model, len(intrinsics.distortion)) == ("equidistant", 4)
 
 
 def test_one_file_is_all_cameras_and_a_folder_each_ones(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -92,13 +92,22 @@ WRITERS = pytest.mark.parametrize("write", [write_text, write_binary])
 Write = Callable[[Path, Cameras, Images], None]
 
 
-def model_of(rig: Rig, parameters: Callable[[Image], tuple[str, tuple[float, ...]]]) -> Any:
+def model_of(
+    rig: Rig, parameters: Callable[[CameraIntrinsics], tuple[str, tuple[float, ...]]]
+) -> Any:
     """Return COLMAP's cameras and images of a rig, by matrices instead of quaternions."""
     cameras: Cameras = []
     images: Images = []
     for i, (camera, turn) in enumerate(zip(rig.cameras, camera_rotations(rig), strict=True)):
         x, y, z, w = camera.orientation
-        cameras.append((7 + i, camera.image.width, camera.image.height, *parameters(camera.image)))
+        cameras.append(
+            (
+                7 + i,
+                camera.intrinsics.width,
+                camera.intrinsics.height,
+                *parameters(camera.intrinsics),
+            )
+        )
         place = -turn.T @ camera.position
         points = [(1.5, 2.5, -1)] * (i % 3)
         images.append(
@@ -107,9 +116,9 @@ def model_of(rig: Rig, parameters: Callable[[Image], tuple[str, tuple[float, ...
     return [(i, m, w, h, p) for i, w, h, m, p in cameras], images[::-1]
 
 
-def pinhole(image: Image) -> tuple[str, tuple[float, ...]]:
+def pinhole(intrinsics: CameraIntrinsics) -> tuple[str, tuple[float, ...]]:
     # The first pixel's centre is (0.5, 0.5) there.
-    return "PINHOLE", (image.fx, image.fy, image.cx + 0.5, image.cy + 0.5)
+    return "PINHOLE", (intrinsics.fx, intrinsics.fy, intrinsics.cx + 0.5, intrinsics.cy + 0.5)
 
 
 def assert_same(rig: Rig, expected: Rig) -> None:
@@ -118,9 +127,14 @@ def assert_same(rig: Rig, expected: Rig) -> None:
         np.testing.assert_allclose(own.position, other.position, atol=1e-12)
         assert abs(np.dot(own.orientation, other.orientation)) == pytest.approx(1, abs=1e-12)
         assert own.lens == other.lens
-        assert (own.image.width, own.image.height) == (other.image.width, other.image.height)
+        assert (own.intrinsics.width, own.intrinsics.height) == (
+            other.intrinsics.width,
+            other.intrinsics.height,
+        )
         for name in ("fx", "fy", "cx", "cy"):
-            assert getattr(own.image, name) == pytest.approx(getattr(other.image, name), rel=1e-12)
+            assert getattr(own.intrinsics, name) == pytest.approx(
+                getattr(other.intrinsics, name), rel=1e-12
+            )
     np.testing.assert_allclose(camera_rotations(rig), camera_rotations(expected), atol=1e-12)
 
 
@@ -136,7 +150,7 @@ def test_a_cylinder_comes_back(tmp_path: Path, write: Write) -> None:
 def test_it_moves_turns_and_scales(tmp_path: Path, write: Write) -> None:
     model_from_rig = pose("", (1, -2, 3), (0.6, 0, 0, 0.8)) @ Similarity(scale=40.0)
     turned = [
-        Camera(camera.name, at.position, at.orientation, camera.image, camera.lens)
+        Camera(camera.name, at.position, at.orientation, camera.intrinsics, camera.lens)
         for camera in RIG.cameras
         for at in [model_from_rig @ pose("", camera.position, camera.orientation)]
     ]
@@ -150,7 +164,7 @@ def test_camera_models_are_those_of_camera_info(tmp_path: Path, write: Write, mo
     _, distortion_model, parameters, coefficients = MODELS[model]
     write(tmp_path, [(1, model, 640, 480, tuple(map(float, parameters)))], ONE[1])
     fy = 510 if parameters[1] == 510 else 500
-    assert load_colmap(tmp_path).cameras[0].image == Image(
+    assert load_colmap(tmp_path).cameras[0].intrinsics == CameraIntrinsics(
         *(640, 480, 500, fy, 319.5, 239.5),
         distortion_model=distortion_model,
         distortion=coefficients,

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given
-from messages.build import lens_tables
 
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -19,6 +18,7 @@ from focus_planner.io.lens_tables import (
     table_values,
 )
 from focus_planner.io.yaml_values import flow
+from testing.messages import lens_tables
 
 STUDIO = """
 default: {unit: dioptres}

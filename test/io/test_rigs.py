@@ -10,16 +10,16 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from images import varied
-from messages.build import lens_tables
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
+from testing.images import varied
+from testing.messages import lens_tables
 
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,12}", fullmatch=True) | st.sampled_from(
     ["yes", "No", "null", "on", "y", "true", "e1", "inf", "NaN"]
@@ -32,7 +32,7 @@ QUATERNIONS = (
     .map(lambda q: tuple(x / math.hypot(*q) for x in q))
 )
 PLAIN_IMAGES = st.builds(
-    Image,
+    CameraIntrinsics,
     width=st.integers(1, 10_000),
     height=st.integers(1, 10_000),
     fx=POSITIVE,
@@ -128,40 +128,46 @@ def test_what_is_not_given_is_the_papers(tmp_path: Path) -> None:
 
 
 def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
-    own = camera_with(image="{width: 640}", lens="{min_focus: 0.4}")
+    own = camera_with(intrinsics="{width: 640}", lens="{min_focus: 0.4}")
     rig = load_rig(
         write(
             tmp_path,
             f"image: {{width: 100, height: 200}}\nlens: {{focal_length: 0.035}}\ncameras: [{own}]",
         )
     )
-    assert rig.cameras[0].image == Image(width=640, height=200)
+    assert rig.cameras[0].intrinsics == CameraIntrinsics(width=640, height=200)
     assert rig.cameras[0].lens == Lens(focal_length=0.035, min_focus=0.4)
 
 
 def test_images_may_be_distorted_binned_and_read_in_part(tmp_path: Path) -> None:
     shared = "{distortion_model: plumb_bob, distortion: [-1e-1, 0, 0, 0], binning: [2, 2]}"
     cameras = (
-        camera_with(image="{region: [8, 4, 100, 50], binning: [1, 1]}"),
-        camera_with(image='{distortion_model: "", distortion: []}').replace("a,", "b,"),
-        camera_with(image="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
+        camera_with(intrinsics="{region: [8, 4, 100, 50], binning: [1, 1]}"),
+        camera_with(intrinsics='{distortion_model: "", distortion: []}').replace("a,", "b,"),
+        camera_with(intrinsics="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
     )
     text = f"image: {shared}\ncameras: [{', '.join(cameras)}]"
-    images = [camera.image for camera in load_rig(write(tmp_path, text)).cameras]
+    images = [camera.intrinsics for camera in load_rig(write(tmp_path, text)).cameras]
     barrel = (-0.1, 0.0, 0.0, 0.0)
-    assert images[0] == Image(
+    assert images[0] == CameraIntrinsics(
         distortion_model="plumb_bob", distortion=barrel, region=(8, 4, 100, 50)
     )
-    assert images[1] == Image(binning=(2, 2))
+    assert images[1] == CameraIntrinsics(binning=(2, 2))
     assert images[2].distortion == (0.1, 0.0, 0.0, 0.0, 1.0)
 
 
 def test_an_image_is_written_with_what_it_has_only() -> None:
     (camera,) = cylinder_rig(1, 1).cameras
-    barrel = Image(distortion_model="plumb_bob", distortion=(-0.1, 0, 0, 0), region=(0, 0, 9, 8))
+    barrel = CameraIntrinsics(
+        distortion_model="plumb_bob", distortion=(-0.1, 0, 0, 0), region=(0, 0, 9, 8)
+    )
     other = replace(camera, name="other")
     rig = Rig(
-        (replace(camera, image=barrel), replace(other, image=barrel), replace(camera, name="plain"))
+        (
+            replace(camera, intrinsics=barrel),
+            replace(other, intrinsics=barrel),
+            replace(camera, name="plain"),
+        )
     )
     lines = rig_to_yaml(rig).splitlines()
     assert lines[1].endswith(
@@ -314,7 +320,7 @@ def test_a_camera_overrides_what_its_lens_takes(
             r"yaml: image\.binning: expected a list of numbers, got 2",
         ),
         (
-            f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",
+            f"cameras: [{camera_with(intrinsics='{region: [0, 0, 1.5, 2]}')}]",
             r"cameras\[0\]: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
         ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),
@@ -341,7 +347,9 @@ def test_a_missing_or_binary_file_is_refused(tmp_path: Path) -> None:
 
 def test_what_differs_from_the_others_is_written_with_its_camera() -> None:
     base, *rest = cylinder_rig(1, 4).cameras
-    odd = Camera(base.name, base.position, base.orientation, Image(width=99), Lens(max_focus=2.0))
+    odd = Camera(
+        base.name, base.position, base.orientation, CameraIntrinsics(width=99), Lens(max_focus=2.0)
+    )
     lines = rig_to_yaml(Rig((odd, *rest))).splitlines()
     assert [line for line in lines if "image" in line][1].endswith(
         "image: {width: 99}, lens: {max_focus: 2.0}}"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity, pose
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -199,10 +199,10 @@ def test_frames_can_be_chosen(tmp_path: Path) -> None:
 
 
 def test_images_and_lenses_are_given(tmp_path: Path) -> None:
-    images = {"left": Image(640, 480), "right": Image(320, 240)}
+    images = {"left": CameraIntrinsics(640, 480), "right": CameraIntrinsics(320, 240)}
     path = file(tmp_path, TREE)
     rig, _ = load_transforms(path, root="rig", image_of=images.__getitem__, lens=Lens(0.02))
-    assert {camera.name: camera.image for camera in rig.cameras} == images
+    assert {camera.name: camera.intrinsics for camera in rig.cameras} == images
     assert {camera.lens for camera in rig.cameras} == {Lens(0.02)}
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from messages.build import triangle_arrays, vertex_arrays
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import read_mesh, write_mesh
+from testing.messages import triangle_arrays, vertex_arrays
 
 
 def test_a_mesh_in_plain_cdr():

@@ -3,7 +3,6 @@ from __future__ import annotations
 import struct
 
 import pytest
-from messages.malformed import BALL, CLOUD, RIG, TYPES, good
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import length_after_header, write_mesh
@@ -12,6 +11,7 @@ from focus_planner.messages.reading import cloud_from_message, mesh_from_bytes
 from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields, rig_to_fields
 from focus_planner.parameters.planner import Settings
+from testing.malformed import BALL, CLOUD, RIG, TYPES, good
 
 POINTS, TRIANGLES, CAMERAS = len(CLOUD.points), len(BALL.triangles), len(RIG)
 

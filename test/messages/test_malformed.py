@@ -7,11 +7,11 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from messages.malformed import READ, TYPES, Bench, absurd, broken, good
 
 from focus_planner.core.rig.rig import MAX_CAMERAS
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import serialize
+from testing.malformed import READ, TYPES, Bench, absurd, broken, good
 
 MESSAGES = 200
 # A hundred times what it takes, on a machine with other things to do.

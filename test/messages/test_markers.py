@@ -6,20 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from core.build import forward, plane
 from rclpy.serialization import deserialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
-from focus_planner import Image, Lens, PlanRequest, Rig
+from focus_planner import CameraIntrinsics, Lens, PlanRequest, Rig
 from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.typestore import serialize
+from testing.problems import forward, plane
 
 STAMP = (7, 8)
 GREEN, ORANGE, GREY = (0.0, 0.62, 0.45), (0.90, 0.38, 0.0), (0.55, 0.55, 0.58)
-SQUARE = Image(100, 100, 100.0, 100.0, 49.5, 49.5)  # half as wide as it is far, to each side
+SQUARE = CameraIntrinsics(
+    100, 100, 100.0, 100.0, 49.5, 49.5
+)  # half as wide as it is far, to each side
 # In focus at 1 m: 0.9 m to 1.1 m, or so.
 LENS = Lens(focal_length=0.05, hyperfocal_distance=10.0)
 
@@ -57,7 +59,7 @@ def colour(said):
 
 
 def test_there_is_a_marker_for_the_surface_and_one_for_each_camera():
-    cameras = (forward("a", image=SQUARE), forward("b", (9.0, 0.0, 0.0), image=SQUARE))
+    cameras = (forward("a", intrinsics=SQUARE), forward("b", (9.0, 0.0, 0.0), intrinsics=SQUARE))
     found = markers(*planned(plane(0.5, 0.5, 1.0), *cameras))
     assert [(m.ns, m.id, m.type) for m in found] == [
         ("surface", 0, Marker.POINTS),
@@ -77,14 +79,16 @@ def test_there_is_a_marker_for_the_surface_and_one_for_each_camera():
     ("distance", "expected"), [(1.0, GREEN), (1.02, GREEN), (0.5, ORANGE), (3.0, ORANGE)]
 )
 def test_a_plane_before_a_camera_is_green_only_where_it_is_focused(distance, expected):
-    camera = forward(image=SQUARE, lens=LENS)
+    camera = forward(intrinsics=SQUARE, lens=LENS)
     surface, *_ = markers(*planned(plane(0.5, 0.5, 1.0), camera, distances=[distance]))
     assert {colour(each) for each in surface.colors} == {expected}
 
 
 def test_what_no_camera_sees_is_grey_and_what_is_too_far_is_orange():
     # The image ends at x = 0.5 at a depth of 1: of the plane from -1 to 1 it shows the middle.
-    plan, rig = planned(plane(2.0, 0.5, 1.0), forward(image=SQUARE, lens=LENS), distances=[1.0])
+    plan, rig = planned(
+        plane(2.0, 0.5, 1.0), forward(intrinsics=SQUARE, lens=LENS), distances=[1.0]
+    )
     surface, *_ = markers(plan, rig)
     samples = points(surface)
     np.testing.assert_array_equal(samples, plan.fresh_problem.samples.points)
@@ -97,7 +101,8 @@ def test_a_point_is_green_if_it_is_in_focus_in_the_camera_that_images_it_best():
     # Each camera sees its own half: one of them is focused on it.
     surface = plane(2.0, 0.2, 1.0)
     cameras = [
-        forward(n, (x, 0.0, 0.0), image=SQUARE, lens=LENS) for n, x in [("a", -0.5), ("b", 0.5)]
+        forward(n, (x, 0.0, 0.0), intrinsics=SQUARE, lens=LENS)
+        for n, x in [("a", -0.5), ("b", 0.5)]
     ]
     found, *_ = markers(*planned(surface, *cameras, distances=[1.0, 0.6]))
     left = points(found)[:, 0] < 0
@@ -106,7 +111,7 @@ def test_a_point_is_green_if_it_is_in_focus_in_the_camera_that_images_it_best():
 
 
 def test_a_camera_is_a_pyramid_to_the_plane_that_it_is_focused_at():
-    camera = forward("a", (1.0, 2.0, 3.0), image=SQUARE, lens=LENS)
+    camera = forward("a", (1.0, 2.0, 3.0), intrinsics=SQUARE, lens=LENS)
     _, marker = markers(*planned(plane(9.0, 9.0, 4.0), camera, distances=[2.0]))
     corners = [(0.0, 1.0), (2.0, 1.0), (2.0, 3.0), (0.0, 3.0)]
     corners = [(x, y, 5.0) for x, y in corners]
@@ -120,8 +125,8 @@ def test_a_camera_is_a_pyramid_to_the_plane_that_it_is_focused_at():
 
 def test_a_camera_that_images_nothing_best_is_grey():
     cameras = (
-        forward("a", image=SQUARE),
-        forward("away", (50.0, 0.0, 0.0), image=SQUARE),
+        forward("a", intrinsics=SQUARE),
+        forward("away", (50.0, 0.0, 0.0), intrinsics=SQUARE),
     )
     plan, rig = planned(plane(0.5, 0.5, 1.0), *cameras)
     assert [c.status for c in plan.cameras] == [CameraStatus.PLANNED, CameraStatus.SEES_NOTHING]

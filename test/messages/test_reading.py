@@ -6,7 +6,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
-from messages.build import (
+
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
+from focus_planner.io.lens_tables import LensTables
+from focus_planner.messages.reading import (
+    Datatype,
+    camera_from_message,
+    cloud_from_message,
+    intrinsics_from_message,
+    lens_from_message,
+    poses_from_message,
+    request_from_message,
+    rig_from_message,
+)
+from focus_planner.messages.writing import cloud_to_fields
+from testing.messages import (
     BAD_CLOUDS,
     EMPTY_CAMERA,
     EMPTY_INFO,
@@ -21,24 +39,6 @@ from messages.build import (
     importance_fields,
     message,
 )
-
-from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.rig.camera import Image
-from focus_planner.core.rig.lens_table import LensTable
-from focus_planner.core.surface.surface import PointCloud
-from focus_planner.core.validation import InputError
-from focus_planner.io.lens_tables import LensTables
-from focus_planner.messages.reading import (
-    Datatype,
-    camera_from_message,
-    cloud_from_message,
-    image_from_message,
-    lens_from_message,
-    poses_from_message,
-    request_from_message,
-    rig_from_message,
-)
-from focus_planner.messages.writing import cloud_to_fields
 
 WORLD = {"header": {"frame_id": "world"}}
 
@@ -246,7 +246,7 @@ def test_an_empty_rig_is_an_input_error():
 
 def test_a_camera_takes_what_it_leaves_out_from_the_optics():
     camera = camera_from_message(camera_message(name="left"), OPTICS)
-    assert (camera.image, camera.lens) == (OPTICS.image, OPTICS.lens)
+    assert (camera.intrinsics, camera.lens) == (OPTICS.intrinsics, OPTICS.lens)
 
 
 def test_errors_of_a_camera_name_it():
@@ -259,7 +259,7 @@ def test_errors_of_a_camera_name_it():
 
 
 INFO = EMPTY_INFO | {"width": 64, "height": 48, "k": [50, 0, 31.5, 0, 51, 23.5, 0, 0, 1]}
-IMAGE = Image(64, 48, 50, 51, 31.5, 23.5)
+IMAGE = CameraIntrinsics(64, 48, 50, 51, 31.5, 23.5)
 
 
 def info_message(**fields):
@@ -302,7 +302,7 @@ def roi(x_offset=0, y_offset=0, width=0, height=0, do_rectify=False):
     ],
 )
 def test_camera_info_is_read_as_it_is_documented(fields, changes):
-    assert image_from_message(info_message(**fields)) == replace(IMAGE, **changes)
+    assert intrinsics_from_message(info_message(**fields)) == replace(IMAGE, **changes)
 
 
 @pytest.mark.parametrize(

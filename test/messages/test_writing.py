@@ -6,26 +6,13 @@ import re
 import numpy as np
 import pytest
 from hypothesis import given
-from messages.build import (
-    EMPTY_INFO,
-    OPTICS,
-    camera_foci,
-    clouds,
-    images,
-    lenses,
-    message,
-    plans,
-    requests,
-    rigs,
-    shots,
-)
 
-from focus_planner import Image, Mesh, PlanRequest
+from focus_planner import CameraIntrinsics, Mesh, PlanRequest
 from focus_planner.messages import reading, writing
 from focus_planner.messages.reading import (
     camera_focus_from_message,
     cloud_from_message,
-    image_from_message,
+    intrinsics_from_message,
     lens_from_message,
     mesh_from_bytes,
     plan_from_message,
@@ -37,7 +24,7 @@ from focus_planner.messages.reading import (
 from focus_planner.messages.writing import (
     camera_focus_to_fields,
     cloud_to_fields,
-    image_to_fields,
+    intrinsics_to_fields,
     lens_to_fields,
     mesh_to_bytes,
     plan_to_fields,
@@ -45,6 +32,19 @@ from focus_planner.messages.writing import (
     request_to_fields,
     rig_to_fields,
     shot_to_fields,
+)
+from testing.messages import (
+    EMPTY_INFO,
+    OPTICS,
+    camera_foci,
+    clouds,
+    images,
+    lenses,
+    message,
+    plans,
+    requests,
+    rigs,
+    shots,
 )
 
 STAMP = (5, 6)
@@ -78,14 +78,14 @@ def test_poses_are_read_as_they_were_written(rig):
 
 
 @given(images)
-def test_images_are_read_as_they_were_written(image):
-    fields = image_to_fields(image)
+def test_images_are_read_as_they_were_written(intrinsics):
+    fields = intrinsics_to_fields(intrinsics)
     assert is_plain(fields)
-    assert image_from_message(message(fields)) == image
+    assert intrinsics_from_message(message(fields)) == intrinsics
 
 
 def test_of_a_plain_image_only_size_and_matrix_are_not_zero():
-    fields = image_to_fields(Image())
+    fields = intrinsics_to_fields(CameraIntrinsics())
     rest = {name: fields[name] for name in fields if name not in {"width", "height", "k"}}
     empty = {name: EMPTY_INFO[name] for name in rest}
     assert rest["roi"].items() <= empty.pop("roi").items()

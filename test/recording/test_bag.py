@@ -19,7 +19,15 @@ import yaml
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
-from recording.made_up import (
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from focus_planner.core.validation import InputError
+from focus_planner.messages.typestore import definition_of, serialize, type_hash
+from focus_planner.recording import bag as bag_module
+from focus_planner.recording.bag import BagMessage, BagWriter, bag_size, being_written, read_bag
+from focus_planner.recording.run import read_run
+from testing.made_up_runs import (
     MARKERS,
     chunk_ends,
     ending,
@@ -32,14 +40,6 @@ from recording.made_up import (
     said,
     write,
 )
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-from focus_planner.core.validation import InputError
-from focus_planner.messages.typestore import definition_of, serialize, type_hash
-from focus_planner.recording import bag as bag_module
-from focus_planner.recording.bag import BagMessage, BagWriter, bag_size, being_written, read_bag
-from focus_planner.recording.run import read_run
 
 TRUE = said(messages())
 
@@ -239,7 +239,7 @@ def test_a_full_disk_is_an_os_error_and_what_is_there_is_read(tmp_path):
     code = """
 import resource, signal, sys
 from pathlib import Path
-from recording.made_up import messages
+from testing.made_up_runs import messages
 from focus_planner.recording.bag import BagWriter
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 bag = BagWriter()
@@ -623,8 +623,7 @@ def _with_chunk(data, start, frame):
 
 @cache
 def _environment():
-    here = Path(__file__).parents[1]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
+    return {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
 
 
 def _python(code, *arguments):

@@ -49,7 +49,7 @@ def test_they_are_of_every_kind():
     assert kinds == {MESH, CLOUD, POSES, RIG, VERTEX_DATA}
     assert any(not run.ending.success for run in runs.values())
     assert any(not plan.converged for plan in plans)
-    assert any(run.beginning.warmth for run in runs.values())
+    assert any(run.beginning.warm_start for run in runs.values())
     assert any(plan.shots > 1 for plan in plans)
     units = [{camera.device_unit for camera in plan.cameras} for plan in plans]
     assert units.count({None}) == len(plans) - 1
@@ -57,7 +57,7 @@ def test_they_are_of_every_kind():
     (mixed,) = runs["mixed_rig"].rigs()
     cameras = mixed.read(runs["mixed_rig"].beginning.settings.optics).cameras
     assert len({camera.lens for camera in cameras}) == 3
-    assert len({camera.image for camera in cameras}) == 2
+    assert len({camera.intrinsics for camera in cameras}) == 2
 
 
 def test_the_data_set_is_the_shipped_bodies():

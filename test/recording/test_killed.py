@@ -11,17 +11,17 @@ import time
 from pathlib import Path
 
 import pytest
-from recording.made_up import ending, input_messages, run_id, said
 from rosbags.rosbag2 import Reader
 
 from focus_planner.core.validation import InputError
 from focus_planner.recording.bag import being_written
 from focus_planner.recording.run import read_run
+from testing.made_up_runs import ending, input_messages, run_id, said
 
 KILLS = 13  # of each kind
 LONGEST = 0.4  # seconds
 INPUTS = said(input_messages(points=2000))
-TEST = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 class Writers:
@@ -29,11 +29,11 @@ class Writers:
 
     def __init__(self):
         self._process = subprocess.Popen(
-            [sys.executable, str(Path(__file__).with_name("killed_writer.py"))],
+            [sys.executable, "-m", "testing.killed_writer"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TEST), str(TEST.parent)])},
+            cwd=ROOT,
         )
         self._expect("ready")
 

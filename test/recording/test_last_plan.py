@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
 import subprocess
@@ -11,15 +10,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from recording import made_up, runs
-from recording.made_up import PLANNER, plan_payload, run_id
 
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.run import answered_plan, beginning_messages, ending_messages
+from testing import made_up_runs as made_up
+from testing import runs
+from testing.made_up_runs import PLANNER, plan_payload, run_id
 
-TEST = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def write(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):
@@ -199,11 +199,8 @@ def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch
 @pytest.mark.parametrize("published", [True, False])
 def test_killed_once_the_plan_is_kept_it_is_found(tmp_path, published):
     write(tmp_path, 1)
-    command = [sys.executable, "-m", "recording.killed_keeper", tmp_path, str(int(published))]
-    paths = os.pathsep.join([str(TEST), str(TEST.parent)])
-    victim = subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}
-    )
+    command = [sys.executable, "-m", "testing.killed_keeper", tmp_path, str(int(published))]
+    victim = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
     with victim:
         told = victim.stdout.read()
     assert victim.returncode == -signal.SIGKILL

@@ -14,9 +14,8 @@ import time
 from pathlib import Path
 
 import pytest
-from recording.runs import PLANNER, RIG, TORUS, Log, begun, record, solved
 
-from focus_planner.core.solvers import Progress, go_on
+from focus_planner.core.solvers import Progress, never_stop
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.parameters.planner import Recording
@@ -25,6 +24,7 @@ from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.run import inputs_of, read_run
+from testing.runs import PLANNER, RIG, TORUS, Log, begun, record, solved
 
 NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 STEPS = [Progress("em", k, 700.0 - k) for k in range(4)]
@@ -97,13 +97,13 @@ def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_pat
     monkeypatch.setattr(BagWriter, "sync", slow_sync)
     heard = []
 
-    def watch(progress):
+    def on_progress(progress):
         if progress.stage not in ("fresh", "visibility", "cells", "solving") and not heard:
             heard.append(read_run(partial_of(tmp_path, beginning)))
         return True
 
     run = begin(recorder, tmp_path, beginning)
-    plan = solved(beginning, watch=run.watch(watch))
+    plan = solved(beginning, on_progress=run.on_progress(on_progress))
     assert len(heard) == 1
     assert [m.payload for m in heard[0].inputs] == [
         m.payload for m in inputs_of(beginning, TORUS, RIG)
@@ -120,9 +120,9 @@ def test_the_progress_of_a_long_run_is_written_while_it_goes(recorder, tmp_path,
     monkeypatch.setattr(module, "_SECONDS_BETWEEN_WRITES", 0.05)
     beginning = begun()
     run = begin(recorder, tmp_path, beginning)
-    watch = run.watch(go_on)
+    on_progress = run.on_progress(never_stop)
     for step in STEPS:
-        assert watch(step)
+        assert on_progress(step)
         time.sleep(0.06)
 
     def on_disk():
@@ -139,8 +139,8 @@ def test_no_step_of_a_short_run_is_lost_or_waited_for(recorder, tmp_path):
     beginning = begun()
     run = begin(recorder, tmp_path, beginning)
     told = []
-    watch = run.watch(lambda progress: told.append(progress) or len(told) < 3)
-    assert [watch(step) for step in STEPS] == [True, True, False, False]
+    on_progress = run.on_progress(lambda progress: told.append(progress) or len(told) < 3)
+    assert [on_progress(step) for step in STEPS] == [True, True, False, False]
     assert told == STEPS
     run.finish(False, "").result(30)
     assert read_run(run.path).progress == tuple(STEPS)
@@ -329,7 +329,7 @@ def check_lost(run, log, reason):
 
 
 def plan_with(run, beginning, expected):
-    plan = solved(beginning, watch=run.watch(go_on))
+    plan = solved(beginning, on_progress=run.on_progress(never_stop))
     assert same_plan(plan, expected)
     run.finish(True, plan.summary(), plan, RIG).result(30)
 
@@ -395,8 +395,8 @@ def test_a_disk_that_is_full_later_costs_no_plan(recorder, log, tmp_path, expect
     run = begin(recorder, tmp_path, beginning)
     run._on_disk.result(30)
     monkeypatch.setattr("focus_planner.recording.bag._Stream.write", raise_no_space)
-    watch = run.watch(go_on)
-    assert all(watch(step) for step in STEPS)
+    on_progress = run.on_progress(never_stop)
+    assert all(on_progress(step) for step in STEPS)
     waited(lambda: run.failure)
     plan_with(run, beginning, expected)
     check_lost(run, log, "No space left on device")
@@ -448,9 +448,9 @@ def test_who_is_told_to_stop_does_not_wait_for_a_disk_that_hangs(recorder, tmp_p
     monkeypatch.setattr(BagWriter, "sync", lambda _: hanging.wait(30))
     run = begin(recorder, tmp_path, begun())
     asked = []
-    watch = run.watch(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
+    on_progress = run.on_progress(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
     began = time.perf_counter()
-    assert not watch(Progress("solving", 0, float("nan")))
+    assert not on_progress(Progress("solving", 0, float("nan")))
     assert time.perf_counter() - began < 2.0
     assert len(asked) >= 3
     assert not run._on_disk.done()
@@ -464,7 +464,7 @@ def test_who_is_not_told_to_stop_does_wait(recorder, tmp_path, monkeypatch):
     run = begin(recorder, tmp_path, begun())
     threading.Timer(0.4, hanging.set).start()
     began = time.perf_counter()
-    assert run.watch(go_on)(Progress("solving", 0, float("nan")))
+    assert run.on_progress(never_stop)(Progress("solving", 0, float("nan")))
     assert time.perf_counter() - began > 0.3
     assert run._on_disk.done()
     run.finish(False, "no plan").result(30)
@@ -511,7 +511,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from focus_planner.messages.parameters import Recording
 from focus_planner.recording.recorder import Recorder
-from recording.runs import *
+from testing.runs import *
 log = Log()
 beginning = begun()
 solved(beginning)
@@ -532,8 +532,7 @@ def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     (file,) = record(tmp_path / "whole").glob("*.mcap")
     limit = str(int(share * file.stat().st_size))
     folder = tmp_path / "cut"
-    test = str(Path(__file__).parents[1])
-    words = [sys.executable, "-W", "error", "-c", PROGRAM, test, str(folder), limit]
+    words = [sys.executable, "-W", "error", "-c", PROGRAM, str(folder), limit]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     assert done.stderr == ""
     cost, failure, errors = json.loads(done.stdout)

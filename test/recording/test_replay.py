@@ -8,8 +8,28 @@ from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
-from core.build import box
-from recording.runs import (
+
+from focus_planner.core.planning import formulation as posing
+from focus_planner.core.planning import plan_focus as planning
+from focus_planner.core.planning.request import METHODS, PlanRequest
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.solvers import never_stop
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh
+from focus_planner.messages.reading import Optics, mesh_from_bytes
+from focus_planner.messages.typestore import deserialize, fields_of, serialize
+from focus_planner.messages.writing import mesh_to_bytes
+from focus_planner.parameters.planner import Recording
+from focus_planner.recording.recorder import Recorder
+from focus_planner.recording.replay import differences, outcome_differences, plan_run
+from focus_planner.recording.run import input_message, inputs_of, read_run
+from focus_planner.recording.what_if import parse_changes, with_changes
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planner import NotReady, Planner, internal_error
+from testing.problems import box
+from testing.runs import (
     REQUEST,
     RIG,
     TORUS,
@@ -24,34 +44,14 @@ from recording.runs import (
     with_payload,
 )
 
-from focus_planner.core.planning import formulation as posing
-from focus_planner.core.planning import plan_focus as planning
-from focus_planner.core.planning.request import METHODS, PlanRequest
-from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.rig.layouts import cylinder_rig
-from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import go_on
-from focus_planner.core.surface.scene import Scene
-from focus_planner.core.surface.surface import Mesh
-from focus_planner.messages.reading import Optics, mesh_from_bytes
-from focus_planner.messages.typestore import deserialize, fields_of, serialize
-from focus_planner.messages.writing import mesh_to_bytes
-from focus_planner.parameters.planner import Recording
-from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.replay import differences, outcome_differences, plan_run
-from focus_planner.recording.run import input_message, inputs_of, read_run
-from focus_planner.recording.what_if import parse_changes, with_changes
-from focus_planner.runtime.inputs import Arrival
-from focus_planner.runtime.planner import NotReady, Planner, internal_error
-
 PLAN, RESULT = "focus_planner_msgs/msg/FocusPlan", "focus_planner_msgs/msg/RunResult"
 RIG_TYPE = "focus_planner_msgs/msg/CameraRig"
 STAGES = ["fresh samples", "fresh visibility", "fresh costs", "samples", "visibility", "costs"]
 
 
-def replayed(path, watch=go_on):
+def replayed(path, on_progress=never_stop):
     run = read_run(path)
-    return run, plan_run(run, watch)
+    return run, plan_run(run, on_progress)
 
 
 def found(path):
@@ -79,14 +79,14 @@ SMALL = PlanRequest("em", 250, fresh_samples=200)
 
 
 def test_a_rig_of_different_cameras_is_reproduced(tmp_path):
-    plain = RIG.cameras[0].image
+    plain = RIG.cameras[0].intrinsics
     images = (
         plain,
         replace(plain, distortion_model="plumb_bob", distortion=(-0.2, 0.05, 1e-3, 0, 0.1)),
         replace(plain, distortion_model="equidistant", distortion=(0.0, 0.1, 0.0, 0.0)),
         replace(plain, region=(100, 60, 301, 300), binning=(2, 4)),
     )
-    cameras = tuple(replace(c, image=images[i % 4]) for i, c in enumerate(RIG.cameras))
+    cameras = tuple(replace(c, intrinsics=images[i % 4]) for i, c in enumerate(RIG.cameras))
     rig = replace(RIG, cameras=cameras)
     path = record(tmp_path, SMALL, rig=rig)
     run, again = replayed(path)
@@ -95,7 +95,7 @@ def test_a_rig_of_different_cameras_is_reproduced(tmp_path):
     assert run.ending.plan.cost != solved(begun(SMALL)).cost
     changed = with_changes(run, parse_changes(["f_number=8"])).run
     (arrival,) = changed.rigs()
-    assert [c.image for c in arrival.read(Optics()).cameras] == [c.image for c in cameras]
+    assert [c.intrinsics for c in arrival.read(Optics()).cameras] == [c.intrinsics for c in cameras]
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -163,12 +163,12 @@ def stop_after(count, stages_=None):
     """A watch that says no after so many steps of these stages."""
     heard = []
 
-    def watch(progress):
+    def on_progress(progress):
         if stages_ is None or progress.stage in stages_:
             heard.append(progress)
         return len(heard) < count
 
-    return watch
+    return on_progress
 
 
 @pytest.mark.parametrize(
@@ -188,8 +188,10 @@ def stop_after(count, stages_=None):
         *((method, stop_after(2, ["solving", *METHODS])) for method in METHODS),
     ],
 )
-def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, method, watch):
-    path = record(tmp_path, PlanRequest(method, 3000, fresh_samples=3000, gap=0.01), watch=watch)
+def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, method, on_progress):
+    path = record(
+        tmp_path, PlanRequest(method, 3000, fresh_samples=3000, gap=0.01), on_progress=on_progress
+    )
     run, again = replayed(path)
     assert len(run.ending.answers) > 1
     assert differences(run, again) == []
@@ -211,10 +213,10 @@ def test_a_plan_that_its_time_budget_ended_is_reproduced(tmp_path, seconds):
 def test_a_warm_start_is_reproduced(tmp_path):
     first = solved(begun(SMALL))
     assert first.prices is not None
-    path = record(tmp_path, replace(SMALL, seed=5), warmth=first.warmth)
+    path = record(tmp_path, replace(SMALL, seed=5), warm_start=first.warm_start)
     run, again = replayed(path)
     assert differences(run, again) == []
-    cold = plan_run(replace(run, beginning=replace(run.beginning, warmth=None)))
+    cold = plan_run(replace(run, beginning=replace(run.beginning, warm_start=None)))
     assert differences(run, cold) != []
 
 
@@ -276,7 +278,9 @@ class Bench:
         recorder = Recorder(Log())
         run = recorder.begin(Recording(folder), inputs, begun(request))
         try:
-            plan, rig, _ = self.planner.plan(request, Optics(), CostModel(), run.watch(go_on))
+            plan, rig, _ = self.planner.plan(
+                request, Optics(), CostModel(), run.on_progress(never_stop)
+            )
         except (NotReady, ValueError) as error:
             run.finish(False, str(error))
         else:

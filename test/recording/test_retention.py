@@ -8,7 +8,6 @@ import subprocess
 import sys
 
 import pytest
-from recording.runs import RIG, TORUS, Log, begun, record
 
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.parameters.planner import Recording
@@ -16,6 +15,7 @@ from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import prune
 from focus_planner.recording.run import inputs_of
+from testing.runs import RIG, TORUS, Log, begun, record
 
 
 def name_of(number):

@@ -9,17 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from core.build import sphere, torus
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from messages import build
-from recording.runs import RIG as SMALL_RIG
-from recording.runs import TORUS, begun, cloud, record, rewritten, with_payload
 
 from focus_planner.core.planning.fingerprint import Fingerprint
-from focus_planner.core.planning.plan import FocusPlan, Warmth
+from focus_planner.core.planning.plan import FocusPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
@@ -46,6 +42,10 @@ from focus_planner.recording.run import (
     rig_message,
     surface_messages,
 )
+from testing import messages as build
+from testing.problems import sphere, torus
+from testing.runs import RIG as SMALL_RIG
+from testing.runs import TORUS, begun, cloud, record, rewritten, with_payload
 
 RUN = "focus_planner_msgs/msg/Run"
 AT = 1_700_000_000_123_456_000
@@ -121,10 +121,14 @@ def mixed_rig():
     cameras = []
     for i, lens in enumerate(LENSES):
         q = random.normal(size=4)
-        image = Image(1920, 1080, 1400.1, 1405.7, 955.5, 541.2) if i % 2 else Image()
+        intrinsics = (
+            CameraIntrinsics(1920, 1080, 1400.1, 1405.7, 955.5, 541.2)
+            if i % 2
+            else CameraIntrinsics()
+        )
         position = tuple(random.normal(size=3).tolist())
         cameras.append(
-            Camera(f"kind_{i}", position, tuple((q / np.linalg.norm(q)).tolist()), image, lens)
+            Camera(f"kind_{i}", position, tuple((q / np.linalg.norm(q)).tolist()), intrinsics, lens)
         )
     return Rig(tuple(cameras), "booth", Grid(1, len(LENSES)))
 
@@ -182,7 +186,7 @@ def test_poses_take_image_and_lens_from_the_parameters(tmp_path):
     cameras = arrival.read(run.beginning.settings.optics).cameras
     poses = [(camera.position, camera.orientation) for camera in rig.cameras]
     assert [(camera.position, camera.orientation) for camera in cameras] == poses
-    assert {camera.image for camera in cameras} == {Image(width=640)}
+    assert {camera.intrinsics for camera in cameras} == {CameraIntrinsics(width=640)}
     assert {camera.lens for camera in cameras} == {Lens(0.05, 0.05**2 / (8.0 * 3e-5))}
 
 
@@ -313,7 +317,7 @@ def test_the_rest_of_a_beginning_is_read_as_it_was(tmp_path):
     assert run.beginning.planner == "/booth/planner"
     assert run.beginning.at == AT
     assert run.beginning.software == beginning.software
-    assert run.beginning.warmth is None
+    assert run.beginning.warm_start is None
     assert {m.topic.rpartition("/")[0] for m in read_bag(run.path).messages} <= {
         "/booth/planner",
         "/booth/planner/run",
@@ -323,11 +327,11 @@ def test_the_rest_of_a_beginning_is_read_as_it_was(tmp_path):
 @pytest.mark.parametrize("prices", [None, np.random.default_rng(2).random(5)])
 def test_a_warm_start_is_read_to_the_bit(prices, tmp_path):
     random = np.random.default_rng(1)
-    warmth = Warmth(("a", "a", "b"), random.random(3), random.normal(size=(5, 3)), prices)
-    read = written(tmp_path, begun(warmth=warmth), []).beginning.warmth
-    assert read.names == warmth.names
+    warm_start = WarmStart(("a", "a", "b"), random.random(3), random.normal(size=(5, 3)), prices)
+    read = written(tmp_path, begun(warm_start=warm_start), []).beginning.warm_start
+    assert read.names == warm_start.names
     for name in ("focus_distances", "points", "prices"):
-        assert same_bits(getattr(read, name), getattr(warmth, name))
+        assert same_bits(getattr(read, name), getattr(warm_start, name))
 
 
 def test_progress_is_read_as_it_was(tmp_path):

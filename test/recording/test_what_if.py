@@ -7,13 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recording.runs import REQUEST, TORUS, Log, begun, record
-from recording.runs import RIG as SMALL_RIG
 
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
@@ -28,6 +26,8 @@ from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import Run, inputs_of, read_run, surface_messages
 from focus_planner.recording.what_if import parse_changes, settable_names, with_changes
+from testing.runs import REQUEST, TORUS, Log, begun, record
+from testing.runs import RIG as SMALL_RIG
 
 OWN = SMALL_RIG.cameras[0].lens
 #: F²/H of the rig's lenses: f-number times circle of confusion.
@@ -251,7 +251,8 @@ def test_lens_and_image_change_on_cameras_that_bring_their_own(run):
     assert after.notes == ()
     expected = replace(OWN, min_focus=1.5, max_focus=2.2)
     cameras = [
-        replace(c, lens=expected, image=replace(c.image, width=500)) for c in SMALL_RIG.cameras
+        replace(c, lens=expected, intrinsics=replace(c.intrinsics, width=500))
+        for c in SMALL_RIG.cameras
     ]
     assert repr(rig_of(after.run)) == repr(Rig(tuple(cameras), SMALL_RIG.frame_id, SMALL_RIG.grid))
 
@@ -261,7 +262,7 @@ def test_lens_and_image_change_on_cameras_that_are_poses_only():
     after = changed(run, "lens.hyperfocal_distance=9", "image.fx=700")
     rig = rig_of(after.run)
     assert {camera.lens for camera in rig.cameras} == {Lens(hyperfocal_distance=9.0)}
-    assert {camera.image for camera in rig.cameras} == {Image(height=333, fx=700.0)}
+    assert {camera.intrinsics for camera in rig.cameras} == {CameraIntrinsics(height=333, fx=700.0)}
     names = [camera.name for camera in rig_of(run).cameras]
     assert [camera.name for camera in rig.cameras] == names
     before = [(c.position, c.orientation) for c in SMALL_RIG.cameras]
@@ -334,8 +335,10 @@ def test_an_f_number_takes_the_circle_of_the_parameters():
 
 def test_an_f_number_takes_the_usual_circle_of_the_sensor_and_says_so(run):
     after = changed(run, "f_number=8")
-    image = SMALL_RIG.cameras[0].image
-    diagonal = OWN.focal_length * math.hypot(image.width / image.fx, image.height / image.fy)
+    intrinsics = SMALL_RIG.cameras[0].intrinsics
+    diagonal = OWN.focal_length * math.hypot(
+        intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
+    )
     expected = hyperfocal_distance(OWN.focal_length, 8.0, diagonal / 1500)
     for lens in lenses_of(after.run):
         assert lens.hyperfocal_distance == pytest.approx(expected, rel=1e-12)
@@ -407,7 +410,7 @@ def test_the_changed_run_is_recorded_and_replayed_as_one_of_its_own(run, tmp_pat
     log = Log()
     recorder = Recorder(log)
     record_ = recorder.begin(Recording(tmp_path), after.inputs, after.beginning)
-    again = plan_run(after, record_.watch(lambda _: True), as_it_was=False)
+    again = plan_run(after, record_.on_progress(lambda _: True), as_it_was=False)
     record_.finish(True, again.plan.summary(), again.plan, again.rig)
     assert recorder.close(30)
     assert log.errors == []

@@ -5,12 +5,12 @@ import itertools
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
-from ros.planner_process import PlannerProcess
 
 from focus_planner import cylinder_rig
 from focus_planner.io.bodies import body as body_path
 from focus_planner.io.surfaces import load_surface
 from focus_planner.ros.client import PlannerClient
+from testing.ros.planner_process import PlannerProcess
 
 _count = itertools.count()
 

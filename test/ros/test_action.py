@@ -6,30 +6,32 @@ import math
 import signal
 import subprocess
 import sys
-import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
-from itertools import groupby
 
 import numpy as np
 import pytest
-from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
-from ros.bits import bits
-from ros.test_node import what_counts
-from ros.test_recording import FEW, assert_reproduced, having, until, whole
 
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.run import read_run
 from focus_planner.runtime.reason import Reason
-
-# It would take minutes.
-LONG = {"method": "optimal", "samples": 16_384, "gap": 1e-12}
-SHORT = {"method": "closest"}
-SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
-ABORTED = GoalStatus.STATUS_ABORTED
-# Tells what hangs from what works on a busy machine; how long it takes is measured elsewhere.
-SOON = 20.0
+from testing.ros.bits import bits
+from testing.ros.calls import FEW, having, until, what_counts
+from testing.ros.goals import (
+    ABORTED,
+    CANCELED,
+    LONG,
+    SHORT,
+    SOON,
+    SUCCEEDED,
+    Heard,
+    cancelled,
+    ended,
+    has_plan,
+    planning,
+    sent,
+)
+from testing.ros.recorded import assert_reproduced, whole
 
 
 @pytest.fixture(scope="module")
@@ -47,67 +49,6 @@ def ready(client, body, rig):
     client.publish_mesh(body)
     client.publish_rig(rig)
     return client
-
-
-class Heard:
-    """Feedback as it comes, and when."""
-
-    def __init__(self):
-        self.messages = []
-        self._news = threading.Condition()
-
-    def __call__(self, message):
-        with self._news:
-            self.messages.append((time.monotonic(), message))
-            self._news.notify_all()
-
-    def wait_for(self, condition):
-        def come():
-            return any(condition(message) for _, message in self.messages)
-
-        with self._news:
-            assert self._news.wait_for(come, SOON), "no such feedback"
-
-    @property
-    def stages(self):
-        return [stage for stage, _ in groupby(message.stage for _, message in self.messages)]
-
-    def of(self, name):
-        return np.array([getattr(message, name) for _, message in self.messages])
-
-
-def sent(client, on_feedback=None, **goal):
-    goal = client.send_goal(on_feedback, **goal)
-    assert goal.accepted
-    return goal
-
-
-def has_plan(message):
-    return math.isfinite(message.cost)
-
-
-def planning(client, **goal):
-    """A long goal that has a plan already."""
-    heard = Heard()
-    goal = sent(client, heard, **{**LONG, **goal})
-    heard.wait_for(has_plan)
-    return goal
-
-
-def ended(goal):
-    """The status, the reason and the result of a goal that ends soon."""
-    status, result = goal.result(SOON)
-    assert result.success == bool(result.plan.plan_id)
-    return status, Reason(result.reason), result
-
-
-def cancelled(goal):
-    """Cancel a goal that is planned; return its plan."""
-    assert goal.cancel()
-    status, reason, result = ended(goal)
-    assert (status, reason) == (CANCELED, Reason.CANCELLED)
-    assert result.success
-    return result.plan
 
 
 def assert_fits(plan, rig):

@@ -15,24 +15,6 @@ from focus_planner_msgs.srv import PlanFocus
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from hypothesis import given
 from hypothesis import strategies as st
-from messages.build import (
-    BAD_CLOUDS,
-    EMPTY_CAMERA,
-    EMPTY_REQUEST,
-    NUMBERS,
-    OPTICS,
-    camera_foci,
-    cloud_fields,
-    cloud_layouts,
-    clouds,
-    images,
-    importance_fields,
-    lenses,
-    requests,
-    rigs,
-    triangle_arrays,
-    vertex_arrays,
-)
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from shape_msgs.msg import Mesh as MeshMsg
@@ -50,7 +32,7 @@ from focus_planner.messages.reading import (
     camera_focus_from_message,
     camera_from_message,
     cloud_from_message,
-    image_from_message,
+    intrinsics_from_message,
     lens_from_message,
     mesh_from_bytes,
     plan_from_message,
@@ -62,7 +44,7 @@ from focus_planner.messages.typestore import deserialize
 from focus_planner.messages.writing import (
     camera_focus_to_fields,
     cloud_to_fields,
-    image_to_fields,
+    intrinsics_to_fields,
     lens_to_fields,
     mesh_to_bytes,
     plan_to_fields,
@@ -71,6 +53,24 @@ from focus_planner.messages.writing import (
     rig_to_fields,
 )
 from focus_planner.ros.conversions import message_to_ros, type_name_of
+from testing.messages import (
+    BAD_CLOUDS,
+    EMPTY_CAMERA,
+    EMPTY_REQUEST,
+    NUMBERS,
+    OPTICS,
+    camera_foci,
+    cloud_fields,
+    cloud_layouts,
+    clouds,
+    images,
+    importance_fields,
+    lenses,
+    requests,
+    rigs,
+    triangle_arrays,
+    vertex_arrays,
+)
 
 
 def through_bytes(message_type, fields):
@@ -93,16 +93,19 @@ def test_poses_survive_the_wire_bit_for_bit(rig):
     received = poses_from_message(message, OPTICS, "world")
     for index, (camera, sent) in enumerate(zip(received.cameras, rig.cameras, strict=True)):
         assert (camera.position, camera.orientation) == (sent.position, sent.orientation)
-        assert (camera.name, camera.image, camera.lens) == (
+        assert (camera.name, camera.intrinsics, camera.lens) == (
             f"cam_{index:03d}",
-            OPTICS.image,
+            OPTICS.intrinsics,
             OPTICS.lens,
         )
 
 
 @given(images)
-def test_images_survive_the_wire(image):
-    assert image_from_message(through_bytes(CameraInfo, image_to_fields(image))) == image
+def test_images_survive_the_wire(intrinsics):
+    assert (
+        intrinsics_from_message(through_bytes(CameraInfo, intrinsics_to_fields(intrinsics)))
+        == intrinsics
+    )
 
 
 @given(lenses())
@@ -196,7 +199,7 @@ def test_an_empty_request_and_an_empty_camera_take_the_defaults():
     defaults = PlanRequest("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5, "tight", 0.01)
     assert request_from_message(PlanFocus.Request(), defaults) == defaults
     camera = camera_from_message(RigCamera(name="left"), OPTICS)
-    assert (camera.image, camera.lens) == (OPTICS.image, OPTICS.lens)
+    assert (camera.intrinsics, camera.lens) == (OPTICS.intrinsics, OPTICS.lens)
 
 
 def test_a_message_without_a_frame_is_an_input_error():

@@ -9,7 +9,8 @@ from importlib import import_module
 import pytest
 from focus_planner_msgs.msg import LensState
 from rclpy.context import Context
-from ros.lens_processes import LensProcess, Orchestrator
+
+from testing.ros.lens_processes import LensProcess, Orchestrator
 
 SENT, VERIFIED = LensState.STATUS_SENT, LensState.STATUS_VERIFIED
 DIFFERS, FAILED = LensState.STATUS_DIFFERS, LensState.STATUS_FAILED

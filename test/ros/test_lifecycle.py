@@ -14,17 +14,16 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros.bits import bits
-from ros.planner_process import PATIENCE, PlannerProcess
-from ros.test_action import SHORT, SOON, cancelled, ended, planning
-from ros.test_node import what_counts
-from ros.test_recording import FEW, until
 from shape_msgs.msg import Mesh as MeshMsg
 
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.ros.client import PlannerClient
 from focus_planner.runtime.reason import Reason
+from testing.ros.bits import bits
+from testing.ros.calls import FEW, until, what_counts
+from testing.ros.goals import SHORT, SOON, cancelled, ended, planning
+from testing.ros.planner_process import PATIENCE, PlannerProcess
 
 MANAGED = ("-p", "autostart:=false")
 # The way to each state from the one before.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from messages.malformed import BALL, READ, RIG, Bench, absurd, broken
 
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
@@ -12,6 +11,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.ros.client import PlannerClient
+from testing.malformed import BALL, READ, RIG, Bench, absurd, broken
 
 MESSAGES = 24
 REQUEST = {"method": "em", "samples": 200}

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from focus_planner_msgs.msg import CameraRig
 from geometry_msgs.msg import PoseArray
-from ros.bits import bits
 from sensor_msgs.msg import PointCloud2
 
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -32,6 +31,8 @@ from focus_planner.messages.writing import (
 )
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
+from testing.ros.bits import bits
+from testing.ros.calls import what_counts
 
 SAMPLES = 300
 
@@ -55,11 +56,6 @@ def refused(client, **request):
     assert not response.success
     assert response.plan.plan_id == ""
     return response.message
-
-
-def what_counts(plan):
-    """All of a plan but its name and its times."""
-    return replace(plan_from_message(plan), solve_seconds=0.0, total_seconds=0.0)
 
 
 def of_the_core(surface, rig, **request):
@@ -148,7 +144,10 @@ def test_poses_alone_make_a_rig(ready, body, rig):
 
 
 def test_a_rig_says_what_its_cameras_are(ready, body, rig):
-    cameras = [replace(c, lens=Lens(0.035, 6.0), image=Image(width=700)) for c in rig.cameras]
+    cameras = [
+        replace(c, lens=Lens(0.035, 6.0), intrinsics=CameraIntrinsics(width=700))
+        for c in rig.cameras
+    ]
     other = Rig((*cameras[:5], *rig.cameras[5:]), rig.frame_id)
     ready.publish_rig(other)
     plan = planned(ready)
@@ -504,7 +503,7 @@ def test_how_near_the_best_a_plan_is_is_told(ready):
 def test_a_warm_start_is_from_the_last_plan(ready, body, rig):
     scene, (first, second) = Scene(body), (PlanRequest("em", SAMPLES, seed=s) for s in (5, 6))
     cold = plan_focus(scene, rig, second)
-    warm = plan_focus(scene, rig, second, before=plan_focus(scene, rig, first).warmth)
+    warm = plan_focus(scene, rig, second, warm_start=plan_focus(scene, rig, first).warm_start)
     assert cold.cameras != warm.cameras
     assert ready.set_parameters(warm_start=True)[0].successful
     try:
@@ -532,10 +531,14 @@ def test_shots_and_lens_lists_may_be_parameters(ready, body, rig):
 def test_distortion_binning_and_region_are_honoured(ready, body, rig):
     before = planned(ready)
     fisheye = {"distortion_model": "equidistant", "distortion": (0.0,) * 4}
-    image = replace(rig.cameras[0].image, **fisheye, binning=(2, 2), region=(0, 0, 300, 870))
+    intrinsics = replace(
+        rig.cameras[0].intrinsics, **fisheye, binning=(2, 2), region=(0, 0, 300, 870)
+    )
     mixed = replace(
         rig,
-        cameras=tuple(replace(c, image=image) if i % 2 else c for i, c in enumerate(rig.cameras)),
+        cameras=tuple(
+            replace(c, intrinsics=intrinsics) if i % 2 else c for i, c in enumerate(rig.cameras)
+        ),
     )
     ready.publish_rig(mixed)
     plan = plan_from_message(planned(ready))

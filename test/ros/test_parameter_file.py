@@ -10,8 +10,6 @@ from pathlib import Path
 import pytest
 from rcl_interfaces.msg import ParameterType
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from ros.parameter_services import described, listed
-from ros.planner_process import PlannerProcess
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
@@ -20,6 +18,8 @@ from focus_planner.messages.writing import cloud_to_fields, mesh_to_bytes
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
+from testing.ros.parameter_services import described, listed
+from testing.ros.planner_process import PlannerProcess
 
 FILE = Path(__file__).parents[2] / "config" / "focus_planner.yaml"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -19,8 +19,6 @@ import numpy as np
 import pytest
 from focus_planner_msgs.msg import CameraRig, FocusPlan
 from rclpy.serialization import deserialize_message
-from ros.bits import bits
-from ros.planner_process import PATIENCE
 from shape_msgs.msg import Mesh as MeshMsg
 
 from focus_planner.core.planning.request import METHODS
@@ -29,11 +27,9 @@ from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, _store, message_of, serialize
+from focus_planner.messages.typestore import CLOUD, MESH, RIG, serialize
 from focus_planner.messages.writing import (
-    cloud_to_fields,
     mesh_to_bytes,
-    poses_to_fields,
     rig_to_fields,
 )
 from focus_planner.parameters.planner import DECLARATIONS
@@ -44,9 +40,21 @@ from focus_planner.recording.software import software
 from focus_planner.ros.client import _INPUTS, PlannerClient, _Input
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.node import main as node_main
+from testing.ros.bits import bits
+from testing.ros.calls import FEW, having, set_, until
+from testing.ros.planner_process import PATIENCE
+from testing.ros.recorded import (
+    TYPES,
+    assert_reproduced,
+    cloud_payload,
+    mesh_payload,
+    moved,
+    poses_payload,
+    recorded,
+    rig_payload,
+    whole,
+)
 
-FEW = ("-p", "samples:=300", "-p", "fresh_samples:=300")
-TYPES = {"mesh": MESH, "cloud": CLOUD, "camera_poses": POSES, "rig": RIG}
 _count = count()
 
 
@@ -83,57 +91,6 @@ def elsewhere(ready, folder, tmp_path):
         yield tmp_path / "runs"
 
 
-@contextmanager
-def having(client, **parameters):
-    """Set parameters of the node, and set them back."""
-    names = [name.replace("__", ".") for name in parameters]
-    own = {
-        name.replace(".", "__"): list(value) if isinstance(value, tuple) else value
-        for name, value in client.get_parameters(names).items()
-    }
-    set_(client, **parameters)
-    try:
-        yield
-    finally:
-        set_(client, **own)
-
-
-def set_(client, **parameters):
-    results = client.set_parameters(**parameters)
-    assert all(result.successful for result in results), results
-
-
-def until(condition):
-    """Wait for it, and return it."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "it never came"
-        time.sleep(0.005)
-    return found
-
-
-def whole(folder):
-    """Return the finished runs by name, which is by time."""
-    found = sorted(folder.iterdir()) if folder.exists() else []
-    return {path.name: path for path in found if not path.name.endswith(PARTIAL)}
-
-
-def recorded(client, folder, **request):
-    """Call for a plan; return the answer and its run."""
-    before = whole(folder).keys()
-    answer = client.plan(**request)
-    (name,) = until(lambda: whole(folder).keys() - before)
-    if answer.success:
-        assert name == answer.plan.plan_id
-    assert not list(folder.glob(f"*{PARTIAL}"))
-    return answer, read_run(folder / name)
-
-
-def assert_reproduced(run):
-    assert run.fault == ""
-    assert differences(run, plan_run(run)) == []
-
-
 def refused(client, folder, **request):
     """Call for what is no plan; return what was told, which was recorded and comes again."""
     answer, run = recorded(client, folder, **request)
@@ -145,28 +102,6 @@ def refused(client, folder, **request):
 
 
 # --- what a run holds --------------------------------------------------------------------------
-
-
-def mesh_payload(body, rig, little):
-    return mesh_to_bytes(body, big_endian=not little)
-
-
-def cloud_payload(body, rig, little):
-    cloud = PointCloud(body.vertices + 1e-4, importance=1.0 + body.vertices[:, 2].clip(0))
-    return in_cdr(CLOUD, cloud_to_fields(cloud, "world"), little)
-
-
-def poses_payload(body, rig, little):
-    return in_cdr(POSES, poses_to_fields(rig), little)
-
-
-def rig_payload(body, rig, little):
-    return in_cdr(RIG, rig_to_fields(rig), little)
-
-
-def in_cdr(type_name, fields, little):
-    message = message_of(type_name, fields)
-    return bytes(_store().serialize_cdr(message, type_name, little_endian=little))
 
 
 PAYLOADS = {
@@ -360,11 +295,6 @@ def test_a_bad_request_is_recorded(ready, folder):
     assert "samples" in refused(ready, folder, samples=2**31)
 
 
-def moved(rig, factor):
-    cameras = [replace(c, position=tuple(factor * x for x in c.position)) for c in rig.cameras]
-    return replace(rig, cameras=tuple(cameras))
-
-
 def test_the_refusal_of_a_newer_input_is_recorded_and_so_is_what_comes_after_it(
     ready, folder, body, rig
 ):
@@ -432,12 +362,12 @@ def test_plans_that_start_from_the_last_one_are_reproduced_each_by_itself(ready,
         ready.publish("mesh", write_mesh(body.triangles, body.vertices + 0.002))
         runs += [recorded(ready, folder, method=m, bound="tight")[1] for m in ("em", "k_view")]
     for run in runs:
-        assert run.beginning.warmth is not None
+        assert run.beginning.warm_start is not None
         assert_reproduced(run)
-    cold = replace(runs[0], beginning=replace(runs[0].beginning, warmth=None))
+    cold = replace(runs[0], beginning=replace(runs[0].beginning, warm_start=None))
     assert differences(cold, plan_run(cold))
     _, run = recorded(ready, folder)
-    assert run.beginning.warmth is None
+    assert run.beginning.warm_start is None
 
 
 @pytest.mark.parametrize("budget", [1e-6, 0.05, 0.3])

@@ -13,11 +13,11 @@ from xml.etree import ElementTree as ET
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
-from ros.lens_processes import LensProcess
-from ros.planner_process import PlannerProcess
 
 from focus_planner import cylinder_rig
 from focus_planner.ros.client import PlannerClient
+from testing.ros.lens_processes import LensProcess
+from testing.ros.planner_process import PlannerProcess
 
 POLICY = Path(__file__).parents[2] / "security" / "policies.xml"
 PATIENCE = 30

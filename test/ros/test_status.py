@@ -11,13 +11,13 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from focus_planner_msgs.msg import CameraRig, LensState
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
-from ros.test_action import SHORT, SOON, cancelled, planning
-from ros.test_recording import FEW, having, until
 
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import mesh_to_bytes, rig_to_fields
 from focus_planner.ros.client import PlannerClient, _result
 from focus_planner.ros.conversions import message_to_ros
+from testing.ros.calls import FEW, having, until
+from testing.ros.goals import SHORT, SOON, cancelled, planning
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 NAMES = ["planner", "surface", "rig", "last run", "cameras", "recorder", "memory"]

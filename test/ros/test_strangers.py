@@ -18,8 +18,9 @@ from rclpy.context import Context
 from rclpy.node import Node
 from std_msgs.msg import String
 
-HERE = Path(__file__).parent
-PROFILE = HERE.parents[1] / "security" / "loopback.xml"
+ROOT = Path(__file__).parents[2]
+STRANGERS = ROOT / "testing" / "ros" / "strangers.py"
+PROFILE = ROOT / "security" / "loopback.xml"
 DOMAIN = 33
 # The port numbers of RTPS 2.2, 9.6.1: those of a domain, and of its multicast discovery.
 PORTS = range(7400 + 250 * DOMAIN, 7400 + 250 * (DOMAIN + 1))
@@ -49,7 +50,7 @@ def seen(discovery_range, patience=10.0, **environment):
         "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range,
         **environment,
     }
-    command = [*OWN_NETWORK, sys.executable, str(HERE / "strangers.py"), str(patience)]
+    command = [*OWN_NETWORK, sys.executable, str(STRANGERS), str(patience)]
     process = subprocess.run(
         command, env=environment, capture_output=True, text=True, timeout=60, check=False
     )

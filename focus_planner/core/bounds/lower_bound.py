@@ -14,7 +14,7 @@ from focus_planner.core.bounds.lagrangian import (
 from focus_planner.core.problem.cells import units_of_cost
 from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ def lower_bound(
     near: float,
     gap: float = 1e-6,
     start: FloatArray | None = None,
-    watch: Watch = go_on,
+    on_progress: ProgressCallback = never_stop,
     most_steps: int | None = None,
 ) -> Bound:
     """Return a lower bound on the cost of every plan for a problem.
@@ -56,7 +56,7 @@ def lower_bound(
         The cost of a good plan, which steps aim at: the better, the sooner the bound is good.
     options : Options, optional
         Its ``prices`` are started from, and ``gap`` is near enough.
-    watch : callable, optional
+    on_progress : callable, optional
         Told of every few steps, stage "prices"; answers whether to go on.
     most_steps : int, optional
         Of some 3 to 5 evaluations of the cost each; until they hardly matter when absent.
@@ -72,7 +72,7 @@ def lower_bound(
         prices.descend(goal)
         rounds += 1
         below = cost_below(gains, min(prices.bound, in_focus))
-        if not watch(Progress("prices", rounds, cost, below)):
+        if not on_progress(Progress("prices", rounds, cost, below)):
             break
     bound = min(cost_below(gains, min(prices.bound, in_focus)), cost)
     return Bound(bound, pointwise_prices(problem, prices.price))

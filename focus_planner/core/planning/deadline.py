@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from itertools import groupby, repeat
 
-from focus_planner.core.progress import Progress, Watch
+from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.solvers.k_view import STAGES
 
 # Shares of the time, from the start, after which fresh samples, and samples to plan on, are no
@@ -49,7 +49,7 @@ class Deadline:
     ----------
     seconds : float
         From now; inf for no deadline.
-    watch : callable
+    on_progress : callable
         The user's.
     replayed : sequence of int, optional
         The ``answers`` of a deadline for the same plan, to give again; the clock is not asked.
@@ -64,10 +64,12 @@ class Deadline:
         Whether samples were left out.
     """
 
-    def __init__(self, seconds: float, watch: Watch, replayed: Sequence[int] | None = None) -> None:
+    def __init__(
+        self, seconds: float, on_progress: ProgressCallback, replayed: Sequence[int] | None = None
+    ) -> None:
         self.started = self._last = time.perf_counter()
         self._seconds = seconds
-        self._watch = watch
+        self._watch = on_progress
         self._cells = 0.0
         self._shots = 1
         self._reserve = 0.0
@@ -132,14 +134,14 @@ class Deadline:
         """Return a question to ask between parts of a stage that may take a share of the time."""
         until = self.started + share * self._seconds
 
-        def go_on() -> bool:
+        def keep_going() -> bool:
             self._asked += 1
             self._ask(Progress(stage, self._asked, _NOT_YET))
             more = self._answer(time.perf_counter() < until)
             self.shortened = self.shortened or not more
             return more
 
-        return go_on
+        return keep_going
 
     def __call__(self, progress: Progress) -> bool:
         """Return whether a solver is to go on: the watch it is given."""
@@ -168,13 +170,13 @@ class Deadline:
 
     def _answer(self, in_time: bool) -> bool:
         """Return, and keep, whether to go on: as then, or else if there is time."""
-        go_on = in_time if self._tape is None else self._tape.answer()
-        go_on = go_on and not self._told_no
-        if go_on == bool(len(self._runs) % 2):
+        keep_going = in_time if self._tape is None else self._tape.answer()
+        keep_going = keep_going and not self._told_no
+        if keep_going == bool(len(self._runs) % 2):
             self._runs[-1] += 1
         else:
             self._runs.append(1)
-        return go_on
+        return keep_going
 
 
 class _Tape:

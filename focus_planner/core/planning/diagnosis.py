@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import camera_positions
 from focus_planner.core.rig.optics import focus_interval
 from focus_planner.core.rig.rig import Rig
@@ -147,7 +147,7 @@ def _suspect_importance(scene: Scene, rig: Rig) -> None:
 
 def _suspect_images(scene: Scene, rig: Rig) -> None:
     """Raise if the rig would see the surface in whole images, without distortion."""
-    cameras = tuple(replace(camera, image=_plain(camera.image)) for camera in rig.cameras)
+    cameras = tuple(replace(camera, intrinsics=_plain(camera.intrinsics)) for camera in rig.cameras)
     samples = scene.sample(_TRIAL_SAMPLES, 0)
     seen = _share_seen(visible_pairs(scene, replace(rig, cameras=cameras), samples), samples)
     if seen > 0:
@@ -159,8 +159,15 @@ def _suspect_images(scene: Scene, rig: Rig) -> None:
         )
 
 
-def _plain(image: Image) -> Image:
-    return Image(image.width, image.height, image.fx, image.fy, image.cx, image.cy)
+def _plain(intrinsics: CameraIntrinsics) -> CameraIntrinsics:
+    return CameraIntrinsics(
+        intrinsics.width,
+        intrinsics.height,
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.cx,
+        intrinsics.cy,
+    )
 
 
 def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None:

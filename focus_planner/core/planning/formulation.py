@@ -16,14 +16,14 @@ from focus_planner.core.planning.diagnosis import (
     check_distance,
     explain_unseen,
 )
-from focus_planner.core.planning.quality import judge
+from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import MAX_SAMPLES, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import spread_start, with_shots
 from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
-from focus_planner.core.solvers import SOLVERS, Options, Watch, go_on
-from focus_planner.core.solvers.solution import fill_in
+from focus_planner.core.solvers import SOLVERS, Options, ProgressCallback, never_stop
+from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.sampling import Density
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, Samples
@@ -35,13 +35,13 @@ from focus_planner.core.validation import InputError
 _PILOT_SAMPLES = 2048
 
 
-def pose_problem(
+def formulate_problem(
     scene: Scene,
     rig: Rig,
     request: PlanRequest,
     model: CostModel | None = None,
     by: Density = "importance",
-    go_on: Callable[[], bool] | None = None,
+    keep_going: Callable[[], bool] | None = None,
     enough: Callable[[], float] = lambda: math.inf,
 ) -> Problem:
     """Return the discrete problem that a request poses, on samples by importance or by area.
@@ -50,7 +50,7 @@ def pose_problem(
     ----------
     scene, rig, request, model
         As for :func:`plan_focus`.
-    go_on : callable, optional
+    keep_going : callable, optional
         Asked every few hundredths of a second of ray casting whether to go on. If not, the
         problem is that of the samples so far, which are fewer and as fairly drawn.
     enough : callable, optional
@@ -79,7 +79,7 @@ def pose_problem(
     check_cameras_outside(scene, rig)
     samples = scene.sample(request.samples, request.seed, by)
     visibility = visible_pairs(
-        scene, rig, samples, go_on, _fair_order(request, samples, go_on), enough
+        scene, rig, samples, keep_going, _fair_order(request, samples, keep_going), enough
     )
     samples = _standing_for_all(samples, visibility.taken)
     if not samples.weights.any():
@@ -92,13 +92,13 @@ def pose_problem(
     return with_shots(problem, request.shots)
 
 
-def pose_fresh_problem(
+def formulate_fresh_problem(
     scene: Scene,
     rig: Rig,
     request: PlanRequest,
     model: CostModel | None = None,
     by: Density = "importance",
-    go_on: Callable[[], bool] | None = None,
+    keep_going: Callable[[], bool] | None = None,
     enough: Callable[[], float] = lambda: math.inf,
 ) -> Problem:
     """Return the discrete problem that a request's plan is judged on.
@@ -106,7 +106,7 @@ def pose_fresh_problem(
     Parameters
     ----------
     scene, rig, request, model, by, go_on, enough
-        As for :func:`pose_problem`.
+        As for :func:`formulate_problem`.
 
     Raises
     ------
@@ -115,13 +115,13 @@ def pose_fresh_problem(
     """
     request = choose_samples(scene, rig, request, model)
     samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
-    visibility = visible_pairs(scene, rig, samples, go_on, enough=enough)
+    visibility = visible_pairs(scene, rig, samples, keep_going, enough=enough)
     samples = _standing_for_all(samples, visibility.taken)
     problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
     return with_shots(problem, request.shots)
 
 
-def thinned(problem: Problem, count: int, seed: int) -> Problem:
+def subsample(problem: Problem, count: int, seed: int) -> Problem:
     """Return the problem of some of a problem's samples, drawn at random."""
     drawn = np.random.default_rng(seed).permutation(problem.sample_count)[:count]
     taken = np.sort(drawn)
@@ -147,7 +147,7 @@ def choose_samples(
     rig: Rig,
     request: PlanRequest,
     model: CostModel | None = None,
-    watch: Watch = go_on,
+    on_progress: ProgressCallback = never_stop,
 ) -> PlanRequest:
     """Return the request with as many samples on a mesh as its standard error asks for.
 
@@ -162,10 +162,12 @@ def choose_samples(
     """
     if request.samples or not isinstance(scene.surface, Mesh):
         return request
-    pilot = pose_problem(scene, rig, replace(request, method="em", samples=_PILOT_SAMPLES), model)
+    pilot = formulate_problem(
+        scene, rig, replace(request, method="em", samples=_PILOT_SAMPLES), model
+    )
     with kernels.threads_for(len(pilot.depth)):
-        solution = SOLVERS["em"](pilot, Options(start=spread_start(pilot)), watch)
-    quality = judge(pilot, fill_in(pilot, solution.focus_distances))
+        solution = SOLVERS["em"](pilot, Options(start=spread_start(pilot)), on_progress)
+    quality = estimate_quality(pilot, fill_missing_distances(pilot, solution.focus_distances))
     ratio = quality.cost.standard_error / request.standard_error
     enough = _PILOT_SAMPLES * ratio * ratio
     if enough > MAX_SAMPLES:
@@ -181,13 +183,13 @@ def choose_samples(
 
 
 def _fair_order(
-    request: PlanRequest, samples: Samples, go_on: Callable[[], bool] | None
+    request: PlanRequest, samples: Samples, keep_going: Callable[[], bool] | None
 ) -> NDArray[np.int64] | None:
     """Return the order in which the first samples stand for all, if it is not their own.
 
     A cloud's own points come as they were scanned, place by place.
     """
-    if go_on is None or request.samples > 0:
+    if keep_going is None or request.samples > 0:
         return None
     return np.random.default_rng(request.seed).permutation(len(samples))
 

@@ -169,7 +169,7 @@ class FocusPlan:
 
 
 @dataclass(frozen=True, eq=False)
-class Warmth:
+class WarmStart:
     """What a plan leaves to the next.
 
     Attributes
@@ -214,8 +214,8 @@ class SolvedPlan(FocusPlan):
     answers: tuple[int, ...] = field(repr=False, compare=False)
 
     @property
-    def warmth(self) -> Warmth:
+    def warm_start(self) -> WarmStart:
         """What the next plan can start from."""
-        return Warmth(
+        return WarmStart(
             self.problem.names, self.focus_distances, self.problem.samples.points, self.prices
         )

@@ -14,12 +14,12 @@ from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.planning.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
 from focus_planner.core.planning.formulation import (
     choose_samples,
-    pose_fresh_problem,
-    pose_problem,
-    thinned,
+    formulate_fresh_problem,
+    formulate_problem,
+    subsample,
 )
-from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, Warmth
-from focus_planner.core.planning.quality import judge
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
+from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.warm_start import warm_options
 from focus_planner.core.problem.cost_model import CostModel
@@ -27,8 +27,8 @@ from focus_planner.core.problem.problem import Problem, mean_cost
 from focus_planner.core.problem.shots import sort_shots, spread_start
 from focus_planner.core.rig.optics import depth_of_field
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options, Solution, Watch, go_on
-from focus_planner.core.solvers.solution import fill_in
+from focus_planner.core.solvers import SOLVERS, Options, ProgressCallback, Solution, never_stop
+from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 
@@ -42,8 +42,8 @@ def plan_focus(
     rig: Rig,
     request: PlanRequest | None = None,
     model: CostModel | None = None,
-    watch: Watch = go_on,
-    before: Warmth | None = None,
+    on_progress: ProgressCallback = never_stop,
+    warm_start: WarmStart | None = None,
     answers: Sequence[int] | None = None,
 ) -> SolvedPlan:
     """Sample the surface, find what each camera sees, and solve for the focus distances.
@@ -59,11 +59,11 @@ def plan_focus(
     request : PlanRequest, optional
     model : CostModel, optional
         The paper's constants by default.
-    watch : callable, optional
+    on_progress : callable, optional
         Told of every step: of ray casting (stages "fresh" and "visibility", of no cost yet), of
         the solver when it is to begin ("solving") and of its steps, of the bound ("prices");
         answers whether to go on. If not, the plan is the best so far.
-    before : Warmth, optional
+    warm_start : WarmStart, optional
         Of a plan for a similar surface, rig and request, to start from; the plan depends on it
         then.
     answers : sequence of int, optional
@@ -77,23 +77,25 @@ def plan_focus(
     """
     request = request or PlanRequest()
     options = _options(rig, request)
-    deadline = Deadline(request.time_budget, watch, answers)
+    deadline = Deadline(request.time_budget, on_progress, answers)
     request = choose_samples(scene, rig, request, model, deadline)
-    asked = watch is not go_on or request.time_budget < np.inf or answers is not None
+    asked = on_progress is not never_stop or request.time_budget < np.inf or answers is not None
     fresh_part, part = (
         deadline.within(stage, share / request.shots) if asked else None
         for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
     )
     enough = deadline.enough
-    fresh = pose_fresh_problem(scene, rig, request, model, go_on=fresh_part, enough=enough)
-    problem = pose_problem(scene, rig, request, model, go_on=part, enough=enough)
-    posed = time.perf_counter()
+    fresh = formulate_fresh_problem(
+        scene, rig, request, model, keep_going=fresh_part, enough=enough
+    )
+    problem = formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
+    formulated = time.perf_counter()
     problem = _with_cells(problem, request, deadline if asked else None)
     options = replace(options, start=spread_start(problem))
-    if before is not None:
-        options = warm_options(options, before, problem)
+    if warm_start is not None:
+        options = warm_options(options, warm_start, problem)
     bounded = request.bound != "none" and request.method != "optimal"
-    deadline.allow_for(time.perf_counter() - posed, bounded, request.shots)
+    deadline.allow_for(time.perf_counter() - formulated, bounded, request.shots)
     with kernels.threads_for(len(problem.depth)):
         solution = SOLVERS[request.method](problem, options, deadline)
         solved = time.perf_counter()
@@ -108,7 +110,7 @@ def plan_focus(
         request,
         solution,
         deadline=deadline,
-        solve_seconds=solved - posed,
+        solve_seconds=solved - formulated,
     )
 
 
@@ -120,19 +122,25 @@ def _with_cells(problem: Problem, request: PlanRequest, deadline: Deadline | Non
         elif not problem.find_cells(partial(deadline.asked, "cells")):
             few = int(min(deadline.enough(), problem.sample_count))
             deadline.shortened = deadline.shortened or few < problem.sample_count
-            return thinned(problem, few, request.seed)
+            return subsample(problem, few, request.seed)
     return problem
 
 
 def _bounded(
-    problem: Problem, solution: Solution, request: PlanRequest, options: Options, watch: Watch
+    problem: Problem,
+    solution: Solution,
+    request: PlanRequest,
+    options: Options,
+    on_progress: ProgressCallback,
 ) -> Solution:
     """Return a solution that comes without a lower bound, with one."""
     near = solution.cost
     if request.method in {"closest", "average"}:
         near = SOLVERS["em"](problem, options).cost
     steps = _QUICK_STEPS if request.bound == "quick" else None
-    bound = lower_bound(problem, solution.cost, near, options.gap, options.prices, watch, steps)
+    bound = lower_bound(
+        problem, solution.cost, near, options.gap, options.prices, on_progress, steps
+    )
     return replace(solution, lower_bound=bound.lower_bound, prices=bound.prices)
 
 
@@ -159,7 +167,7 @@ def _plan(
     deadline: Deadline,
     solve_seconds: float,
 ) -> SolvedPlan:
-    focus = sort_shots(problem, fill_in(problem, solution.focus_distances))
+    focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
     count = problem.camera_count
     assigned = np.bincount(best[best >= 0], minlength=count)
@@ -174,7 +182,7 @@ def _plan(
         _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
         for c in range(0, count, problem.shots)
     ]
-    quality = judge(fresh, focus)
+    quality = estimate_quality(fresh, focus)
     cost = mean_cost(problem.samples.weights, costs)
     bound = solution.lower_bound
     return SolvedPlan(

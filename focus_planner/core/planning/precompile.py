@@ -9,11 +9,11 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.lagrangian import Prices
-from focus_planner.core.planning.formulation import pose_problem
+from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.problem.gains import gains_of
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
@@ -24,7 +24,7 @@ _SAMPLES = 200
 _MERIDIANS, _PARALLELS = 24, 12
 
 
-def warm_up(go_on: Callable[[], bool] = lambda: True) -> None:
+def warm_up(keep_going: Callable[[], bool] = lambda: True) -> None:
     """Plan a small ball in every way there is, so that no request has to wait for a compiler.
 
     Kernels are compiled per type of their arguments, and those depend on the method, on the kind
@@ -33,23 +33,23 @@ def warm_up(go_on: Callable[[], bool] = lambda: True) -> None:
 
     Parameters
     ----------
-    go_on : callable, optional
+    keep_going : callable, optional
         Asked before every plan whether to make it.
     """
-    image = Image(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
-    rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, image=image)
+    intrinsics = CameraIntrinsics(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
+    rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, intrinsics=intrinsics)
     image_corners(rig.cameras[0], 1.0)
     for scene, request in _plans():
-        if not go_on():
+        if not keep_going():
             return
         plan_focus(scene, rig, request)
-    if go_on():
+    if keep_going():
         _branch(scene, rig)
 
 
 def _branch(scene: Scene, rig: Rig) -> None:
     """Branch once: what is proven without, as for the ball, leaves those kernels out."""
-    gains = gains_of(pose_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
+    gains = gains_of(formulate_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
     prices = Prices(gains)
     prices.descend(0)
     Branching(gains, prices.price, prices.bound, 0).step(0)

@@ -48,7 +48,7 @@ class Quality:
     in_focus_area: Estimate
 
 
-def judge(problem: Problem, focus: FloatArray) -> Quality:
+def estimate_quality(problem: Problem, focus: FloatArray) -> Quality:
     """Return what focus distances are worth on a problem's samples.
 
     Without bias where the samples are a random draw that the distances do not depend on; on the

@@ -8,13 +8,13 @@ from itertools import groupby
 import numpy as np
 from scipy.spatial import cKDTree
 
-from focus_planner.core.planning.plan import Warmth
+from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.solvers import Options
 
 
-def warm_options(options: Options, before: Warmth, problem: Problem) -> Options:
-    """Return the options with a start for a problem that resembles the one before.
+def warm_options(options: Options, warm_start: WarmStart, problem: Problem) -> Options:
+    """Return the options with a start for a problem that resembles the one warm_start.
 
     Cameras are known again by their names, and shots by their order; those that are new, and all
     brackets of another number of shots, start as they would have. A sample takes the price of the
@@ -24,15 +24,15 @@ def warm_options(options: Options, before: Warmth, problem: Problem) -> Options:
     if start is None:
         start = np.full(problem.camera_count, np.nan)
     shots = _numbered(problem.names)
-    distances = dict(zip(_numbered(before.names), before.focus_distances, strict=True))
-    if len(before.names) == problem.shots * len(set(before.names)):
+    distances = dict(zip(_numbered(warm_start.names), warm_start.focus_distances, strict=True))
+    if len(warm_start.names) == problem.shots * len(set(warm_start.names)):
         known = [distances.get(shot, np.nan) for shot in shots]
         start = np.where(np.isnan(known), start, known)
-    if before.prices is None:
+    if warm_start.prices is None:
         return replace(options, start=start)
-    tree = cKDTree(before.points)
+    tree = cKDTree(warm_start.points)
     nearest = tree.query(problem.samples.points, workers=-1)[1]
-    return replace(options, start=start, prices=before.prices[nearest])
+    return replace(options, start=start, prices=warm_start.prices[nearest])
 
 
 def _numbered(names: tuple[str, ...]) -> list[tuple[str, int]]:

@@ -77,7 +77,7 @@ def camera_tuples(
     k: int,
     scope: str,
     grid: Grid | None,
-    go_on: Callable[[], bool] = lambda: True,
+    keep_going: Callable[[], bool] = lambda: True,
 ) -> Tuples:
     """Return the k-tuples of cameras worth moving together: connected k-sets of neighbours.
 
@@ -89,14 +89,14 @@ def camera_tuples(
     Tuples influence each other with scope "assigned" where they share a camera (the paper's
     independent sets), with "all" where they see a common sample.
 
-    ``go_on`` is asked every few hundredths of a second, by the work done.
+    ``keep_going`` is asked every few hundredths of a second, by the work done.
 
     Raises
     ------
     Abandoned
         If it says no.
     """
-    overlap, shared = _overlaps(problem, go_on)
+    overlap, shared = _overlaps(problem, keep_going)
     edges = _grid_edges(grid) if grid is not None else _strongest(overlap, shared, problem.shots)
     graph = _graph(problem.camera_count, _between_shots(edges, problem.camera_count, problem.shots))
     cameras = graph.edges() if k == 2 else _triples(graph)
@@ -109,16 +109,16 @@ def camera_tuples(
     colours = kernels.colour(cameras, reach, overlap.neighbours)
     batched = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
     batch_offsets = np.concatenate([[0], np.cumsum(np.bincount(colours))])
-    return _with_shared(problem, batched, batch_offsets, go_on)
+    return _with_shared(problem, batched, batch_offsets, keep_going)
 
 
-def _overlaps(problem: Problem, go_on: Callable[[], bool]) -> tuple[_Graph, Offsets]:
+def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph, Offsets]:
     """Return which cameras see a common sample, and per neighbour how many."""
     cameras = problem.camera_count
     seeing = len(problem.camera_index) / problem.sample_count
     work = np.diff(problem.camera_offsets) * seeing
     rows, neighbours, common = [], [], []
-    for low, high in _parts(work, _PAIRS_BETWEEN_QUESTIONS, go_on, _ROWS_AT_ONCE):
+    for low, high in _parts(work, _PAIRS_BETWEEN_QUESTIONS, keep_going, _ROWS_AT_ONCE):
         counts = np.empty((high - low, cameras), dtype=np.int32)
         kernels.count_common(
             problem.camera_offsets,
@@ -192,7 +192,7 @@ def _triples(graph: _Graph) -> NDArray[np.int64]:
 def _parts(
     work: NDArray[np.float64],
     most_work: float,
-    go_on: Callable[[], bool],
+    keep_going: Callable[[], bool],
     most: int | None = None,
 ) -> Iterator[tuple[int, int]]:
     """Yield runs of items that together take no more than so much work; ask between them."""
@@ -200,7 +200,7 @@ def _parts(
     for at, each in enumerate(work.tolist()):
         if at > low and (done + each > most_work or at - low == most):
             yield low, at
-            if not go_on():
+            if not keep_going():
                 raise Abandoned
             low, done = at, 0.0
         done += each
@@ -209,12 +209,12 @@ def _parts(
 
 
 def _with_shared(
-    problem: Problem, cameras: IntArray, batch_offsets: Offsets, go_on: Callable[[], bool]
+    problem: Problem, cameras: IntArray, batch_offsets: Offsets, keep_going: Callable[[], bool]
 ) -> Tuples:
     cells = problem.cells
     offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
     work = np.diff(problem.camera_offsets)[cameras].sum(axis=1).astype(np.float64)
-    parts = partial(_parts, work, _LISTED_BETWEEN_QUESTIONS, go_on)
+    parts = partial(_parts, work, _LISTED_BETWEEN_QUESTIONS, keep_going)
     for low, high in parts():
         counts = kernels.count_shared(cameras[low:high], problem.camera_offsets, cells.seen)
         offsets[low + 1 : high + 1] = counts

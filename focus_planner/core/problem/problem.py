@@ -96,15 +96,15 @@ class Problem:
         assert cells is not None
         return cells
 
-    def find_cells(self, go_on: Callable[[], bool]) -> bool:
+    def find_cells(self, keep_going: Callable[[], bool]) -> bool:
         """Find the cells, which else the first to ask for them waits for; return whether.
 
         Parameters
         ----------
-        go_on : callable
+        keep_going : callable
             Asked a few times meanwhile whether to go on.
         """
-        cells = _cells(self, go_on)
+        cells = _cells(self, keep_going)
         if cells is not None:
             self.__dict__["cells"] = cells
         return cells is not None
@@ -219,7 +219,7 @@ def build_problem(
     )
 
 
-def _cells(problem: Problem, go_on: Callable[[], bool]) -> Cells | None:
+def _cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
     """Return the cells, None if they were not to be gone on with."""
     offsets, pairs = problem.camera_offsets, problem.camera_pairs
     starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
@@ -227,7 +227,7 @@ def _cells(problem: Problem, go_on: Callable[[], bool]) -> Cells | None:
     for low, high in pairwise(offsets):
         sorted_starts[low:high].sort()
         sorted_ends[low:high].sort()
-    if not go_on():
+    if not keep_going():
         return None
     counts = np.empty(problem.camera_count, dtype=np.int64)
     near, far = np.empty_like(starts), np.empty_like(ends)
@@ -235,13 +235,13 @@ def _cells(problem: Problem, go_on: Callable[[], bool]) -> Cells | None:
     cell_offsets = np.concatenate([[0], np.cumsum(counts)])
     kept = np.arange(cell_offsets[-1]) + np.repeat(offsets[:-1] - cell_offsets[:-1], counts)
     near, far = near[kept], far[kept]
-    if not go_on():
+    if not keep_going():
         return None
     seen_first, seen_last = np.empty((2, len(pairs)), dtype=np.int32)
     kernels.cell_ranges(offsets, starts, ends, cell_offsets, near, far, seen_first, seen_last)
     first, last = np.empty((2, len(pairs)), dtype=np.int32)
     first[pairs], last[pairs] = seen_first, seen_last
-    if not go_on():
+    if not keep_going():
         return None
     weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
     base = _units(weights[problem.sample_index] * problem.base_cost)

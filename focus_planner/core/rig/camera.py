@@ -38,7 +38,7 @@ _LARGEST_COEFFICIENT = 1e30
 
 
 @dataclass(frozen=True)
-class Image:
+class CameraIntrinsics:
     """The images that a camera takes, as ``sensor_msgs/CameraInfo`` describes raw ones.
 
     Pixels are those of the full resolution, whatever is read out of them; pixel centres have
@@ -112,10 +112,10 @@ def _listed(argument: str, value: object, kind: str) -> tuple[object, ...]:
     return tuple(value)
 
 
-def _distortion(image: Image) -> tuple[float, ...]:
+def _distortion(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
     """Return an image's coefficients, none for a pinhole; raise if they are not its model's."""
-    name, model = "image.distortion", image.distortion_model
-    listed = _listed(name, image.distortion, "a list of coefficients")
+    name, model = "image.distortion", intrinsics.distortion_model
+    listed = _listed(name, intrinsics.distortion, "a list of coefficients")
     given = tuple(check_number(f"{name}[{i}]", number) for i, number in enumerate(listed))
     if any(abs(number) > _LARGEST_COEFFICIENT for number in given):
         raise InputError(
@@ -143,35 +143,37 @@ def _distortion(image: Image) -> tuple[float, ...]:
     return given
 
 
-def _region(image: Image) -> tuple[int, int, int, int] | None:
+def _region(intrinsics: CameraIntrinsics) -> tuple[int, int, int, int] | None:
     """Return the region of an image, None for all of it; raise if it is not within the image."""
     name = "image.region"
-    if image.region is None:
+    if intrinsics.region is None:
         return None
-    listed = _listed(name, image.region, "x_offset, y_offset, width, height")
+    listed = _listed(name, intrinsics.region, "x_offset, y_offset, width, height")
     if len(listed) != 4:
         raise InputError(name, "x_offset, y_offset, width, height", f"{len(listed)} numbers")
     x, y, width, height = (
         check_whole(f"{name}[{i}]", number, int(i > 1)) for i, number in enumerate(listed)
     )
-    if x + width > image.width or y + height > image.height:
+    if x + width > intrinsics.width or y + height > intrinsics.height:
         raise InputError(
             name,
-            f"pixels of the image, which has {image.width} × {image.height}",
+            f"pixels of the image, which has {intrinsics.width} × {intrinsics.height}",
             f"{width} × {height} from ({x}, {y}) on",
             "offsets and sizes are in pixels of the full resolution, without binning",
         )
-    return None if (width, height) == (image.width, image.height) else (x, y, width, height)
+    return (
+        None if (width, height) == (intrinsics.width, intrinsics.height) else (x, y, width, height)
+    )
 
 
-def _binning(image: Image) -> tuple[int, int]:
+def _binning(intrinsics: CameraIntrinsics) -> tuple[int, int]:
     """Return the binning of an image; raise if it leaves no pixel."""
     name = "image.binning"
-    listed = _listed(name, image.binning, "columns and rows that are read out as one")
+    listed = _listed(name, intrinsics.binning, "columns and rows that are read out as one")
     if len(listed) != 2:
         raise InputError(name, "columns and rows", f"{len(listed)} numbers")
     columns, rows = (check_whole(f"{name}[{i}]", number, 1) for i, number in enumerate(listed))
-    _, _, width, height = image.region or (0, 0, image.width, image.height)
+    _, _, width, height = intrinsics.region or (0, 0, intrinsics.width, intrinsics.height)
     if columns > width or rows > height:
         raise InputError(name, f"at most {width} × {height}, what is read", f"{columns} × {rows}")
     return columns, rows
@@ -189,7 +191,7 @@ class Camera:
         Centre of projection in the rig's frame, metres.
     orientation : tuple of 4 floats
         Quaternion x, y, z, w of the optical frame in the rig's frame; normalised here.
-    image : Image
+    intrinsics : CameraIntrinsics
     lens : Lens
 
     Raises
@@ -201,7 +203,7 @@ class Camera:
     name: str
     position: tuple[float, float, float]
     orientation: tuple[float, float, float, float]
-    image: Image = field(default_factory=Image)
+    intrinsics: CameraIntrinsics = field(default_factory=CameraIntrinsics)
     lens: Lens = field(default_factory=Lens)
 
     def __post_init__(self) -> None:

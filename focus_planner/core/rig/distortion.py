@@ -26,7 +26,7 @@ from scipy.optimize import brentq
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 
 Row = tuple[float, ...]
 
@@ -69,7 +69,7 @@ class _Growth:
 
 
 @lru_cache(maxsize=_MOST_KEPT)
-def view(image: Image) -> tuple[Row, Row]:
+def view(intrinsics: CameraIntrinsics) -> tuple[Row, Row]:
     """Return a frustum that holds all that a distorted image shows, and its projection.
 
     The view is cut into cells of a direction around the axis and an angle off it, and the frustum
@@ -84,57 +84,66 @@ def view(image: Image) -> tuple[Row, Row]:
     projection : tuple of floats
         As :func:`focus_planner.core.kernels.keep_imaged` takes it.
     """
-    growth = _growth(image)
-    return _frustum(image, growth), _projection(image, growth)
+    growth = _growth(intrinsics)
+    return _frustum(intrinsics, growth), _projection(intrinsics, growth)
 
 
-def _frustum(image: Image, growth: _Growth) -> Row:
+def _frustum(intrinsics: CameraIntrinsics, growth: _Growth) -> Row:
     angles = np.linspace(0.0, math.atan(growth.reach), _FIRST_RINGS + 1)
-    rings = int(_reached(image, growth, angles).sum())  # farther out there is nothing
+    rings = int(_reached(intrinsics, growth, angles).sum())  # farther out there is nothing
     angles = np.linspace(0.0, angles[rings], _RINGS + 1)
-    low, high = _bounds(image, growth, angles)
+    low, high = _bounds(intrinsics, growth, angles)
     margin = _MARGIN * (high - low)
     cx, cy = (-0.5 - (low - margin)).tolist()
     width, height = (high - low + 2 * margin).tolist()
     return 1.0, 1.0, cx, cy, width, height
 
 
-def _projection(image: Image, growth: _Growth) -> Row:
-    x, y, width, height = image.pixels_read
+def _projection(intrinsics: CameraIntrinsics, growth: _Growth) -> Row:
+    x, y, width, height = intrinsics.pixels_read
     kind = kernels.FISHEYE if growth.fisheye else kernels.POLYNOMIAL
-    pinhole = (image.fx, image.fy, image.cx - x, image.cy - y, float(width), float(height))
-    return (float(kind), growth.reach, *pinhole, *_coefficients(image).tolist())
+    pinhole = (
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.cx - x,
+        intrinsics.cy - y,
+        float(width),
+        float(height),
+    )
+    return (float(kind), growth.reach, *pinhole, *_coefficients(intrinsics).tolist())
 
 
 @lru_cache(maxsize=_MOST_KEPT)
-def corner_rays(image: Image) -> tuple[tuple[float, float], ...]:
+def corner_rays(intrinsics: CameraIntrinsics) -> tuple[tuple[float, float], ...]:
     """Return x, y at depth 1 of what the corners of the pixels read out show.
 
     From the first pixel's corner with the rows: top left, top right, bottom right, bottom left. A
     corner that shows nothing, or what is more than 85° off the axis, is taken to show what is as
     far off it as can be seen, or that far.
     """
-    left, top, width, height = image.pixels_read
+    left, top, width, height = intrinsics.pixels_read
     u = np.array([left, left + width, left + width, left]) - 0.5
     v = np.array([top, top, top + height, top + height]) - 0.5
-    targets = np.stack([(u - image.cx) / image.fx, (v - image.cy) / image.fy], axis=-1)
-    if image.distortion_model:
-        growth = _growth(image)
-        targets = np.array([_undistorted(image, growth, target) for target in targets])
+    targets = np.stack(
+        [(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy], axis=-1
+    )
+    if intrinsics.distortion_model:
+        growth = _growth(intrinsics)
+        targets = np.array([_undistorted(intrinsics, growth, target) for target in targets])
     return tuple((x, y) for x, y in targets.tolist())
 
 
-def _coefficients(image: Image) -> FloatArray:
+def _coefficients(intrinsics: CameraIntrinsics) -> FloatArray:
     """Return (12,) the coefficients of a distorted image, the missing ones 0."""
     padded = np.zeros(kernels.COEFFICIENTS)
-    given = image.distortion[: kernels.COEFFICIENTS]  # the other two are 0
+    given = intrinsics.distortion[: kernels.COEFFICIENTS]  # the other two are 0
     padded[: len(given)] = given
     return padded
 
 
-def _growth(image: Image) -> _Growth:
-    k = _coefficients(image)
-    fisheye = image.distortion_model == "equidistant"
+def _growth(intrinsics: CameraIntrinsics) -> _Growth:
+    k = _coefficients(intrinsics)
+    fisheye = intrinsics.distortion_model == "equidistant"
     if fisheye:
         numerator, denominator, bend = _odd(k[:4]), np.ones(1), np.zeros(1)
     else:
@@ -168,15 +177,19 @@ def _first_zero(polynomial: NDArray[np.floating[Any]]) -> float:
     return float(1 / real.max()) if (real > 0).any() else math.inf
 
 
-def _reached(image: Image, growth: _Growth, angles: FloatArray) -> NDArray[np.bool_]:
+def _reached(
+    intrinsics: CameraIntrinsics, growth: _Growth, angles: FloatArray
+) -> NDArray[np.bool_]:
     """Return whether what is that far off the axis may be as near the centre as some pixel is."""
     tangents = np.tan(angles[:-1])
     nearest = growth.distances(tangents) - polyval(tangents, growth.bend)
-    reached: NDArray[np.bool_] = nearest <= math.hypot(*np.abs(_sides(image)).max(axis=1))
+    reached: NDArray[np.bool_] = nearest <= math.hypot(*np.abs(_sides(intrinsics)).max(axis=1))
     return reached
 
 
-def _bounds(image: Image, growth: _Growth, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _bounds(
+    intrinsics: CameraIntrinsics, growth: _Growth, angles: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return (2,) least and (2,) greatest x, y at depth 1 of cells that may be imaged."""
     tangents = np.tan(angles)
     distances = growth.distances(tangents[:-1])
@@ -185,16 +198,16 @@ def _bounds(image: Image, growth: _Growth, angles: FloatArray) -> tuple[FloatArr
         polyval(tangents, growth.bend),
         np.where(angles < math.pi / 2, tangents, _ALL),
         _directions(),
-        _sides(image),
+        _sides(intrinsics),
     )
     return bounds[:, 0], bounds[:, 1]
 
 
-def _sides(image: Image) -> FloatArray:
+def _sides(intrinsics: CameraIntrinsics) -> FloatArray:
     """Return (2, 2) where columns, and rows, that are read out begin and end, in focal lengths."""
-    x, y, width, height = image.pixels_read
+    x, y, width, height = intrinsics.pixels_read
     u, v = np.array([x, x + width]) - 0.5, np.array([y, y + height]) - 0.5
-    sides = np.stack([(u - image.cx) / image.fx, (v - image.cy) / image.fy])
+    sides = np.stack([(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy])
     slack = _SLACK * (1 + np.abs(sides).max(axis=1))
     widened: FloatArray = sides + np.outer(slack, [-1.0, 1.0])
     return widened
@@ -213,9 +226,9 @@ def _directions() -> FloatArray:
     return np.ascontiguousarray(np.moveaxis(np.array(extremes), 2, 0).swapaxes(1, 2))
 
 
-def _undistorted(image: Image, growth: _Growth, target: FloatArray) -> FloatArray:
+def _undistorted(intrinsics: CameraIntrinsics, growth: _Growth, target: FloatArray) -> FloatArray:
     """Return x, y at depth 1 of what is imaged there, in focal lengths from the centre."""
-    k = _coefficients(image)
+    k = _coefficients(intrinsics)
     kind = kernels.FISHEYE if growth.fisheye else kernels.POLYNOMIAL
     end = min(growth.reach * (1 - _SLACK), _WIDEST)
     point, before = np.zeros(2), target

@@ -44,7 +44,7 @@ def image_corners(camera: Camera, depth: float) -> FloatArray:
     depth : float
         Along the optical axis, metres.
     """
-    rays = np.column_stack([corner_rays(camera.image), np.ones(4)])
+    rays = np.column_stack([corner_rays(camera.intrinsics), np.ones(4)])
     rotation = rotation_from_quaternion(np.array(camera.orientation))
     corners: FloatArray = np.array(camera.position) + depth * rays @ rotation.T
     return corners

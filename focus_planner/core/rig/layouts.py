@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from focus_planner.core.rig.camera import Camera, Image
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import MAX_CAMERAS, Grid, Rig
 from focus_planner.core.validation import InputError, check_number, check_whole
@@ -17,7 +17,7 @@ def cylinder_rig(
     bottom: float = 0.1,
     top: float = 1.7,
     *,
-    image: Image | None = None,
+    intrinsics: CameraIntrinsics | None = None,
     lens: Lens | None = None,
     frame_id: str = "world",
 ) -> Rig:
@@ -31,7 +31,7 @@ def cylinder_rig(
     rows, columns : int
     radius, bottom, top : float
         Metres; a single row stands half-way between ``bottom`` and ``top``.
-    image, lens : optional
+    intrinsics, lens : optional
         Shared by all cameras; the paper's by default.
     frame_id : str
 
@@ -64,7 +64,7 @@ def cylinder_rig(
                         bottom + share * (top - bottom),
                     ),
                     orientation=_inward(angle),
-                    image=image or Image(),
+                    intrinsics=intrinsics or CameraIntrinsics(),
                     lens=lens or Lens(),
                 )
             )

@@ -1,6 +1,6 @@
 """One file per solver, one signature: ``solve(problem, options, watch) -> Solution``."""
 
-from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import average, closest, em, k_view, optimal
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, Solver
@@ -14,4 +14,4 @@ SOLVERS: dict[str, Solver] = {
     "optimal": optimal.solve,
 }
 
-__all__ = ["SOLVERS", "Options", "Progress", "Solution", "Solver", "Watch", "go_on"]
+__all__ = ["SOLVERS", "Options", "Progress", "ProgressCallback", "Solution", "Solver", "never_stop"]

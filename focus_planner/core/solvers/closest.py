@@ -6,15 +6,17 @@ import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, finish, within_limits
 
 
-def solve(problem: Problem, _: Options | None = None, watch: Watch = go_on) -> Solution:
+def solve(
+    problem: Problem, _: Options | None = None, on_progress: ProgressCallback = never_stop
+) -> Solution:
     """Focus each camera at the least depth of the samples that it sees and that count."""
     solution = finish(problem, within_limits(problem, closest_depths(problem)), 1, True)
-    watch(Progress("closest", 1, solution.cost))
+    on_progress(Progress("closest", 1, solution.cost))
     return solution
 
 

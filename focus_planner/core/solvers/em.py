@@ -7,13 +7,15 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import closest
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
 
-def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+def solve(
+    problem: Problem, options: Options | None = None, on_progress: ProgressCallback = never_stop
+) -> Solution:
     """Assign samples to their cheapest cameras, move cameras to their samples' best cells, repeat.
 
     Both steps are exact (Eq. 5, Eq. 8), so the cost never rises; O(pairs + cells) a step. Where
@@ -41,6 +43,6 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
             cell,
         )
         best, units = assign_samples(problem, cell)
-        going_on = watch(Progress("em", iteration, cost_of_units(units)))
+        going_on = on_progress(Progress("em", iteration, cost_of_units(units)))
         if not (moved and going_on):
             return finish_cells(problem, cell, iteration, not moved)

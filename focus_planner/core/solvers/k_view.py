@@ -14,7 +14,7 @@ from focus_planner.core.arrays import IntArray
 from focus_planner.core.problem.camera_tuples import Abandoned, Tuples, camera_tuples
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
@@ -27,7 +27,9 @@ _THIRD_CELLS_AT_ONCE = 40
 STAGES = {2: "k_view", 3: "k_view, triples"}
 
 
-def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+def solve(
+    problem: Problem, options: Options | None = None, on_progress: ProgressCallback = never_stop
+) -> Solution:
     """From EM's solution, take every tuple's best step until none pays.
 
     Triples start where pairs end: those take a tenth of the time, and leave little to gain.
@@ -41,14 +43,14 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
 
     def remember(progress: Progress) -> bool:
         nonlocal going_on, cost
-        going_on, cost = watch(progress), progress.cost
+        going_on, cost = on_progress(progress), progress.cost
         return going_on
 
     solution = em.solve(problem, options, remember)
     for k in range(2, options.k + 1):
         # Setting up the tuples takes longer than a step: ask before, and even where the stage
         # before had converged.
-        if not (going_on and watch(Progress(STAGES[k], 0, cost))):
+        if not (going_on and on_progress(Progress(STAGES[k], 0, cost))):
             return replace(solution, converged=False)
         asked = partial(_asked_meanwhile, remember, STAGES[k], cost)
         try:
@@ -69,7 +71,7 @@ class Descent:
     ----------
     problem : Problem
     options : Options
-    go_on : callable, optional
+    keep_going : callable, optional
         Asked while the tuples are set up; if it says no, :class:`Abandoned` is raised.
 
     Attributes
@@ -85,13 +87,13 @@ class Descent:
     units: int
 
     def __init__(
-        self, problem: Problem, options: Options, go_on: Callable[[], bool] = lambda: True
+        self, problem: Problem, options: Options, keep_going: Callable[[], bool] = lambda: True
     ) -> None:
         cells = problem.cells
         self._problem = problem
         self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
-        self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, go_on)
+        self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
         self._stops = _stops(problem, self._tuples)
         self._by_sample = (problem.sample_offsets, problem.camera_index, cells.base)
         self._ranges = (cells.first, cells.last)
@@ -104,7 +106,7 @@ class Descent:
         self._solved = np.empty(len(self._tuples.cameras), dtype=np.int64)
         self._clock = np.empty(1, dtype=np.int64)
 
-    def run(self, cell: IntArray, watch: Watch) -> tuple[int, bool]:
+    def run(self, cell: IntArray, on_progress: ProgressCallback) -> tuple[int, bool]:
         """Descend from these cells; return the steps told to the watch, and whether none pays."""
         self._start(cell)
         iteration = 0
@@ -112,7 +114,7 @@ class Descent:
             before_pass = self.units
             for units in self._take_pass():
                 iteration += 1
-                if not watch(Progress(self._stage, iteration, cost_of_units(units))):
+                if not on_progress(Progress(self._stage, iteration, cost_of_units(units))):
                     return iteration, False
             if self.units == before_pass:
                 return iteration, True
@@ -181,9 +183,9 @@ class Descent:
         )
 
 
-def _asked_meanwhile(watch: Watch, stage: str, cost: float) -> bool:
+def _asked_meanwhile(on_progress: ProgressCallback, stage: str, cost: float) -> bool:
     """Ask a watch in the midst of setting a stage up."""
-    return watch(Progress(stage, 0, cost))
+    return on_progress(Progress(stage, 0, cost))
 
 
 def _stops(problem: Problem, tuples: Tuples) -> list[int]:

@@ -19,7 +19,7 @@ from focus_planner.core.problem.camera_tuples import Abandoned
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.progress import Progress, Watch, go_on
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.k_view import Descent
 from focus_planner.core.solvers.options import Options
@@ -32,7 +32,9 @@ _FIRST_RECOVERY_NODES = 16
 _PLANS, _POLISHED = 32, 3
 
 
-def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on) -> Solution:
+def solve(
+    problem: Problem, options: Options | None = None, on_progress: ProgressCallback = never_stop
+) -> Solution:
     """Find the best plan of all, and prove it.
 
     Prices prove a first bound within a fraction of a percent (core/proof/prices.py). The cells
@@ -45,16 +47,16 @@ def solve(problem: Problem, options: Options | None = None, watch: Watch = go_on
     watch says so, or when there is no room for more open nodes. Plan and bound are valid in any
     case.
     """
-    return _Search(problem, options or Options(), watch).run()
+    return _Search(problem, options or Options(), on_progress).run()
 
 
 class _Search:
     """The best plan so far, and what no plan gains more than."""
 
-    def __init__(self, problem: Problem, options: Options, watch: Watch) -> None:
+    def __init__(self, problem: Problem, options: Options, on_progress: ProgressCallback) -> None:
         self._problem = problem
         self._options = replace(options, k=2, scope="all")
-        self._watch = watch
+        self._watch = on_progress
         self._gains = gains_of(problem)
         self._bound = int(self._gains.most.sum())  # all in focus in their best cameras
         self._prices: Prices | None = None

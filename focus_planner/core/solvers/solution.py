@@ -11,7 +11,7 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.problem.cells import middle, settable
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.progress import Watch, go_on
+from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.solvers.options import Options
 
 
@@ -46,7 +46,11 @@ class Solver(Protocol):
     """What every solver file's ``solve`` is."""
 
     def __call__(
-        self, problem: Problem, options: Options | None = None, watch: Watch = go_on, /
+        self,
+        problem: Problem,
+        options: Options | None = None,
+        on_progress: ProgressCallback = never_stop,
+        /,
     ) -> Solution:
         """Return focus distances for a problem."""
 
@@ -126,7 +130,7 @@ def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
     return settable(problem.lenses, np.arange(problem.camera_count), focus)
 
 
-def fill_in(problem: Problem, focus: FloatArray) -> FloatArray:
+def fill_missing_distances(problem: Problem, focus: FloatArray) -> FloatArray:
     """Give cameras without a distance of their own the others' median, as far as their lens goes.
 
     They see nothing, or nothing they can focus: any distance does, but a lens will be set to it.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.rig.camera import Image
+from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.distortion import view
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
 from focus_planner.core.rig.rig import Rig
@@ -71,7 +71,7 @@ def visible_pairs(
     scene: Scene,
     rig: Rig,
     samples: Samples,
-    go_on: Callable[[], bool] | None = None,
+    keep_going: Callable[[], bool] | None = None,
     order: NDArray[np.int64] | None = None,
     enough: Callable[[], float] = lambda: np.inf,
 ) -> Visibility:
@@ -91,7 +91,7 @@ def visible_pairs(
     scene : Scene
     rig : Rig
     samples : Samples
-    go_on : callable, optional
+    keep_going : callable, optional
         Asked after every few samples, while some are left, whether to go on. If not, the answer
         is that for the samples taken so far, which stand for all where they are taken in random
         order.
@@ -104,14 +104,14 @@ def visible_pairs(
     views = _views(rig)
     order = np.arange(len(samples)) if order is None else order
     parts = []
-    low, size = 0, len(samples) if go_on is None else _FIRST_SAMPLES
+    low, size = 0, len(samples) if keep_going is None else _FIRST_SAMPLES
     while True:
         taken = order[low : low + size]
         with kernels.threads_for(len(taken) * len(rig) // _PAIRS_PER_VISIBLE):
             part, rays = _look(scene, views, samples, taken)
         parts.append(part)
         low += size
-        if low >= len(samples) or (go_on is not None and not go_on()):
+        if low >= len(samples) or (keep_going is not None and not keep_going()):
             break
         size = min(2 * size, size * _RAYS_BETWEEN_QUESTIONS // max(rays, 1))
         size = max(size, _FEWEST_SAMPLES)
@@ -127,7 +127,7 @@ def _first(parts: list[Visibility], enough: float) -> list[Visibility]:
 
 
 def _views(rig: Rig) -> _Views:
-    frustums = [(*_frustum(camera.image), camera.lens.focal_length) for camera in rig.cameras]
+    frustums = [(*_frustum(camera.intrinsics), camera.lens.focal_length) for camera in rig.cameras]
     return _Views(
         camera_positions(rig),
         np.ascontiguousarray(camera_rotations(rig)),
@@ -136,23 +136,23 @@ def _views(rig: Rig) -> _Views:
     )
 
 
-def _frustum(image: Image) -> tuple[float, ...]:
+def _frustum(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
     """Return fx, fy, cx, cy, width, height of what is read out of an image, or more."""
-    if image.distortion_model:
-        frustum, _ = view(image)
+    if intrinsics.distortion_model:
+        frustum, _ = view(intrinsics)
         return frustum
-    x, y, width, height = image.pixels_read
-    return image.fx, image.fy, image.cx - x, image.cy - y, width, height
+    x, y, width, height = intrinsics.pixels_read
+    return intrinsics.fx, intrinsics.fy, intrinsics.cx - x, intrinsics.cy - y, width, height
 
 
 def _projections(rig: Rig) -> FloatArray | None:
     """Return each distorted image's projection, zeros for pinholes; None if all are pinholes."""
-    distorted = [c for c, camera in enumerate(rig.cameras) if camera.image.distortion_model]
+    distorted = [c for c, camera in enumerate(rig.cameras) if camera.intrinsics.distortion_model]
     if not distorted:
         return None
     projections = np.zeros((len(rig), kernels.PROJECTION + kernels.COEFFICIENTS))
     for c in distorted:
-        _, projections[c] = view(rig.cameras[c].image)
+        _, projections[c] = view(rig.cameras[c].intrinsics)
     return projections
 
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import reference
-from core.build import random_problem, ring_mask, tiny_problem, with_threads
 
 from focus_planner.core import kernels
 from focus_planner.core.problem.gains import gains_of
+from testing import reference
+from testing.problems import random_problem, ring_mask, tiny_problem, with_threads
 
 REACH, STEPS = 3, 40
 

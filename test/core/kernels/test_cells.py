@@ -2,11 +2,11 @@ import itertools
 
 import numpy as np
 import pytest
-import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focus_planner.core import kernels
+from testing import reference
 
 EMPTY = (np.inf, -np.inf)
 

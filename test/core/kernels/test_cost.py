@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-import reference
-from core.build import random_problem
 
 from focus_planner.core import kernels
+from testing import reference
+from testing.problems import random_problem
 
 
 def evaluate(problem, focus):

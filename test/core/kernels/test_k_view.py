@@ -2,8 +2,6 @@ import itertools
 
 import numpy as np
 import pytest
-import reference
-from core.build import random_problem, ring_mask, with_threads
 
 from focus_planner import Grid, Lens
 from focus_planner.core import kernels
@@ -11,6 +9,8 @@ from focus_planner.core.problem.camera_tuples import camera_tuples
 from focus_planner.core.problem.cells import UNITS
 from focus_planner.core.rig.rig import MAX_CAMERAS
 from focus_planner.core.solvers.solution import assign_samples
+from testing import reference
+from testing.problems import random_problem, ring_mask, with_threads
 
 
 class Search:

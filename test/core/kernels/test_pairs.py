@@ -1,9 +1,9 @@
 import numpy as np
-import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focus_planner.core import kernels
+from testing import reference
 
 
 def solve(gain_a, gain_b, rectangles, weights, start_a, start_b, floor):

@@ -1,12 +1,12 @@
 """Against the same in whole numbers, one by one; sums and bounds in test/core/proof."""
 
 import numpy as np
-from core.build import tiny_problem
 from hypothesis import given
 from hypothesis import strategies as st
 
 from focus_planner.core import kernels
 from focus_planner.core.problem.gains import gains_of
+from testing.problems import tiny_problem
 
 
 def test_gains_are_counted_and_listed_camera_by_camera():

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-import reference
-from core.build import random_problem
 
 from focus_planner.core import kernels
 from focus_planner.core.problem.cells import UNITS
+from testing import reference
+from testing.problems import random_problem
 
 
 def assign(problem, cell):

@@ -2,12 +2,12 @@ import itertools
 
 import numpy as np
 import pytest
-import reference
-from core.build import random_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focus_planner.core import kernels
+from testing import reference
+from testing.problems import random_problem
 
 
 def offsets_of(parts):

@@ -1,8 +1,8 @@
 import pytest
-from core.build import body, forward, merged, plane, problem_of, random_problem
 
 from focus_planner import Lens, Rig, cylinder_rig
 from focus_planner.core.solvers import SOLVERS
+from testing.problems import body, forward, merged, plane, problem_of, random_problem
 
 
 def seen_by(problem, c):

@@ -1,19 +1,19 @@
 import numpy as np
 import pytest
-import reference
-from core.build import random_problem
 
 from focus_planner.core.solvers import Options, em
+from testing import reference
+from testing.problems import random_problem
 
 
 def run(problem, start):
     costs = []
 
-    def watch(progress):
+    def on_progress(progress):
         costs.append(progress.cost)
         return True
 
-    return em.solve(problem, Options(start=start), watch), costs
+    return em.solve(problem, Options(start=start), on_progress), costs
 
 
 @pytest.mark.parametrize("share", [0.3, 0.8])

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-import reference
-from core.build import around, body, forward, merged, plane, problem_of, random_problem, torus
 
 from focus_planner import Rig, cylinder_rig
 from focus_planner.core.solvers import Options, em, k_view
+from testing import reference
+from testing.problems import around, body, forward, merged, plane, problem_of, random_problem, torus
 
 
 @pytest.mark.parametrize("ties", [False, True])

@@ -4,8 +4,16 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-import reference
-from core.build import (
+
+from focus_planner import Lens, cylinder_rig
+from focus_planner.core.bounds import branch_and_bound as branching
+from focus_planner.core.kernels import compiling
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.solvers import Options, em, k_view, optimal
+from testing import reference
+from testing.problems import (
     TABLE_LENSES,
     TINY_LENSES,
     body,
@@ -15,14 +23,6 @@ from core.build import (
     tiny_problem,
     with_threads,
 )
-
-from focus_planner import Lens, cylinder_rig
-from focus_planner.core.bounds import branch_and_bound as branching
-from focus_planner.core.kernels import compiling
-from focus_planner.core.problem.cells import UNITS
-from focus_planner.core.problem.gains import gains_of
-from focus_planner.core.problem.shots import with_shots
-from focus_planner.core.solvers import Options, em, k_view, optimal
 
 SHALLOW = Lens(0.05, 40.0)
 EXACT = Options(gap=0.0)

@@ -4,18 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import reference
-from core.build import (
-    around,
-    body,
-    mixed_lenses,
-    problem_of,
-    random_problem,
-    sphere,
-    stepped_lenses,
-    torus,
-    with_threads,
-)
 
 from focus_planner import CostModel, Lens, Mesh, Rig, cylinder_rig
 from focus_planner.core.problem.cells import UNITS
@@ -27,6 +15,18 @@ from focus_planner.core.solvers.solution import distances_of_cells, finish
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import visible_pairs
+from testing import reference
+from testing.problems import (
+    around,
+    body,
+    mixed_lenses,
+    problem_of,
+    random_problem,
+    sphere,
+    stepped_lenses,
+    torus,
+    with_threads,
+)
 
 SETTINGS = {
     "closest": ("closest", Options()),
@@ -75,9 +75,9 @@ class Log:
         return [progress.cost for progress in self.progress]
 
 
-def solve(setting, problem, watch=lambda _: True):
+def solve(setting, problem, on_progress=lambda _: True):
     method, options = setting
-    return SOLVERS[method](problem, options, watch)
+    return SOLVERS[method](problem, options, on_progress)
 
 
 @each_method
@@ -234,7 +234,7 @@ def scaled(mesh, rig, factor):
             camera.name,
             tuple(factor * x for x in camera.position),
             camera.orientation,
-            camera.image,
+            camera.intrinsics,
             replace(camera.lens, **{name: factor * getattr(camera.lens, name) for name in METRES}),
         )
         for camera in rig.cameras

@@ -1,0 +1,440 @@
+from __future__ import annotations
+
+import asyncio
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.lenses.control import LensControl, Timeouts
+from focus_planner.lenses.driver import PROFILES, FocusOrder, LensStatus, Tolerance
+
+_, SENT, VERIFIED, DIFFERS, FAILED = LensStatus
+QUICK = Timeouts(
+    timeout=0.05,
+    retries=1,
+    verify_timeout=0.06,
+    poll_period=0.01,
+    watch_period=0.0,
+    presence_period=0.01,
+    shortest_pause=0.01,
+    longest_pause=0.04,
+)
+ORDER = FocusOrder("plan 1", 0.5)
+
+
+class FakeDriver:
+    """Parameters in this process, with faults."""
+
+    name = "/cam/camera"
+
+    def __init__(self, **values):
+        self.values = {"LensPosition": 0.0, "AfMode": 2} | values
+        self.there = True
+        self.silent = False
+        self.refuses = {}
+        self.set = []
+        self.reads = 0
+        self.reading = lambda value: value
+        self.cancelled = 0
+
+    def is_there(self):
+        return self.there
+
+    async def _answer(self):
+        try:
+            while self.silent:  # noqa: ASYNC110 - a test turns it on and off
+                await asyncio.sleep(0.005)
+        except asyncio.CancelledError:
+            self.cancelled += 1
+            raise
+
+    async def list_parameters(self, names):
+        await self._answer()
+        return [name for name in self.values if name in names]
+
+    async def set_parameter(self, name, value):
+        await self._answer()
+        if name in self.refuses:
+            return self.refuses[name]
+        self.set.append((name, value))
+        self.values[name] = value
+        return None
+
+    async def get_parameter(self, name):
+        await self._answer()
+        self.reads += 1
+        return self.reading(self.values[name])
+
+
+def control(driver, profile="camera_ros", patience=QUICK, **settings):
+    """Return a control, and the list that its reports go to."""
+    reports, clock = [], itertools.count(1)
+    made = LensControl(
+        driver, PROFILES[profile], reports.append, lambda: (next(clock), 0), patience, **settings
+    )
+    return made, reports
+
+
+async def until(condition):
+    deadline = asyncio.get_running_loop().time() + 5.0
+    while not condition():
+        assert asyncio.get_running_loop().time() < deadline, "it never came"
+        await asyncio.sleep(0.002)
+
+
+def obeyed(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
+    """Return the reports of orders, each given once the last one has a verdict."""
+
+    async def run():
+        lens, reports = control(driver, **settings)
+        for order in orders:
+            lens.obey(order)
+            await until(
+                lambda order=order: any(
+                    r.plan_id == order.plan_id and r.status in settled for r in reports
+                )
+            )
+        lens.stop()
+        return reports
+
+    return asyncio.run(run())
+
+
+def test_sent_and_verified():
+    driver = FakeDriver()
+    sent, verified = obeyed(driver, ORDER)
+    assert driver.set == [("AfMode", 0), ("LensPosition", 2.0)]
+    assert (sent.plan_id, sent.status, sent.planned_distance) == ("plan 1", SENT, 0.5)
+    assert (sent.unit, sent.sent_value, sent.sent_at) == ("dioptres", 2.0, (1, 0))
+    assert math.isnan(sent.read_value)
+    assert verified == replace(
+        sent, status=VERIFIED, read_value=2.0, read_at=(2, 0), read_distance=0.5
+    )
+    assert verified.message == ""
+
+
+def test_autofocus_is_left_alone_where_there_is_none():
+    driver = FakeDriver()
+    del driver.values["AfMode"]
+    assert obeyed(driver, ORDER)[-1].status is VERIFIED
+    assert driver.set == [("LensPosition", 2.0)]
+
+
+def test_whole_values_by_a_table():
+    driver = FakeDriver(focus_absolute=0, focus_auto=True)
+    table = LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0))
+    reports = obeyed(driver, ORDER, profile="v4l2_camera", table=table)
+    assert driver.set == [("focus_auto", False), ("focus_absolute", 100)]
+    assert type(driver.set[1][1]) is int
+    assert (reports[-1].status, reports[-1].unit) == (VERIFIED, "steps")
+    assert (reports[-1].read_value, reports[-1].read_distance) == (100.0, pytest.approx(0.5))
+
+
+def test_a_slow_lens_is_waited_for():
+    driver = FakeDriver()
+    positions = iter([0.5, 1.0, 1.5])
+    driver.reading = lambda value: next(positions, value)
+    assert [report.status for report in obeyed(driver, ORDER)] == [SENT, VERIFIED]
+    assert driver.reads == 4
+
+
+def test_it_is_first_read_after_the_settle_time():
+    driver = FakeDriver()
+    patience = replace(QUICK, settle_time=0.05, verify_timeout=0.0)
+    reading, asleep = [], []
+
+    async def run():
+        lens, reports = control(driver, patience=patience)
+        lens.obey(ORDER)
+        await until(lambda: reports)
+        asleep.append(asyncio.get_running_loop().time())
+        await until(lambda: driver.reads)
+        reading.append(asyncio.get_running_loop().time())
+        lens.stop()
+
+    asyncio.run(run())
+    assert reading[0] - asleep[0] > 0.04
+
+
+@pytest.mark.parametrize("wrong", [1.9, math.nan])
+def test_a_lens_elsewhere_differs(wrong):
+    driver = FakeDriver()
+    driver.reading = lambda _: wrong
+    report = obeyed(driver, ORDER)[-1]
+    assert report.status is DIFFERS
+    assert report.read_value == pytest.approx(wrong, nan_ok=True)
+    assert report.message.startswith(
+        f"/cam/camera: expected LensPosition = 2, read {wrong:g}; the lens is slow"
+    )
+    assert obeyed(FakeDriver(), ORDER, tolerance=Tolerance(0.2))[-1].status is VERIFIED
+
+
+def test_nothing_to_read_differs():
+    driver = FakeDriver()
+    driver.reading = lambda _: None
+    report = obeyed(driver, ORDER)[-1]
+    assert report.status is DIFFERS
+    assert math.isnan(report.read_value)
+    assert "expected a number for LensPosition read back, got none" in report.message
+
+
+@pytest.mark.parametrize(
+    ("reason", "text"), [("out of range", "out of range"), ("", "it gives no reason")]
+)
+def test_a_refused_value_fails_and_is_told(reason, text):
+    driver = FakeDriver()
+    driver.refuses["LensPosition"] = reason
+    (report,) = obeyed(driver, ORDER)
+    assert (report.status, report.sent_value, report.sent_at) == (FAILED, 2.0, (1, 0))
+    assert report.message == f"/cam/camera refuses LensPosition = 2.0: {text}"
+    assert math.isnan(report.read_value)
+
+
+def test_autofocus_that_cannot_be_ended_fails():
+    driver = FakeDriver()
+    driver.refuses["AfMode"] = "read-only"
+    (report,) = obeyed(driver, ORDER)
+    assert report.message == "/cam/camera refuses AfMode = 0: read-only"
+    assert driver.set == []
+    assert math.isnan(report.sent_value)
+
+
+def test_a_driver_without_the_parameter_fails():
+    driver = FakeDriver()
+    (report,) = obeyed(
+        driver,
+        ORDER,
+        profile="v4l2_camera",
+        table=LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0)),
+    )
+    assert report.status is FAILED
+    assert "expected a driver with parameter focus_absolute, got one without" in report.message
+
+
+def test_not_a_plan_fails_and_nothing_is_sent():
+    driver = FakeDriver()
+    (report,) = obeyed(driver, FocusOrder("plan 1", 0.0, planned=False))
+    assert report.status is FAILED
+    assert "not a plan" in report.message
+    assert driver.set == []
+
+
+def test_a_missing_driver_fails_once_and_is_told_when_it_comes():
+    driver = FakeDriver()
+    driver.there = False
+
+    async def run():
+        lens, reports = control(driver)
+        lens.obey(ORDER)
+        await until(lambda: reports)
+        await asyncio.sleep(0.2)
+        driver.there = True
+        await until(lambda: reports[-1].status is VERIFIED)
+        lens.stop()
+        return reports
+
+    reports = asyncio.run(run())
+    assert [report.status for report in reports] == [FAILED, SENT, VERIFIED]
+    assert reports[0].message == (
+        "/cam/camera: expected a running driver, found none; start it, it is told as soon as it is"
+        " there"
+    )
+
+
+def test_a_driver_that_is_found_late_is_no_failure():
+    driver = FakeDriver()
+    driver.there = False
+
+    async def run():
+        lens, reports = control(driver)
+        lens.obey(ORDER)
+        await asyncio.sleep(0.01)
+        driver.there = True
+        await until(lambda: len(reports) == 2)
+        lens.stop()
+        return reports
+
+    assert [report.status for report in asyncio.run(run())] == [SENT, VERIFIED]
+
+
+def test_a_silent_driver_fails_and_is_tried_again():
+    driver = FakeDriver()
+    driver.silent = True
+
+    async def run():
+        lens, reports = control(driver)
+        lens.obey(ORDER)
+        await until(lambda: reports)
+        await asyncio.sleep(0)  # the second is cancelled just now
+        assert driver.cancelled == 2  # one retry
+        await until(lambda: driver.cancelled >= 4)
+        assert len(reports) == 1
+        driver.silent = False
+        await until(lambda: reports[-1].status is VERIFIED)
+        lens.stop()
+        return reports
+
+    reports = asyncio.run(run())
+    assert reports[0].status is FAILED
+    assert "expected an answer from list_parameters within 0.05 s, got none" in reports[0].message
+
+
+def test_a_driver_that_dies_under_way_keeps_what_it_was_told():
+    driver = FakeDriver()
+
+    async def run():
+        lens, reports = control(driver, patience=replace(QUICK, settle_time=0.02))
+        lens.obey(ORDER)
+        await until(lambda: reports)
+        driver.there, driver.silent = False, True
+        await until(lambda: reports[-1].status is FAILED)
+        driver.there, driver.silent = True, False
+        driver.values["LensPosition"] = 0.0
+        await until(lambda: reports[-1].status is VERIFIED)
+        lens.stop()
+        return reports
+
+    reports = asyncio.run(run())
+    assert [report.status for report in reports] == [SENT, FAILED, SENT, VERIFIED]
+    assert reports[1].sent_value == 2.0
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_a_driver_that_restarts_is_told_again(refused):
+    driver = FakeDriver()
+    if refused:
+        driver.refuses["LensPosition"] = "not now"
+
+    async def run():
+        lens, reports = control(driver)
+        lens.obey(ORDER)
+        await until(lambda: reports and reports[-1].status in (VERIFIED, FAILED))
+        driver.there = False
+        await asyncio.sleep(0.03)
+        driver.values["LensPosition"], driver.there, driver.refuses = 0.0, True, {}
+        await until(lambda: driver.values["LensPosition"] == 2.0)
+        lens.stop()
+
+    asyncio.run(run())
+
+
+def test_a_newer_plan_replaces_one_under_way():
+    driver = FakeDriver()
+    driver.reading = lambda value: value if value == 4.0 else 0.0  # never gets to the first one
+    newer = FocusOrder("plan 2", 0.25)
+
+    async def run():
+        lens, reports = control(driver, patience=replace(QUICK, verify_timeout=60.0))
+        lens.obey(ORDER)
+        await until(lambda: reports)
+        lens.obey(newer)
+        await until(lambda: reports[-1].status is VERIFIED)
+        await asyncio.sleep(0.05)
+        lens.stop()
+        return reports
+
+    told = [(report.plan_id, report.status) for report in asyncio.run(run())]
+    assert told == [("plan 1", SENT), ("plan 2", SENT), ("plan 2", VERIFIED)]
+
+
+def test_the_same_order_again_is_read_and_not_sent():
+    driver = FakeDriver()
+
+    async def run():
+        lens, reports = control(driver)
+        lens.obey(ORDER)
+        await until(lambda: len(reports) == 2)
+        lens.obey(ORDER)
+        await until(lambda: len(reports) == 3)
+        sent = list(driver.set)
+        driver.values["LensPosition"] = 1.0
+        lens.obey(ORDER)
+        await until(lambda: len(reports) == 5)
+        lens.stop()
+        return sent, reports
+
+    sent, reports = asyncio.run(run())
+    assert sent == [("AfMode", 0), ("LensPosition", 2.0)]
+    assert [report.status for report in reports] == [SENT, VERIFIED, VERIFIED, SENT, VERIFIED]
+    assert reports[2].read_at > reports[1].read_at
+    assert reports[2].sent_at == reports[1].sent_at
+
+
+def test_the_same_order_again_does_not_disturb_one_under_way():
+    driver = FakeDriver()
+    driver.silent = True
+
+    async def run():
+        lens, reports = control(driver, patience=replace(QUICK, timeout=5.0))
+        lens.obey(ORDER)
+        await asyncio.sleep(0.01)
+        lens.obey(ORDER)
+        await asyncio.sleep(0.01)
+        assert driver.cancelled == 0
+        driver.silent = False
+        await until(lambda: len(reports) == 2)
+        lens.stop()
+        return reports
+
+    assert [report.status for report in asyncio.run(run())] == [SENT, VERIFIED]
+
+
+def test_a_verified_lens_that_moves_is_told_again():
+    driver = FakeDriver()
+
+    async def run():
+        lens, reports = control(driver, patience=replace(QUICK, watch_period=0.03))
+        lens.obey(ORDER)
+        await until(lambda: len(reports) == 2)
+        await until(lambda: driver.reads > 3)
+        assert len(reports) == 2  # looking is not news
+        driver.values["LensPosition"] = 1.0
+        await until(lambda: len(reports) == 4)
+        lens.stop()
+        return reports
+
+    assert [report.status for report in asyncio.run(run())] == [SENT, VERIFIED, SENT, VERIFIED]
+
+
+def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
+    driver = FakeDriver()
+    driver.reading = lambda _: 1.0
+
+    async def run():
+        lens, reports = control(driver, patience=replace(QUICK, watch_period=0.03))
+        lens.obey(ORDER)
+        await until(lambda: reports and reports[-1].status is DIFFERS)
+        driver.reading = lambda value: value
+        await until(lambda: reports[-1].status is VERIFIED)
+        lens.stop()
+        return reports
+
+    reports = asyncio.run(run())
+    assert [report.status for report in reports] == [SENT, DIFFERS, VERIFIED]
+    assert reports[-1].message == ""
+    assert [name for name, _ in driver.set] == ["AfMode", "LensPosition"]
+
+
+def test_a_bug_is_told_and_the_next_order_is_obeyed():
+    driver = FakeDriver()
+
+    def broken(_):
+        raise KeyError("bug")
+
+    driver.reading = broken
+
+    async def run():
+        lens, reports = control(driver)
+        lens.obey(ORDER)
+        await until(lambda: reports and reports[-1].status is FAILED)
+        driver.reading = lambda value: value
+        lens.obey(FocusOrder("plan 2", 0.25))
+        await until(lambda: reports[-1].status is VERIFIED)
+        lens.stop()
+        return reports
+
+    reports = asyncio.run(run())
+    assert reports[1].message == "internal error: KeyError: 'bug'"

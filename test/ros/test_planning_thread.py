@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import threading
+from logging import getLogger
+
+from focus_planner_msgs.srv import PlanFocus
+
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.parameters.planner import Settings
+from focus_planner.ros.conversions import fields_from_ros
+from focus_planner.ros.planning_thread import Planning, PlanningHost
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.reason import Reason
+from focus_planner.runtime.requests import Request
+
+
+def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_ended(body):
+    published, answers, answered = [], [], threading.Event()
+    planning = Planning(
+        PlanningHost(
+            "/here",
+            getLogger(),
+            lambda: Settings.from_values({}),
+            lambda: (1, 2),
+            len,
+            published.append,
+        )
+    )
+    rig = cylinder_rig()
+    planning.receive_surface(Arrival("/mesh", "shape_msgs/msg/Mesh", b"a mesh", lambda _: body))
+    planning.receive_rig(Arrival("/rig", "a rig", b"\0\1\0\0" + bytes(8), lambda _: rig))
+    request = Request(
+        fields_from_ros(PlanFocus.Request(samples=500)),
+        Settings.from_values({}),
+        "a plan",
+        lambda outcome: (answers.append(outcome), answered.set()),
+        tell=lambda _: planning.stop(),
+    )
+    planning.plan(request)
+    assert answered.wait(60)
+    assert planning.finish(60)
+    (answer,) = answers
+    assert (answer.reason, answer.plan) == (Reason.SHUTTING_DOWN, None)
+    assert answer.message == "the node is shutting down"
+    assert published == []

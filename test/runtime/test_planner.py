@@ -1,0 +1,445 @@
+"""What is in force, what is refused, and who is told: without a node."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.validation import InputError
+from focus_planner.io.lens_tables import LensTables
+from focus_planner.messages.reading import Optics
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planner import NotReady, Planner
+from testing.messages import Log
+
+REQUEST = PlanRequest(method="em", samples=300)
+RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+FAR_RIG = cylinder_rig(rows=2, columns=6, radius=9.0, bottom=9.0, top=9.1)
+
+
+def box(size, centre=(0.0, 0.0, 0.0)):
+    corners = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    return Mesh(size * corners + np.array(centre), np.array(triangles))
+
+
+BOX, OTHER = box(0.3), box(0.4)
+FAR_BOX = box(0.3, (0.0, 0.0, 9.05))
+
+
+class Bench:
+    """A planner, and a clock that ticks with every message."""
+
+    def __init__(self):
+        self.log = Log()
+        self.rigs = []
+        self.planner = Planner(self.log, self.rigs.append)
+        self._now = datetime(2025, 1, 1, tzinfo=timezone.utc)
+
+    def _arrival(self, topic, said, payload):
+        self._now += timedelta(seconds=1)
+
+        def read(optics):
+            if isinstance(said, Exception):
+                raise said
+            return said(optics) if callable(said) else said
+
+        return Arrival(topic, "a type", payload or str(id(said)).encode(), read, self._now)
+
+    def surface(self, said, payload=None, *, digest=True):
+        self.planner.surface.receive(self._arrival("~/mesh", said, payload))
+        if digest:
+            self.planner.digest(Optics())
+
+    def rig(self, said, payload=None, *, digest=True):
+        self.planner.rig.receive(self._arrival("~/rig", said, payload))
+        if digest:
+            self.planner.digest(Optics())
+
+    def plan(self, optics=Optics()):  # noqa: B008 - frozen
+        return self.planner.plan(REQUEST, optics)[0]
+
+    def reminder(self):
+        return self.planner.plan(REQUEST, Optics())[2]
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+@pytest.fixture
+def ready(bench):
+    bench.surface(BOX)
+    bench.rig(RIG)
+    return bench
+
+
+def same(plan, surface, rig):
+    return plan.cameras == plan_focus(Scene(surface), rig, REQUEST).cameras
+
+
+BAD = InputError("mesh", "a good one", "a bad one")
+
+
+def test_it_says_what_is_missing(bench):
+    with pytest.raises(NotReady, match=r"surface: expected a mesh on ~/mesh.*none yet\. rig: exp"):
+        bench.plan()
+    bench.surface(BOX)
+    with pytest.raises(NotReady, match=r"^rig: expected poses on ~/camera_poses or a rig on ~/rig"):
+        bench.plan()
+    bench.rig(RIG)
+    assert same(bench.plan(), BOX, RIG)
+
+
+def test_the_newest_surface_and_rig_are_planned_for(ready):
+    ready.surface(OTHER)
+    assert same(ready.plan(), OTHER, RIG)
+    other_rig = cylinder_rig(rows=2, columns=7, radius=1.0, bottom=-0.1, top=0.1)
+    ready.rig(other_rig)
+    assert same(ready.plan(), OTHER, other_rig)
+    assert ready.rigs == [RIG, other_rig]
+
+
+def test_what_came_during_a_plan_is_taken_in_by_the_next(ready):
+    ready.surface(OTHER, digest=False)
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_a_refused_surface_is_told_once_and_the_last_good_one_stays(ready):
+    ready.surface(BAD)
+    assert ready.log.warnings == [f"refused the surface received on ~/mesh at 00:00:03 UTC: {BAD}"]
+    with pytest.raises(NotReady) as refused:
+        ready.plan()
+    assert str(refused.value) == (
+        f"{BAD}. So the surface received on ~/mesh at 00:00:03 UTC was refused, and the surface"
+        " received on ~/mesh at 00:00:01 UTC stays in force: call again to plan with that one"
+    )
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_without_a_good_one_every_caller_is_told(bench):
+    bench.rig(RIG)
+    bench.surface(BAD)
+    for _ in range(2):
+        with pytest.raises(NotReady, match=r"none that can be used: the surface .* was refused \("):
+            bench.plan()
+
+
+def test_a_good_surface_after_a_refused_one_needs_no_word(ready):
+    ready.surface(BAD)
+    ready.surface(OTHER)
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_the_one_in_force_sent_again_after_a_refused_one_needs_no_word(ready):
+    ready.surface(BAD)
+    ready.surface(BOX)
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_both_refusals_are_told_at_once(ready):
+    ready.surface(BAD)
+    ready.rig(InputError("rig", "one", "none"))
+    with pytest.raises(NotReady, match=r"mesh: expected.* call again .*\. rig: expected one, got"):
+        ready.plan()
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_of_a_backlog_the_newest_good_one_counts_and_the_bad_one_after_it_is_told(ready):
+    ready.surface(box(0.2), digest=False)
+    ready.surface(OTHER, digest=False)
+    ready.surface(BAD, digest=False)
+    with pytest.raises(NotReady, match="a bad one"):
+        ready.plan()
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_what_comes_while_another_is_read_is_not_lost(ready):
+    def slow(_):
+        ready.surface(OTHER, digest=False)
+        return box(0.2)
+
+    ready.surface(slow)
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_a_surface_sent_again_is_not_built_again(ready):
+    ready.surface(OTHER, b"the same bytes")
+    scene = ready.planner.surface.in_force.value
+    ready.surface(RuntimeError("is not read again"), b"the same bytes")
+    assert ready.planner.surface.in_force.value is scene
+    assert ready.log.errors == []
+
+
+@pytest.mark.parametrize(
+    ("surface", "suspicion"),
+    [
+        (box(300.0), "millimetres"),
+        (Mesh(BOX.vertices, BOX.triangles[:, ::-1]), "normals are probably inverted"),
+        (FAR_BOX, "expected cameras that see the surface, got none that does"),
+    ],
+)
+def test_a_surface_that_does_not_fit_the_rig_is_refused_at_once(ready, surface, suspicion):
+    ready.surface(surface)
+    assert re.search(suspicion, ready.log.warnings[0])
+    with pytest.raises(NotReady, match=suspicion):
+        ready.plan()
+    assert same(ready.plan(), BOX, RIG)
+
+
+def test_a_rig_that_does_not_fit_the_surface_is_refused_at_once(ready):
+    ready.rig(FAR_RIG)
+    with pytest.raises(NotReady, match="the rig received on ~/rig at 00:00:02 UTC stays in force"):
+        ready.plan()
+    assert same(ready.plan(), BOX, RIG)
+    assert ready.rigs == [RIG]
+
+
+@pytest.mark.parametrize("rig_first", [False, True])
+def test_a_surface_and_a_rig_that_fit_only_each_other_replace_both(ready, rig_first):
+    if rig_first:
+        ready.rig(FAR_RIG)
+        ready.surface(FAR_BOX)
+    else:
+        ready.surface(FAR_BOX)
+        ready.rig(FAR_RIG)
+    assert same(ready.plan(), FAR_BOX, FAR_RIG)
+
+
+def test_they_do_so_in_one_backlog_as_well(ready):
+    ready.surface(FAR_BOX, digest=False)
+    ready.rig(FAR_RIG, digest=False)
+    assert same(ready.plan(), FAR_BOX, FAR_RIG)
+
+
+def test_of_a_backlog_the_half_that_fits_is_taken(ready):
+    ready.surface(OTHER, digest=False)
+    ready.rig(FAR_RIG, digest=False)
+    with pytest.raises(NotReady, match="the rig received on ~/rig at 00:00:04 UTC was refused"):
+        ready.plan()
+    assert same(ready.plan(), OTHER, RIG)
+
+
+def test_what_never_fitted_is_reported_until_something_better_comes(bench):
+    bench.surface(BOX)
+    bench.rig(FAR_RIG)
+    assert "do not fit each other" in bench.log.warnings[0]
+    for _ in range(2):
+        with pytest.raises(InputError, match="got none that does"):
+            bench.plan()
+    bench.rig(RIG)
+    assert same(bench.plan(), BOX, RIG)
+
+
+def test_cameras_follow_the_optics(bench):
+    def read(optics):
+        return cylinder_rig(
+            rows=2,
+            columns=6,
+            radius=1.0,
+            bottom=-0.1,
+            top=0.1,
+            lens=optics.lens,
+            intrinsics=optics.intrinsics,
+        )
+
+    bench.surface(BOX)
+    bench.rig(read)
+    assert same(bench.plan(), BOX, RIG)
+    optics = Optics(CameraIntrinsics(width=500), Lens(hyperfocal_distance=4.0))
+    assert same(bench.plan(optics), BOX, read(optics))
+    assert same(bench.plan(), BOX, RIG)
+
+
+def with_tables(unit, camera="cam_0_00", **values):
+    return Optics(tables=LensTables({camera: LensTable(unit, **values)}))
+
+
+def completed(lens=None):
+    """What reads the rig as messages are read."""
+    rig = RIG if lens is None else Rig((replace(RIG.cameras[0], lens=lens),))
+    return lambda optics: optics.complete(rig)
+
+
+def test_tables_are_given_to_the_rig_in_force(bench):
+    bench.surface(BOX)
+    bench.rig(completed())
+    assert bench.plan().cameras[0].device_unit is None
+    assert bench.plan(with_tables("dioptres")).cameras[0].device_unit == "dioptres"
+    assert bench.plan(with_tables("m")).cameras[0].device_unit == "m"
+    assert bench.plan().cameras[0].device_unit is None
+
+
+def test_a_rig_that_tables_contradict_is_not_planned_with_until_they_do_not(bench):
+    bench.surface(BOX)
+    bench.rig(completed(Lens(max_focus=2.0)))
+    bad = with_tables("s", distances=(3.0, 4.0), values=(0.0, 1.0))
+    for _ in range(2):
+        with pytest.raises(NotReady, match=r"none that can be used: .*camera cam_0_00: lens.table"):
+            bench.plan(bad)
+    assert [arrival.topic for arrival in bench.planner.arrivals()] == ["~/mesh", "~/rig"]
+    with pytest.raises(NotReady, match="cameras: expected some of the rig's 1: cam_0_00, got x"):
+        bench.plan(with_tables("m", camera="x"))
+    plan = bench.plan(with_tables("m"))
+    assert plan.cameras[0].device_value == plan.cameras[0].focus_distance
+    assert bench.planner.plan(REQUEST, with_tables("m"))[2] == ""
+    assert bench.log.errors == []
+    # It fits the surface again, so what does not is refused.
+    bench.surface(FAR_BOX, digest=False)
+    with pytest.raises(NotReady, match=r"and the surface .* stays in force"):
+        bench.plan(with_tables("m"))
+    # And a newer rig that goes with the tables takes its place.
+    with pytest.raises(NotReady):
+        bench.plan(bad)
+    bench.planner.rig.receive(bench._arrival("~/rig", RIG, None))
+    assert same(bench.plan(bad), BOX, RIG)
+
+
+def test_a_rig_that_was_refused_for_its_tables_is_taken_with_others(bench):
+    bench.surface(BOX)
+    bench.planner.digest(bad := with_tables("m", camera="x"))
+    bench.planner.rig.receive(bench._arrival("~/rig", completed(), None))
+    with pytest.raises(NotReady, match="got x"):
+        bench.plan(bad)
+    assert bench.rigs == []
+    assert same(bench.plan(), BOX, RIG)
+    assert bench.rigs == [RIG]
+    assert bench.reminder() == ""
+
+
+def test_whatever_a_surface_raises_it_is_refused(ready):
+    ready.surface(RuntimeError("no idea"))
+    with pytest.raises(NotReady, match=r"internal error: RuntimeError\('no idea'\)"):
+        ready.plan()
+    assert "Traceback" in ready.log.errors[0]
+    assert same(ready.plan(), BOX, RIG)
+
+
+def what_shows_its_start(plan):
+    """Bounds go on from the last one's prices, even where plans are the same."""
+    return plan.cameras, plan.lower_bound
+
+
+def test_a_warm_start_is_from_the_last_plan_for_which_it_was_wanted(ready):
+    first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
+
+    def planned(request, warm_start):
+        return ready.planner.plan(request, Optics(), warm_start=warm_start)[0]
+
+    def check(plan, surface, request, before):
+        scene = Scene(surface)
+        expected = plan_focus(scene, RIG, request, warm_start=before and before.warm_start)
+        assert what_shows_its_start(plan) == what_shows_its_start(expected)
+        cold = plan_focus(scene, RIG, request)
+        assert before is None or not np.array_equal(plan.prices, cold.prices)
+
+    one = planned(first, warm_start=True)
+    check(one, BOX, first, None)
+    two = planned(second, warm_start=True)
+    check(two, BOX, second, one)
+    ready.surface(OTHER)
+    check(planned(first, warm_start=True), OTHER, first, two)
+    # Without one, nothing is kept for later either.
+    check(planned(second, warm_start=False), OTHER, second, None)
+    check(planned(first, warm_start=True), OTHER, first, None)
+
+
+def test_a_request_that_fails_leaves_the_plan_to_start_from(ready):
+    first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
+    one = ready.planner.plan(first, Optics(), warm_start=True)[0]
+    with pytest.raises(InputError, match="depth_tolerance: expected"):
+        ready.planner.plan(replace(first, depth_tolerance=9.0), Optics(), warm_start=True)
+    two = ready.planner.plan(second, Optics(), warm_start=True)[0]
+    expected = plan_focus(Scene(BOX), RIG, second, warm_start=one.warm_start)
+    assert what_shows_its_start(two) == what_shows_its_start(expected)
+
+
+def test_the_watch_is_asked(ready):
+    told = []
+    ready.planner.plan(
+        REQUEST, Optics(), on_progress=lambda progress: told.append(progress) or True
+    )
+    assert told
+
+
+def test_whoever_plans_while_the_newest_is_refused_is_reminded(ready):
+    assert ready.reminder() == ""
+    ready.surface(BAD)
+    with pytest.raises(NotReady):
+        ready.plan()
+    for _ in range(2):
+        assert ready.reminder() == (
+            "on the surface received on ~/mesh at 00:00:01 UTC, as a newer one was refused"
+        )
+    ready.surface(OTHER)
+    assert ready.reminder() == ""
+
+
+def arrived(bench):
+    return [(arrival.topic, arrival.payload) for arrival in bench.planner.arrivals()]
+
+
+def test_what_a_plan_rests_on_is_what_is_in_force_in_the_order_of_arrival(bench):
+    assert arrived(bench) == []
+    bench.rig(RIG, b"rig")
+    assert arrived(bench) == [("~/rig", b"rig")]
+    bench.surface(BOX, b"box")
+    assert arrived(bench) == [("~/rig", b"rig"), ("~/mesh", b"box")]
+    bench.surface(OTHER, b"other")
+    assert arrived(bench) == [("~/rig", b"rig"), ("~/mesh", b"other")]
+
+
+def test_what_an_objection_rests_on_is_what_was_refused_too(ready):
+    before = arrived(ready)
+    ready.surface(BAD, b"bad")
+    assert arrived(ready) == [*before, ("~/mesh", b"bad")]
+    with pytest.raises(NotReady):
+        ready.plan()
+    # The next plan is made without it.
+    assert arrived(ready) == before
+    ready.plan()
+    assert arrived(ready) == before
+
+
+def test_without_a_good_one_every_objection_rests_on_the_bad_one(bench):
+    bench.surface(BAD, b"bad")
+    for _ in range(2):
+        assert arrived(bench) == [("~/mesh", b"bad")]
+        with pytest.raises(NotReady):
+            bench.plan()
+
+
+def test_a_first_plan_may_start_from_one_made_elsewhere(ready):
+    first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
+    one = plan_focus(Scene(BOX), RIG, first)
+    planner = Planner(Log(), warm_start=one.warm_start)
+    for of, into in ((ready.planner.surface, planner.surface), (ready.planner.rig, planner.rig)):
+        into.receive(of.in_force.arrival)
+    two = planner.plan(second, Optics(), warm_start=True)[0]
+    expected = plan_focus(Scene(BOX), RIG, second, warm_start=one.warm_start)
+    assert what_shows_its_start(two) == what_shows_its_start(expected)
+    assert planner.warm_start.prices is two.prices
+
+
+def test_a_plan_is_made_again_from_its_answers(ready):
+    steps = iter([True] * 3 + [False] * 99)
+    ended = ready.planner.plan(REQUEST, Optics(), on_progress=lambda _: next(steps))[0]
+    again = ready.planner.plan(REQUEST, Optics(), answers=ended.answers)[0]
+    assert again.cameras == ended.cameras
+    assert not ended.converged
+    assert not again.converged

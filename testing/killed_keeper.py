@@ -1,0 +1,36 @@
+"""Keeps a plan, and is killed at once, while there is much else to write; what it logs it says."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+from focus_planner.core.solvers import Progress
+from focus_planner.parameters.planner import Recording
+from focus_planner.recording.recorder import Recorder
+from testing.made_up_runs import beginning, input_messages, plan_payload
+
+
+class Log:
+    def warning(self, message: str) -> None:
+        os.write(1, message.encode())
+
+    error = warning
+
+
+def main() -> None:
+    directory, published = Path(sys.argv[1]), sys.argv[2] == "1"
+    recorder = Recorder(Log())
+    inputs = input_messages(points=2000)
+    run = recorder.begin(Recording(directory), inputs, beginning(2))
+    on_progress = run.on_progress(lambda _: True)
+    for k in range(100):
+        on_progress(Progress("solving" if k == 0 else "em", k, 100.0 - k))
+    recorder.prepare(directory, inputs[:1])
+    run.keep_plan(plan_payload(2), published=published)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+main()

@@ -1,0 +1,46 @@
+"""What is asked of a running node, and waited for."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+
+from focus_planner.messages.reading import plan_from_message
+from testing.ros.planner_process import PATIENCE
+
+FEW = ("-p", "samples:=300", "-p", "fresh_samples:=300")
+
+
+@contextmanager
+def having(client, **parameters):
+    """Set parameters of the node, and set them back."""
+    names = [name.replace("__", ".") for name in parameters]
+    own = {
+        name.replace(".", "__"): list(value) if isinstance(value, tuple) else value
+        for name, value in client.get_parameters(names).items()
+    }
+    set_(client, **parameters)
+    try:
+        yield
+    finally:
+        set_(client, **own)
+
+
+def set_(client, **parameters):
+    results = client.set_parameters(**parameters)
+    assert all(result.successful for result in results), results
+
+
+def until(condition):
+    """Wait for it, and return it."""
+    end = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.005)
+    return found
+
+
+def what_counts(plan):
+    """All of a plan but its name and its times."""
+    return replace(plan_from_message(plan), solve_seconds=0.0, total_seconds=0.0)

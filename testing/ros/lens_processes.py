@@ -1,0 +1,97 @@
+"""Processes of the lens nodes, and what is said to them and heard of them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+
+from focus_planner_msgs.msg import CameraFocus, LensState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from focus_planner.ros.qos import LATCHED
+from testing.ros.planner_process import PlannerProcess
+
+PATIENCE = 30
+
+
+class LensProcess(PlannerProcess):
+    """Runs a module of ``focus_planner.ros``; parameters are given by name."""
+
+    def __init__(self, module, **parameters):
+        command = [sys.executable, "-m", f"focus_planner.ros.{module}", "--ros-args"]
+        for name, value in parameters.items():
+            command += ["-p", f"{name}:={_yaml(value)}"]
+        self._process = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        self._lines = []
+        self._news = threading.Condition()
+        self._ended = False
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def kill(self):
+        self._process.kill()
+        self.wait()
+
+
+class Orchestrator:
+    """Publishes foci as the planner does, and hears what becomes of them."""
+
+    def __init__(self, context, planner="/focus_planner"):
+        self._planner = planner
+        self._node = Node("orchestrator", context=context, use_global_arguments=False)
+        self._publishers = {}
+        self._news = threading.Condition()
+        self._states = []
+        qos = QoSProfile(
+            depth=1000,
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        self._node.create_subscription(LensState, f"{planner}/lens_states", self._hear, qos)
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self._node)
+        self._thread = threading.Thread(target=self._executor.spin)
+        self._thread.start()
+
+    def close(self):
+        self._executor.shutdown()
+        self._thread.join()
+        self._node.destroy_node()
+
+    def plan(self, camera, plan_id, **fields):
+        if camera not in self._publishers:
+            topic = f"{self._planner}/cameras/{camera}/focus"
+            self._publishers[camera] = self._node.create_publisher(CameraFocus, topic, LATCHED)
+        fields = {"status": CameraFocus.STATUS_PLANNED, "focus_distance": 0.5} | fields
+        focus = CameraFocus(name=camera, plan_id=plan_id, **fields)
+        self._publishers[camera].publish(focus)
+
+    def states(self, camera, plan_id):
+        with self._news:
+            return [s for s in self._states if (s.name, s.plan_id) == (camera, plan_id)]
+
+    def wait_for(self, camera, plan_id, status):
+        """Return the last state of a camera and plan once it has a status."""
+        deadline = time.monotonic() + PATIENCE
+        with self._news:
+            while not (
+                (found := [s for s in self._states if (s.name, s.plan_id) == (camera, plan_id)])
+                and found[-1].status == status
+            ):
+                assert self._news.wait(deadline - time.monotonic()), f"{camera}: {found}"
+            return found[-1]
+
+    def _hear(self, state):
+        with self._news:
+            self._states.append(state)
+            self._news.notify_all()
+
+
+def _yaml(value):
+    return f"[{', '.join(value)}]" if isinstance(value, list) else str(value)

@@ -1,0 +1,68 @@
+"""What a running node records, and what it is sent to be recorded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, _store, message_of
+from focus_planner.messages.writing import (
+    cloud_to_fields,
+    mesh_to_bytes,
+    poses_to_fields,
+    rig_to_fields,
+)
+from focus_planner.recording.bag import PARTIAL
+from focus_planner.recording.replay import differences, plan_run
+from focus_planner.recording.run import read_run
+
+TYPES = {"mesh": MESH, "cloud": CLOUD, "camera_poses": POSES, "rig": RIG}
+
+
+def whole(folder):
+    """Return the finished runs by name, which is by time."""
+    found = sorted(folder.iterdir()) if folder.exists() else []
+    return {path.name: path for path in found if not path.name.endswith(PARTIAL)}
+
+
+def recorded(client, folder, **request):
+    """Call for a plan; return the answer and its run."""
+    before = whole(folder).keys()
+    answer = client.plan(**request)
+    (name,) = until(lambda: whole(folder).keys() - before)
+    if answer.success:
+        assert name == answer.plan.plan_id
+    assert not list(folder.glob(f"*{PARTIAL}"))
+    return answer, read_run(folder / name)
+
+
+def assert_reproduced(run):
+    assert run.fault == ""
+    assert differences(run, plan_run(run)) == []
+
+
+def mesh_payload(body, rig, little):
+    return mesh_to_bytes(body, big_endian=not little)
+
+
+def cloud_payload(body, rig, little):
+    cloud = PointCloud(body.vertices + 1e-4, importance=1.0 + body.vertices[:, 2].clip(0))
+    return in_cdr(CLOUD, cloud_to_fields(cloud, "world"), little)
+
+
+def poses_payload(body, rig, little):
+    return in_cdr(POSES, poses_to_fields(rig), little)
+
+
+def rig_payload(body, rig, little):
+    return in_cdr(RIG, rig_to_fields(rig), little)
+
+
+def in_cdr(type_name, fields, little):
+    message = message_of(type_name, fields)
+    return bytes(_store().serialize_cdr(message, type_name, little_endian=little))
+
+
+def moved(rig, factor):
+    cameras = [replace(c, position=tuple(factor * x for x in c.position)) for c in rig.cameras]
+    return replace(rig, cameras=tuple(cameras))

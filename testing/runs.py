@@ -1,0 +1,111 @@
+"""Runs to test with: small scenes, recorded as the command line does it."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.rig.lens import Lens
+from focus_planner.core.solvers import never_stop
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.parameters.planner import Recording, Settings
+from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
+from focus_planner.recording.naming import new_run_id
+from focus_planner.recording.recorder import Recorder
+from focus_planner.recording.run import beginning_of, inputs_of
+from focus_planner.recording.software import software
+from testing.messages import Log
+from testing.problems import around, torus
+
+PLANNER = "/focus_planner"
+TORUS = torus()
+# Of so little depth of field that there is something to choose.
+RIG = around(8, 2.5, lens=Lens(0.085, 60.0))
+REQUEST = PlanRequest("em", 300, fresh_samples=300)
+
+
+def cloud(normals=False, importance=False):
+    """Points of the torus."""
+    samples = Scene(TORUS).sample(2000, 3)
+    weights = 1.0 + (samples.points[:, 2] > 0)
+    return PointCloud(
+        samples.points, samples.normals if normals else None, weights if importance else None
+    )
+
+
+def begun(request=REQUEST, rig=RIG, warm_start=None, **values):
+    """The beginning of a run; ``values`` are parameters, with __ for their dots."""
+    beginning = beginning_of(new_run_id(), PLANNER, request, rig.frame_id, software())
+    given = {name.replace("__", "."): value for name, value in values.items()}
+    settings = Settings.from_values({**dict(beginning.settings.values), **given})
+    return replace(beginning, settings=settings, warm_start=warm_start)
+
+
+def solved(beginning, surface=TORUS, rig=RIG, on_progress=never_stop):
+    """The plan that a run has, made without recording."""
+    model = beginning.settings.model
+    request, before = beginning.request, beginning.warm_start
+    return plan_focus(Scene(surface), rig, request, model, on_progress, before)
+
+
+def record(
+    folder,
+    request=REQUEST,
+    surface=TORUS,
+    rig=RIG,
+    *,
+    on_progress=never_stop,
+    warm_start=None,
+    markers=False,
+    **values,
+):
+    """Plan and record below a folder; return the run's own folder."""
+    beginning = begun(request, rig, warm_start, **values)
+    log = Log()
+    recorder = Recorder(log)
+    recording = Recording(folder, markers)
+    run = recorder.begin(recording, inputs_of(beginning, surface, rig), beginning)
+    plan = solved(beginning, surface, rig, run.on_progress(on_progress))
+    run.finish(True, plan.summary(), plan, rig)
+    assert recorder.close(60)
+    assert log.errors == []
+    return run.path
+
+
+def record_failure(folder, beginning, inputs, message):
+    """Record that there was no plan; return the run's own folder."""
+    log = Log()
+    recorder = Recorder(log)
+    run = recorder.begin(Recording(folder), inputs, beginning)
+    run.finish(False, message)
+    assert recorder.close(30)
+    assert log.errors == []
+    return run.path
+
+
+def rewritten(path, to, change):
+    """Write a run again, elsewhere, every message as ``change`` returns it (None: left out)."""
+    bag = BagWriter()
+    for message in read_bag(path).messages:
+        changed = change(message)
+        if changed is not None:
+            bag.add(changed)
+    bag.open(to)
+    return bag.close()
+
+
+def with_payload(message, payload):
+    return BagMessage(message.topic, message.type_name, payload, message.at, message.definition)
+
+
+def partial_copy(path, to):
+    """A copy that was cut off before its end, as a kill leaves it."""
+    to = to.with_name(to.name + ".partial")
+    shutil.copytree(path, to)
+    (to / "metadata.yaml").unlink()
+    (file,) = to.glob("*.mcap")
+    file.write_bytes(file.read_bytes()[:-40])
+    return to
