@@ -254,7 +254,7 @@ class PlannerNode(LifecycleNode):
         """Load all that plans; return whether it came to its end."""
         self.get_logger().info("loading kernels; the first time, compiling takes half a minute")
         # It takes seconds, and comes after the last plan.
-        from focus_planner.ros.planning_thread import Planning, PlanningHost
+        from focus_planner.ros.planning_thread import Planning, PlanningHost  # noqa: PLC0415
 
         self._planning = Planning(
             PlanningHost(

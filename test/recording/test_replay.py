@@ -11,6 +11,7 @@ import pytest
 
 from focus_planner.core.planning import formulation as posing
 from focus_planner.core.planning import plan_focus as planning
+from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.request import METHODS, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -624,8 +625,6 @@ def test_a_solver_that_does_something_else_is_told(run, monkeypatch):
 
 
 def test_a_stage_that_is_not_there_now_is_told(run):
-    from focus_planner.core.planning.fingerprint import Fingerprint
-
     prints = (*run.ending.fingerprints, Fingerprint("cells", (1,), (2,)))
     changed = replace(run, ending=replace(run.ending, fingerprints=prints))
     (difference,) = differences(changed, plan_run(run))

@@ -15,6 +15,7 @@ from focus_planner.messages.writing import (
 from focus_planner.recording.bag import PARTIAL
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import read_run
+from testing.ros.calls import until
 
 TYPES = {"mesh": MESH, "cloud": CLOUD, "camera_poses": POSES, "rig": RIG}
 
