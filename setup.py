@@ -22,6 +22,7 @@ setup(
     ],
     # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
     install_requires=[
+        "argcomplete",
         "matplotlib",
         "mcap",
         "numba",
