@@ -8,12 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.planning.formulation import formulate_fresh_problem
@@ -26,7 +20,20 @@ from focus_planner.core.rig.geometry import camera_positions
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud, Samples
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import whole_file
+
+try:
+    from matplotlib import colormaps
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise InputError(
+        "a picture needs matplotlib; install it: pip install 'focus_planner[picture]'"
+    ) from error
 
 _SAMPLES = 150_000
 _PIXELS = 440  # along a body's longer side
