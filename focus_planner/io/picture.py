@@ -32,7 +32,10 @@ try:
     from matplotlib.figure import Figure
 except ImportError as error:
     raise InputError(
-        "a picture needs matplotlib; install it: pip install 'focus_planner[picture]'"
+        "picture",
+        "matplotlib to draw it with",
+        str(error),
+        "install it: pip install 'focus_planner[picture]'",
     ) from error
 
 _SAMPLES = 150_000
