@@ -218,7 +218,7 @@ build_messages() {
   if [[ -f $messages/install_manifest.txt ]]; then
     tr '\n' '\0' <"$messages/install_manifest.txt" | xargs -0 rm -f
   fi
-  rm -rf "$messages" "$venv"/lib/python3.*/site-packages/focus_planner_msgs
+  rm -rf "$messages" "$venv"/lib/python3.*/site-packages/focus_planner_msgs{,-*.egg-info}
   export PATH=$venv/bin:$PATH
   cmake -S msg_defs -B "$messages" -G Ninja -DBUILD_TESTING=OFF \
     -DCMAKE_INSTALL_PREFIX="$venv" -DCMAKE_PREFIX_PATH="$venv" \
