@@ -182,6 +182,7 @@ def stab(
         """\
 + python -m pip install -r requirements.lock
 Looking in links: /wheels
+ERROR: Ignored the following versions that require a different python version: 0.1
 ERROR: Could not find a version that satisfies the requirement nothing==1.0
 ERROR: No matching distribution found for nothing==1.0
 WARNING: There was an error checking the latest version of pip.
@@ -307,6 +308,7 @@ def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):
         f"PYTHON={chosen}: it does not run: pyenv: python3.12: command not found.\n" in done.stderr
     )
     assert "make setup PYTHON=/path/to/python3.12" in done.stderr
+    assert "++" not in done.stderr  # as the shell traces commands
 
 
 def test_a_failed_stage_shows_its_cause_and_keeps_to_the_folder_that_was_named(tmp_path):

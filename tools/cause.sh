@@ -45,10 +45,11 @@ state == "exception" && NF {
   else next
 }
 
-# Errors of tools.
+# Errors of tools; what pip ignored is no cause.
 state == "cmake" && /^[^ ]/ { state = "outside" }
 state == "cmake" { if (NF && ++taken < 6) add($0); next }
 /^CMake Error/ { add($0); state = "cmake"; taken = 0; next }
+/^ERROR: Ignored / { next }
 /^(ERROR|error|E|FAILED): / || /^ +cause: / || / (fatal )?error: / || /undefined reference/ { add($0) }
 /command not found|No space left on device|Permission denied|Cannot allocate memory/ { add($0) }
 /(^| )Killed( |$)/ { add($0) }

@@ -100,7 +100,7 @@ missing_packages() {
 stage_system() {
   local packages sudo='' as_root=()
   if ! find_python && { [[ ${PYTHON-} ]] || command -v python3; }; then
-    stop "$(find_python 2>&1)" \
+    stop "$( (set +x; find_python 2>&1) 2>/dev/null)" \
       "Name one that works, by its version or its path: make setup PYTHON=/path/to/python3.12"
   fi
   packages=$(missing_packages | sort | tr '\n' ' ')
