@@ -98,13 +98,14 @@ class Branching:
     def __init__(self, gains: Gains, price: Offsets, bound: int, goal: int) -> None:
         self.nodes = 0
         self._gains = gains
-        self._near_offsets, self._near = _overlapping(gains, price)
-        self._by_sample = (
+        self._near = _overlapping(gains, price)
+        self._by_sample = kernels.GainsBySample(
             np.empty(len(gains.most) + 1, dtype=np.int64),
             np.empty_like(gains.sample),
             np.empty_like(gains.gain),
+            gains.most,
         )
-        kernels.gains_by_sample(gains.offsets, gains.sample, gains.gain, *self._by_sample)
+        kernels.gains_by_sample(gains.by_camera, self._by_sample)
         none = np.zeros(gains.camera_count, dtype=np.int32)
         high = (np.diff(gains.cell_offsets) - 1).astype(np.int32)
         score, unknown = none.astype(np.int64), np.full(len(none), np.nan)
@@ -204,50 +205,26 @@ class Branching:
         """
         if not parts:
             return []
-        nodes, *cuts = zip(*parts, strict=True)
-        camera, first, last = (np.array(cut, dtype=np.int64) for cut in cuts)
-        bounds = np.array([-node.negative_bound for node in nodes], dtype=np.int64)
-        low, high = (np.stack([getattr(n, a) for n in nodes]) for a in ("low", "high"))
-        price, score = (np.stack([getattr(n, a) for n in nodes]) for a in ("price", "score"))
-        split, cell = (np.stack([getattr(n, a) for n in nodes]) for a in ("split", "cell"))
+        camera, first, last = (
+            np.array(cut, dtype=np.int64) for cut in list(zip(*parts, strict=True))[1:]
+        )
+        nodes = _stacked([part.node for part in parts])
         kernels.confine(
-            camera,
-            first,
-            last,
-            camera < 0,
-            self._near_offsets,
+            kernels.Cuts(camera, first, last, camera < 0),
             self._near,
-            *self._gains.pairs,
-            *self._by_sample,
-            self._gains.most,
-            _REACH,
-            bounds,
-            low,
-            high,
-            price,
-            score,
-            split,
-            cell,
+            self._gains.by_camera,
+            self._by_sample,
+            nodes,
             goal,
+            _REACH,
             _STEPS,
         )
         adapted = []
-        for b, node in enumerate(nodes):
+        for b, part in enumerate(parts):
             self.nodes += 1
-            adapted.append(
-                _Node(
-                    negative_bound=-int(bounds[b]),
-                    number=self.nodes,
-                    depth=node.depth + int(camera[b] >= 0),
-                    low=low[b].copy(),
-                    high=high[b].copy(),
-                    price=price[b].copy(),
-                    score=score[b].copy(),
-                    split=split[b].copy(),
-                    cell=cell[b].copy(),
-                    worth=node.worth,
-                )
-            )
+            bound, *arrays = (rows[b].copy() for rows in nodes)
+            depth = part.node.depth + int(part.camera >= 0)
+            adapted.append(_Node(-int(bound), self.nodes, depth, *arrays, part.node.worth))
         return adapted
 
 
@@ -317,7 +294,14 @@ class _Choice:
         return worth
 
 
-def _overlapping(gains: Gains, price: Offsets) -> tuple[Offsets, IntArray]:
+def _stacked(nodes: list[_Node]) -> kernels.Nodes:
+    """Return copies of the nodes' arrays, a row each."""
+    bound = np.array([-node.negative_bound for node in nodes], dtype=np.int64)
+    rows = (np.stack([getattr(node, name) for node in nodes]) for name in kernels.Nodes._fields[1:])
+    return kernels.Nodes(bound, *rows)
+
+
+def _overlapping(gains: Gains, price: Offsets) -> kernels.Neighbourhoods:
     """Return, per camera, itself and those that hold most samples near their price with it."""
     cameras = np.repeat(np.arange(gains.camera_count), np.diff(gains.offsets))
     active = gains.gain > (price - (gains.most >> _REACH))[gains.sample]
@@ -333,4 +317,5 @@ def _overlapping(gains: Gains, price: Offsets) -> tuple[Offsets, IntArray]:
         order = np.lexsort((others, -counts))
         others = others[order]
         near.append(np.concatenate([[c], others[others != c][: _NEAR - 1]]).astype(np.int32))
-    return np.cumsum([0] + [len(n) for n in near]), np.concatenate(near)
+    offsets = np.cumsum([0] + [len(n) for n in near])
+    return kernels.Neighbourhoods(offsets, np.concatenate(near))

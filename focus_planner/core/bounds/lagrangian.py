@@ -63,49 +63,48 @@ class Prices:
         self.price = price.copy()
         self.steps = 0
         self._gains = gains
-        self._next = price.copy()
-        self._floor = np.zeros(samples, dtype=np.int64)
-        self._direction = np.zeros(samples)
+        self._active = kernels.GainsByCamera(*map(np.empty_like, gains.by_camera))
+        cells = int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
-            self._served = np.empty((get_num_threads(), samples), dtype=np.int32)
-        self._room = np.empty(gains.cell_offsets[-1] + gains.camera_count, dtype=np.int64)
-        self._chosen = np.zeros(gains.cell_offsets[-1], dtype=np.int64)
-        self._state: FloatArray = np.array([_NONE, np.inf, np.inf, 0.0])
-        self._active = tuple(np.empty_like(array) for array in gains.pairs)
+            threads = get_num_threads()
+        self._state = kernels.PriceDescent(
+            price=price.copy(),
+            floor=np.zeros(samples, dtype=np.int64),
+            most=gains.most,
+            best_price=self.price,
+            direction=np.zeros(samples),
+            served=np.empty((threads, samples), dtype=np.int32),
+            steps=np.empty(cells + gains.camera_count, dtype=np.int64),
+            chosen=np.zeros(cells, dtype=np.int64),
+            progress=np.array([_NONE, np.inf, np.inf, 0.0]),
+        )
 
     @property
     def bound(self) -> int:
         """The least bound found; in units, exact."""
-        return int(self._state[0])
+        return int(self._state.progress[0])
 
     def settled(self, goal: int) -> bool:
         """Return whether more steps would hardly lower the bound."""
         if self.steps == 0:
             return False
-        return self.bound <= goal or self._state[1] < _HOPELESS * (self.bound - goal)
+        hope: float = self._state.progress[1]
+        return self.bound <= goal or hope < _HOPELESS * (self.bound - goal)
 
     def descend(self, goal: int) -> None:
         """Lower the bound, until it is at ``goal``, by up to 50 steps or a fiftieth of a second.
 
         Work counts, not time: the steps do not depend on the machine.
         """
-        gains = self._gains
+        gains, state = self._gains, self._state
         reach = gains.most // (_REACH_FIRST if self.steps < _STEPS_FIRST else _REACH)
-        kernels.activate(*gains.pairs, self._next, reach, *self._active, self._floor)
-        work = int(self._active[0][-1]) + len(gains.most) + int(gains.cell_offsets[-1])
+        kernels.activate(gains.by_camera, state.price, reach, self._active, state.floor)
+        work = int(self._active.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(
-                *self._active,
+                self._active,
                 gains.cell_offsets,
-                self._next,
-                self._floor,
-                gains.most,
-                self.price,
-                self._direction,
-                self._served,
-                self._chosen,
-                self._room,
-                self._state,
+                state,
                 float(goal),
                 max(5, min(_STEPS_LEFT_OUT, _WORK // work)),
             )
@@ -118,8 +117,9 @@ class Prices:
         """
         offsets = self._gains.cell_offsets
         cell = np.full(self._gains.camera_count, -1, dtype=np.int32)
-        kernels.most_frequent(offsets, self._chosen, cell)
-        self._chosen //= 4
+        chosen = self._state.chosen
+        kernels.most_frequent(offsets, chosen, cell)
+        chosen //= 4
         return cell
 
 
