@@ -81,17 +81,18 @@ class _Shared(NamedTuple):
 class _Step(NamedTuple):
     """The problem of one tuple's best step.
 
-    Member m's ``steps`` begin at ``begin[m]``. ``rectangles`` and ``weights`` are as
-    :func:`best_pair` takes them. ``third`` are the shared samples that the third camera may gain,
-    ``third_out`` what they cost with all three out of focus.
+    Member m's ``steps`` begin at ``begin[m]``; ``out`` is what each shared sample costs with all
+    members out of focus, -1 if it is not the tuple's to re-assign. ``rectangles`` and ``weights``
+    are as :func:`best_pair` takes them; ``third`` are the shared samples that the third camera may
+    gain.
     """
 
     steps: Offsets
     begin: Offsets
+    out: Offsets
     rectangles: IntArray
     weights: Offsets
     third: IntArray
-    third_out: Offsets
 
 
 @kernel
@@ -321,8 +322,8 @@ def _solve(t, tuples, focus, cell_offsets, state, move):
         tuples.samples[part], tuples.bases[part], tuples.firsts[part], tuples.lasts[part]
     )
     step, now = _copy_steps(members, len(shared.samples), cell_offsets, state)
-    change, count, thirds = _add_shared(members, shared, focus, state, step)
-    now += change
+    now += _correct_steps(members, shared, focus, state, step)
+    count, thirds = _list_rectangles(shared, step)
     start_a, start_b = np.int64(state.cell[members[0]]), np.int64(state.cell[members[1]])
     if len(members) == 3:
         return _best_triple(shared, step, count, thirds, start_a, start_b, now, move) - now
@@ -353,87 +354,85 @@ def _copy_steps(members, count, cell_offsets, state):
     steps = np.empty(begin[k], dtype=np.int64)
     for m in range(k):
         c = members[m]
-        steps[begin[m] : begin[m + 1]] = state.steps[
-            cell_offsets[c] + c : cell_offsets[c + 1] + c + 1
-        ]
-        now += steps[begin[m] : begin[m] + state.cell[c] + 1].sum()
+        own = steps[begin[m] : begin[m + 1]]
+        own[:] = state.steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
+        now += own[: state.cell[c] + 1].sum()
     step = _Step(
         steps,
         begin,
+        np.empty(count, dtype=np.int64),
         np.empty((count, 4), dtype=np.int32),
         np.empty(count, dtype=np.int64),
         np.empty(count if k == 3 else 0, dtype=np.int32),
-        np.empty(count if k == 3 else 0, dtype=np.int64),
     )
     return step, now
 
 
 @kernel
-def _add_shared(members, shared, focus, state, step):
-    """Correct the members' sums where they share samples.
+def _correct_steps(members, shared, focus, state, step):
+    """Correct the members' sums where they share samples, and fill what those cost without them.
 
-    Returns the change of what the tuple gains now, and how many rectangles and samples of the
-    third camera there are.
+    Returns the change of what the tuple gains now.
     """
-    ranking, samples = state.ranking, shared.samples
-    change, count, thirds = np.int64(0), 0, 0
+    ranking, best, cell = state.ranking, state.best, state.cell
+    samples, bases, firsts, lasts = shared
+    steps, begin, outs = step.steps, step.begin, step.out
+    change = np.int64(0)
     for e in range(len(samples)):
         p = samples[e]
-        cheapest = ranking[p, 0] & _CAMERA if len(ranking) > 0 else state.best[p]
+        cheapest = ranking[p, 0] & _CAMERA if len(ranking) > 0 else best[p]
         ours = False
         for c in members:
             if c == cheapest:
                 ours = True
-        if ours:
-            out = _outside(ranking, p, members)
-            for m in range(len(members)):
-                out = min(out, shared.bases[e, m] + focus[p])
-            change += _add_own(e, out, members, shared, focus[p], state, step)
-        elif len(ranking) > 0:
-            # A camera outside the tuple is cheapest, in or out of focus: it sets the cost without
-            # the tuple, for each camera alone as for all together, and none of them gains now.
-            out = ranking[p, 0] >> CAMERA_BITS
-        else:
+        if not ours:
+            # With scope "all" a camera outside the tuple is cheapest, in or out of focus: it sets
+            # the cost without the tuple, for each camera alone as for all together, and none of
+            # them gains now.
+            outs[e] = ranking[p, 0] >> CAMERA_BITS if len(ranking) > 0 else -1
             continue
-        if (
-            len(members) == 3
-            and shared.firsts[e, 2] <= shared.lasts[e, 2]
-            and shared.bases[e, 2] < out
-        ):
-            step.third[thirds], step.third_out[thirds] = e, out
-            thirds += 1
-        else:
-            count = _add_rectangle(e, out, shared, step.rectangles, step.weights, count)
-    return change, count, thirds
+        out = _outside(ranking, p, members)
+        for m in range(len(members)):
+            out = min(out, bases[e, m] + focus[p])
+        outs[e], least = out, out
+        for m in range(len(members)):
+            base, first, last = bases[e, m], firsts[e, m], lasts[e, m]
+            if first > last:
+                continue
+            alone = _alone(ranking, best, p, members[m], base, focus[p])
+            if first <= cell[members[m]] <= last:
+                change -= alone
+                least = min(least, base)
+            more = _gain(out, base) - alone
+            if more != 0:
+                steps[begin[m] + first] += more
+                steps[begin[m] + last + 1] -= more
+        change += out - least
+    return change
 
 
 @kernel
-def _add_own(e, out, members, shared, focus, state, step):
-    """Let the members gain shared sample e from the cost ``out``; return the gain's change.
-
-    Their sums hold what each gains with the others of the tuple standing still.
-    """
-    p, steps, change = shared.samples[e], step.steps, np.int64(0)
-    least = out
-    for m in range(len(members)):
-        base, first, last = shared.bases[e, m], shared.firsts[e, m], shared.lasts[e, m]
-        if first > last:
+def _list_rectangles(shared, step):
+    """List the rectangles, and the samples that the third camera may gain; return their numbers."""
+    bases, firsts, lasts = shared.bases, shared.firsts, shared.lasts
+    out, rectangles, weights, third = step.out, step.rectangles, step.weights, step.third
+    triple, count, thirds = bases.shape[1] == 3, 0, 0
+    for e in range(len(out)):
+        if out[e] < 0:
             continue
-        c = members[m]
-        alone = _alone(state.ranking, state.best, p, c, base, focus)
-        if first <= state.cell[c] <= last:
-            change -= alone
-            least = min(least, base)
-        more = _gain(out, base) - alone
-        if more != 0:
-            steps[step.begin[m] + first] += more
-            steps[step.begin[m] + last + 1] -= more
-    return change + out - least
+        if triple and firsts[e, 2] <= lasts[e, 2] and bases[e, 2] < out[e]:
+            third[thirds] = e
+            thirds += 1
+        else:
+            count = _add_rectangle(
+                bases[e], firsts[e], lasts[e], out[e], rectangles, weights, count
+            )
+    return count, thirds
 
 
 @kernel
 def _best_triple(shared, step, count, thirds, start_a, start_b, now, move):
-    """Find the best cells of three cameras, which gain more than ``now``; return their gain.
+    """Find the best cells of three cameras, if they gain more than ``now``; return their gain.
 
     For each cell of the third camera, the best pair of the others.
     """
@@ -451,11 +450,7 @@ def _best_triple(shared, step, count, thirds, start_a, start_b, now, move):
         rectangles[:count] = step.rectangles[:count]
         weights = np.empty(count + thirds, dtype=np.int64)
         weights[:count] = step.weights[:count]
-        total = count
-        for n in range(thirds):
-            e = step.third[n]
-            out = _out_beside(i_c, e, step.third_out[n], shared, begin, pair)
-            total = _add_rectangle(e, out, shared, rectangles, weights, total)
+        total = _add_thirds(i_c, shared, step, thirds, pair, rectangles, weights, count)
         gain, i, j = best_pair(
             np.cumsum(pair[: begin[1] - 1]),
             np.cumsum(pair[begin[1] : begin[2] - 1]),
@@ -473,36 +468,40 @@ def _best_triple(shared, step, count, thirds, start_a, start_b, now, move):
 
 
 @kernel
-def _out_beside(i_c, e, out, shared, begin, steps):
-    """Return what shared sample e costs with the first two cameras out of focus.
+def _add_thirds(i_c, shared, step, thirds, steps, rectangles, weights, count):
+    """Add the rectangles of the samples that the third camera may gain, at its cell ``i_c``.
 
-    Where cell ``i_c`` of the third holds it that is less than ``out``, and the two gain as much
-    less: their ``steps`` are corrected.
+    What that cell holds costs no more than with the third camera; the two others gain as much
+    less, and their ``steps`` are corrected. Returns the number of rectangles.
     """
-    if not shared.firsts[e, 2] <= i_c <= shared.lasts[e, 2]:
-        return out
-    beside = shared.bases[e, 2]
-    for m in range(2):
-        base, first, last = shared.bases[e, m], shared.firsts[e, m], shared.lasts[e, m]
-        if first <= last:
-            change = _gain(beside, base) - _gain(out, base)
-            steps[begin[m] + first] += change
-            steps[begin[m] + last + 1] -= change
-    return beside
+    bases, firsts, lasts = shared.bases, shared.firsts, shared.lasts
+    third, outs, begin = step.third, step.out, step.begin
+    for n in range(thirds):
+        e = third[n]
+        out = outs[e]
+        if firsts[e, 2] <= i_c <= lasts[e, 2]:
+            out = bases[e, 2]
+            for m in range(2):
+                base, first, last = bases[e, m], firsts[e, m], lasts[e, m]
+                if first <= last:
+                    change = _gain(out, base) - _gain(outs[e], base)
+                    steps[begin[m] + first] += change
+                    steps[begin[m] + last + 1] -= change
+        count = _add_rectangle(bases[e], firsts[e], lasts[e], out, rectangles, weights, count)
+    return count
 
 
 @kernel
-def _add_rectangle(e, out, shared, rectangles, weights, count):
-    """Add the cells of the first two cameras that both hold shared sample e, if both gain by it.
+def _add_rectangle(bases, firsts, lasts, out, rectangles, weights, count):
+    """Add the cells of the first two cameras that both hold a sample, if both gain by it.
 
     Returns the number of rectangles.
     """
-    bases, firsts, lasts = shared.bases, shared.firsts, shared.lasts
-    weight = out - max(bases[e, 0], bases[e, 1])
-    if weight <= 0 or firsts[e, 0] > lasts[e, 0] or firsts[e, 1] > lasts[e, 1]:
+    weight = out - max(bases[0], bases[1])
+    if weight <= 0 or firsts[0] > lasts[0] or firsts[1] > lasts[1]:
         return count
-    rectangles[count, 0], rectangles[count, 1] = firsts[e, 0], lasts[e, 0]
-    rectangles[count, 2], rectangles[count, 3] = firsts[e, 1], lasts[e, 1]
+    rectangles[count, 0], rectangles[count, 1] = firsts[0], lasts[0]
+    rectangles[count, 2], rectangles[count, 3] = firsts[1], lasts[1]
     weights[count] = weight
     return count + 1
 

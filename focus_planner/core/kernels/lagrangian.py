@@ -118,19 +118,17 @@ def _best_cell(c, gains, price, steps):
 
 
 @kernel
-def _serve(part, gains, cell_offsets, descent, values):
-    """Find the best cells of one part of the cameras; count which samples they take."""
+def _serve(low, high, gains, cell_offsets, price, served, steps, chosen, values):
+    """Find the best cells of cameras ``low`` to ``high``; count which samples they take."""
     offsets, sample, gain, first, last = gains
-    price, served, cameras = descent.price, descent.served[part], len(offsets) - 1
-    parts = len(descent.served)
     served[:] = 0
-    for c in range(part * cameras // parts, (part + 1) * cameras // parts):
+    for c in range(low, high):
         values[c] = 0
         if cell_offsets[c] == cell_offsets[c + 1]:
             continue
-        steps = descent.steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
-        values[c], cell = _best_cell(c, gains, price, steps)
-        descent.chosen[cell_offsets[c] + cell] += 1
+        own = steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
+        values[c], cell = _best_cell(c, gains, price, own)
+        chosen[cell_offsets[c] + cell] += 1
         for j in range(offsets[c], offsets[c + 1]):
             p = sample[j]
             held = (first[j] <= cell) & (cell <= last[j]) & (gain[j] > price[p])
@@ -138,12 +136,11 @@ def _serve(part, gains, cell_offsets, descent, values):
 
 
 @kernel
-def _turn(low, high, descent):
+def _turn(low, high, price, served, direction):
     """Turn the direction of some samples to the present subgradient.
 
     Returns the sum of their prices and of the direction's squares.
     """
-    price, direction, served = descent.price, descent.direction, descent.served
     total, square = np.int64(0), 0.0
     for p in range(low, high):
         total += price[p]
@@ -156,9 +153,8 @@ def _turn(low, high, descent):
 
 
 @kernel
-def _move(low, high, step, descent):
+def _move(low, high, step, direction, floor, most, price):
     """Move the prices of some samples by a step against the direction."""
-    price, floor, most, direction = descent.price, descent.floor, descent.most, descent.direction
     for p in range(low, high):
         moved = price[p] - np.int64(np.rint(step * direction[p]))
         price[p] = min(max(moved, floor[p]), most[p])
@@ -205,16 +201,18 @@ def descend(gains, cell_offsets, descent, goal, iterations):
     iterations : int
         The most steps to take.
     """
-    price, best_price, progress = descent.price, descent.best_price, descent.progress
-    samples, values = len(price), np.empty(len(cell_offsets) - 1, dtype=np.int64)
+    price, floor, most, best_price, direction, served, steps, chosen, progress = descent
+    samples, cameras, parts = len(price), len(cell_offsets) - 1, len(served)
+    values = np.empty(cameras, dtype=np.int64)
     sums, squares = np.empty(_PARTS, dtype=np.int64), np.empty(_PARTS, dtype=np.float64)
     size = (samples + _PARTS - 1) // _PARTS
     for iteration in range(iterations):
-        for part in prange(len(descent.served)):
-            _serve(part, gains, cell_offsets, descent, values)
+        for part in prange(parts):
+            low, high = part * cameras // parts, (part + 1) * cameras // parts
+            _serve(low, high, gains, cell_offsets, price, served[part], steps, chosen, values)
         for part in prange(_PARTS):
             low, high = part * size, min((part + 1) * size, samples)
-            sums[part], squares[part] = _turn(low, high, descent)
+            sums[part], squares[part] = _turn(low, high, price, served, direction)
         bound = float(values.sum() + sums.sum())
         if bound < progress[0]:
             progress[0] = bound
@@ -229,7 +227,8 @@ def descend(gains, cell_offsets, descent, goal, iterations):
             continue
         step = (bound - progress[0] + hope) / max(squares.sum(), 1e-9)
         for part in prange(_PARTS):
-            _move(part * size, min((part + 1) * size, samples), step, descent)
+            low, high = part * size, min((part + 1) * size, samples)
+            _move(low, high, step, direction, floor, most, price)
     return iterations
 
 

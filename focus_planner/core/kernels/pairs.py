@@ -92,8 +92,8 @@ def _sweep(gain_a, gain_b, rectangles, weights, floor):
 
     Cell i of a after cell i, rectangles enter and leave a segment tree over the cells of b.
     """
-    enter, next_enter = _by_place(rectangles[:, 0], len(gain_a))
-    leave, next_leave = _by_place(rectangles[:, 1] + 1, len(gain_a) + 1)
+    enter, next_enter = _by_place(rectangles, 0, 0, len(gain_a))
+    leave, next_leave = _by_place(rectangles, 1, 1, len(gain_a) + 1)
     tree, lazy = _grow(gain_b)
     size = len(lazy)
     best, best_i, best_j = floor, -1, -1
@@ -117,12 +117,16 @@ def _sweep(gain_a, gain_b, rectangles, weights, floor):
 
 
 @kernel
-def _by_place(places, count):
-    """Return, per place, the last rectangle there, and per rectangle the one before; -1 if none."""
-    last, before = np.full(count, -1, dtype=np.int32), np.empty(len(places), dtype=np.int32)
-    for r in range(len(places)):
-        before[r] = last[places[r]]
-        last[places[r]] = r
+def _by_place(rectangles, side, shift, count):
+    """Return the last rectangle at each place, and before each rectangle the one there; -1: none.
+
+    A rectangle's place, of ``count``, is its ``side``, the column, plus ``shift``.
+    """
+    last, before = np.full(count, -1, dtype=np.int32), np.empty(len(rectangles), dtype=np.int32)
+    for r in range(len(rectangles)):
+        place = rectangles[r, side] + shift
+        before[r] = last[place]
+        last[place] = r
     return last, before
 
 
