@@ -413,7 +413,7 @@ def confine(cuts, near, gains, by_sample, nodes, goal, reach, iterations):
 
 @kernel
 def gains_by_sample(by_camera, by_sample):
-    """Fill ``by_sample`` with the gains of ``by_camera``, but for ``most``; the sort counts."""
+    """Fill ``by_sample`` with the gains of ``by_camera``, but for ``most``: a counting sort."""
     offsets, sample, gain, _, _ = by_camera
     sample_offsets, camera, sorted_gain, _ = by_sample
     sample_offsets[:] = 0

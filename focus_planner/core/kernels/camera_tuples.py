@@ -1,4 +1,4 @@
-"""Which cameras are worth moving together, and which tuples may move at the same time."""
+"""Which cameras are worth moving together, and which tuples can move at the same time."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def count_common(by_camera, by_sample, low, counts):
 
 @parallel_kernel
 def strongest(offsets, neighbours, shared, most):
-    """Return (C, most) each camera's neighbours that share most with it, -1 where it has fewer.
+    """Return (C, most) the neighbours that share most samples with each camera, -1 beyond the last.
 
-    Of equal ones the first.
+    Ties go to the first.
     """
     cameras = len(offsets) - 1
     found = np.full((cameras, most), -1, dtype=np.int32)
@@ -52,7 +52,7 @@ def colour(tuples, reach_offsets, reach):
     """Return a colour per tuple such that tuples of one colour do not reach each other.
 
     A tuple reaches its cameras and, for each of them, ``reach[reach_offsets[c] : ...]``. Greedy,
-    in the tuples' order: each takes the first colour free.
+    in the tuples' order: each takes the first free colour.
     """
     words = 4
     cameras = len(reach_offsets) - 1
@@ -140,8 +140,8 @@ def _list_shared(t, tuples, by_camera):
 def list_shared(tuples, low, high, by_camera):
     """Fill the samples that tuples ``low`` to ``high`` share, and what they are to each camera.
 
-    :func:`count_shared` told how many they are. A camera that does not see the sample gets the
-    base cost ``NEVER`` and an empty range.
+    There are as many as :func:`count_shared` returned. A camera that does not see the sample gets
+    the base cost ``NEVER`` and an empty range.
     """
     for t in prange(low, high):
         _list_shared(t, tuples, by_camera)

@@ -1,8 +1,8 @@
 """Exact joint steps of two or three cameras (paper, Sec. 3.4; docs/algorithm.md).
 
-For the cameras of a tuple all the rest stands still. A sample then costs m, the least it can
-have with every camera of the tuple out of focus, less the gain of the best camera that holds it
-in focus: for camera a that is g_a = max(0, m − base cost of a). With two cameras the gains add
+While the cameras of a tuple move, all others stand still. A sample then costs m, its least cost
+with every camera of the tuple out of focus, less the gain of the best camera that holds it in
+focus: for camera a that is g_a = max(0, m − base cost of a). With two cameras the gains add
 up to a function of a's cell, plus a function of b's cell, less min(g_a, g_b) on the rectangle of
 cells where both hold the sample: what :func:`best_pair` maximises. A third camera is an outer
 loop over its cells: where it holds a sample in focus, m is at most its base cost.
@@ -11,8 +11,8 @@ A sample that only one camera of the tuple sees adds to that camera's function a
 whichever the tuple. ``steps`` keeps these functions per camera, as differences from cell to
 cell, and a tuple costs only what its cameras share.
 
-Scope "all" (``ranking`` not empty): "the rest" of a sample is its cheapest camera outside the
-tuple, as it now stands. Scope "assigned": the samples assigned to the tuple stay in it.
+With scope "all" (``ranking`` not empty) a sample may also be assigned to its cheapest camera
+outside the tuple, where that now stands; with scope "assigned" the tuple's samples stay with it.
 
 A sample's ``ranking`` (N, k + 1) holds its cheapest cameras as keys, the cost in units above the
 camera's number: keys sort by cost, ties by number, and fit a cache line.
@@ -102,7 +102,7 @@ def _gain(least, base):
 
 @kernel
 def _alone(ranking, best, p, c, base, focus):
-    """Return what camera c gains from holding p in focus, all other cameras standing still."""
+    """Return what camera c gains from holding sample p in focus while all other cameras stand."""
     if len(ranking) == 0:
         return focus if best[p] == c else np.int64(0)
     other = ranking[p, 0]
@@ -113,7 +113,7 @@ def _alone(ranking, best, p, c, base, focus):
 
 @kernel
 def _outside(ranking, p, members):
-    """Return the least cost of sample p over the cameras that are not members, if it counts."""
+    """Return the least cost of sample p over all cameras but the members; NEVER if no ranking."""
     for i in range(ranking.shape[1] if len(ranking) > 0 else 0):
         camera = ranking[p, i] & _CAMERA
         outside = True

@@ -21,9 +21,9 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
     count : int
         How many of the rectangles there are.
     start_a, start_b : int
-        Cells to search from; any will do.
+        Cells to start the search from.
     floor : int
-        What must be exceeded.
+        Only a larger gain counts.
 
     Returns
     -------
@@ -32,10 +32,10 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
 
     Notes
     -----
-    Rectangles only take away, so gain_a[i] + max gain_b bounds what any j can give to i. First
-    one axis at a time is searched until that gains no more, at O(n + m + r) a turn; cells that
-    cannot exceed what it found are cut off at both ends. The sweep over the rest, at
-    O((n + m + r) log m), proves that nothing better is left, or finds it.
+    Rectangles only subtract, so gain_a[i] + max gain_b bounds the gain of any pair with i. A search
+    along one axis at a time, O(n + m + r) per turn, goes on until it gains no more; cells at both
+    ends that cannot exceed what it found are cut off. A sweep over the rest, O((n + m + r) log m),
+    finds something better or proves that there is nothing.
     """
     most_a, most_b = gain_a.max(), gain_b.max()
     if most_a + most_b <= floor:
@@ -174,8 +174,8 @@ def _hopeful(gain, floor):
 def _add(tree, lazy, size, first, last, value):
     """Add ``value`` to leaves ``first`` to ``last``; ``tree[1]`` is the maximum of all.
 
-    Bottom-up: ``lazy[v]`` is what v's whole subtree got beyond what its children know, and is
-    part of ``tree[v]``.
+    Bottom-up: ``lazy[v]`` was added to the whole subtree of v but not passed down to its children;
+    ``tree[v]`` includes it.
     """
     left, right = first + size, last + size + 1
     low, high = left, right - 1

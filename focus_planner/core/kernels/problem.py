@@ -38,15 +38,14 @@ def best_cameras(
 ):
     """Fill ``costs`` (N,) and ``best`` (N,), the camera with the least cost (Eq. 2 and 5).
 
-    A sample that no camera sees costs 1; its ``best`` is ``UNSEEN``. Of equal cameras the first
-    is taken.
+    A sample that no camera sees costs 1; its ``best`` is ``UNSEEN``. Ties go to the first camera.
     """
     for p in prange(len(sample_offsets) - 1):
         least, which = np.inf, UNSEEN
         for q in range(sample_offsets[p], sample_offsets[p + 1]):
             s = focus[camera_index[q]]
             cost = base_cost[q]
-            if not focus_near[q] <= s <= focus_far[q]:  # nor is NaN, a camera without a distance
+            if not focus_near[q] <= s <= focus_far[q]:  # true for NaN, a camera without a distance
                 cost += focus_weight
             if cost < least:
                 least, which = cost, camera_index[q]
@@ -95,7 +94,7 @@ def base_costs(samples, poses, sample_index, camera_index, terms, depth, base_co
 def sort_by_sample(camera_offsets, sample_index, sample_offsets):
     """Return the camera-by-camera pairs in the order of their samples, cameras ascending.
 
-    Fills ``sample_offsets`` (N + 1). The sort counts, so equal samples keep the cameras' order.
+    Fills ``sample_offsets`` (N + 1,). A counting sort, so equal samples keep the cameras' order.
     """
     for p in sample_index:
         sample_offsets[p + 1] += 1
@@ -115,7 +114,7 @@ def sort_by_sample(camera_offsets, sample_index, sample_offsets):
 
 @kernel
 def sort_by_camera(camera_index, camera_offsets):
-    """Return the indices of the pairs camera by camera, each camera's ascending."""
+    """Return (P,) the indices of the pairs, camera by camera, each camera's ascending."""
     at = camera_offsets[:-1].copy()
     pairs = np.empty(len(camera_index), dtype=np.int32)
     for q in range(len(camera_index)):

@@ -1,4 +1,4 @@
-"""Which camera each sample is assigned to, and the room that leaves each camera."""
+"""Which camera each sample is assigned to, and how far each camera can move for its samples."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _cheapest(p, by_sample, focus, cell):
 def assign(by_sample, focus, cell, best):
     """Fill ``best`` (N,) with each sample's cheapest camera (Eq. 5); return the cost in units.
 
-    Samples that no camera sees get ``UNSEEN`` and count nothing.
+    Samples that no camera sees get ``UNSEEN`` and add nothing to the cost.
     """
     total = np.int64(0)
     for p in prange(len(best)):
@@ -47,8 +47,9 @@ def assign(by_sample, focus, cell, best):
 def focus_room(
     sample_offsets, camera_index, focus_near, focus_far, focus, best, room_near, room_far
 ):
-    """Fill (C,) the range that keeps each camera's own samples in focus that are so now.
+    """Narrow ``room_near``, ``room_far`` (C,) to where each camera keeps its own samples in focus.
 
+    Samples that are out of focus now do not count.
     A camera's own samples are those with ``best`` equal to it; where it has none, its range is left
     as it is.
     """

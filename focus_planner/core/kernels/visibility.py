@@ -10,7 +10,7 @@ from numba import prange
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
-#: Samples per block: smaller blocks are more to test, larger ones hide less at once.
+#: Samples per block. Smaller blocks are more to test; of larger ones fewer can be ruled out whole.
 BLOCK = 64
 #: The last of the cells that an axis is divided into for sorting.
 PLACES = 2**20 - 1
@@ -81,7 +81,7 @@ def _sees(point, normal, position, rotation, frustum, facing):
 
 @kernel
 def _spread(value):
-    """Return the lower 20 bits of a number with two zeros between each two of them."""
+    """Return the lower 20 bits of a number, two zeros apart."""
     spread = np.uint64(value)
     for shift, mask in _SPREADING:
         spread = (spread | (spread << shift)) & mask
@@ -90,9 +90,9 @@ def _spread(value):
 
 @parallel_kernel
 def block_keys(points, normals, low, scale, facing):
-    """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by place.
+    """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by position.
 
-    The normal's octant stands above the place's Morton code, 20 bits an axis from ``low`` on.
+    Above the position's Morton code, 20 bits per axis from ``low`` on, is the normal's octant.
     """
     keys = np.empty(len(points), dtype=np.uint64)
     for p in prange(len(points)):
@@ -141,8 +141,8 @@ def bound_blocks(points, normals):
 def _may_see(sphere, cone, position, rotation, frustum, facing):
     """Return False only if :func:`_sees` is False for every point of the block, rounding included.
 
-    That is where the whole sphere lies beyond one side of the frustum, or the block's normals
-    all point away from the camera, whichever way they lean and wherever in the sphere they stand.
+    So it is where the whole sphere lies beyond one side of the frustum, or where all normals of the
+    cone point away from the camera from anywhere in the sphere.
     """
     dx, dy, dz = sphere[0] - position[0], sphere[1] - position[1], sphere[2] - position[2]
     away = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -183,7 +183,7 @@ def count_near_view(blocks, count, views, facing):
 
 @parallel_kernel
 def list_in_view(points, normals, blocks, views, facing, room, listed):
-    """List the samples in each camera's image, and facing it if ``facing``; return (C,) numbers.
+    """List the samples in each camera's image, and facing it if ``facing``; return (C,) counts.
 
     Camera c's samples are written to ``listed`` from ``room[c]`` on, as many at most as
     :func:`count_near_view` counted.
@@ -207,9 +207,9 @@ def list_in_view(points, normals, blocks, views, facing, room, listed):
 
 @parallel_kernel
 def fill_rays(points, positions, room, listed, offsets, centre, stop_short, rays):
-    """Fill (n, 6) rays from each camera to what it lists, from ``offsets[c]`` on.
+    """Fill (n, 6) the rays from each camera to the samples it lists, from ``offsets[c]`` on.
 
-    They are relative to ``centre`` and end ``stop_short`` before the sample.
+    They are relative to ``centre`` and stop ``stop_short``, in metres, short of the sample.
     """
     for c in prange(len(positions)):
         ox = positions[c, 0] - centre[0]
@@ -228,7 +228,10 @@ def fill_rays(points, positions, room, listed, offsets, centre, stop_short, rays
 
 @parallel_kernel
 def keep_seen(room, listed, offsets, hidden, order):
-    """Keep what is not hidden, in place, as ``order[p]`` for p, ascending; return (C,) numbers."""
+    """Filter each camera's list, in place, to the samples not hidden; return (C,) their counts.
+
+    Sample p becomes ``order[p]``; the lists are sorted.
+    """
     counts = np.zeros(len(offsets) - 1, dtype=np.int64)
     for c in prange(len(counts)):
         kept = room[c]
@@ -243,9 +246,9 @@ def keep_seen(room, listed, offsets, hidden, order):
 
 @parallel_kernel
 def gather(starts, counts, shifts, offsets, source, gathered):
-    """Fill camera c's part of ``gathered``, from ``offsets[c]`` on, from its parts of ``source``.
+    """Fill camera c's part of ``gathered``, from ``offsets[c]`` on, with its parts of ``source``.
 
-    Part k of them, ``counts[k, c]`` from ``starts[k, c]`` on, comes ``shifts[k]`` higher.
+    Part k is ``counts[k, c]`` numbers from ``starts[k, c]`` on; each is raised by ``shifts[k]``.
     """
     for c in prange(len(offsets) - 1):
         at = offsets[c]

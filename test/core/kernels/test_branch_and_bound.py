@@ -1,4 +1,4 @@
-"""Confined bounds against sums by hand, and what is cut off against all plans there are."""
+"""Confined bounds against sums by hand; what is cut off, against all plans there are."""
 
 import numpy as np
 import pytest
