@@ -224,9 +224,9 @@ class Branching:
         adapted = []
         for b, part in enumerate(parts):
             self.nodes += 1
-            bound, *arrays = (rows[b].copy() for rows in nodes)
-            depth = part.node.depth + int(part.camera >= 0)
-            adapted.append(_Node(-int(bound), self.nodes, depth, *arrays, part.node.worth))
+            row = {name: array[b].copy() for name, array in nodes._asdict().items()}
+            bound, depth = int(row.pop("bound")), part.node.depth + int(part.camera >= 0)
+            adapted.append(_Node(-bound, self.nodes, depth, worth=part.node.worth, **row))
         return adapted
 
 
