@@ -12,7 +12,7 @@ whichever the tuple. ``steps`` keeps these functions per camera, as differences 
 cell, and a tuple costs only what its cameras share.
 
 With scope "all" (``ranking`` not empty) a sample may also be assigned to its cheapest camera
-outside the tuple, where that now stands; with scope "assigned" the tuple's samples stay with it.
+outside the tuple, which stands still; with scope "assigned" the tuple's samples stay with it.
 
 A sample's ``ranking`` (N, k + 1) holds its cheapest cameras as keys, the cost in units above the
 camera's number: keys sort by cost, ties by number, and fit a cache line.

@@ -49,9 +49,8 @@ def focus_room(
 ):
     """Narrow ``room_near``, ``room_far`` (C,) to where each camera keeps its own samples in focus.
 
-    Samples that are out of focus now do not count.
-    A camera's own samples are those with ``best`` equal to it; where it has none, its range is left
-    as it is.
+    A camera's own samples are those with ``best`` equal to it that are in focus now. A camera
+    without any keeps its range.
     """
     for p in range(len(best)):
         for q in range(sample_offsets[p], sample_offsets[p + 1]):
