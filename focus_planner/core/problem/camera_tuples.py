@@ -30,35 +30,6 @@ class Abandoned(Exception):  # noqa: N818 - nothing went wrong
 
 
 @dataclass(frozen=True, eq=False)
-class Tuples:
-    """Camera tuples, batch by batch, with the samples that each one's cameras share.
-
-    Attributes
-    ----------
-    cameras : (T, k) array of int32
-        The last camera of a triple is the one with the fewest cells.
-    batch_offsets : (B + 1,) array of int64
-        Tuples ``batch_offsets[b]`` to ``batch_offsets[b + 1]`` do not influence each other.
-    shared_offsets : (T + 1,) array of int64
-        Tuple t's shared samples are ``shared_offsets[t]`` to ``shared_offsets[t + 1]``.
-    samples : (L,) array of int32
-        The samples that at least two cameras of the tuple see, ascending.
-    bases : (L, k) array of int64
-        Their base cost with each of the tuple's cameras, ``NEVER`` where it does not see them.
-    firsts, lasts : (L, k) arrays of int32
-        The cells that hold them in focus.
-    """
-
-    cameras: IntArray
-    batch_offsets: Offsets
-    shared_offsets: Offsets
-    samples: IntArray
-    bases: Offsets
-    firsts: IntArray
-    lasts: IntArray
-
-
-@dataclass(frozen=True, eq=False)
 class _Graph:
     """Cameras and their neighbours: those of c are ``offsets[c]`` to ``offsets[c + 1]``."""
 
@@ -78,7 +49,7 @@ def camera_tuples(
     scope: str,
     grid: Grid | None,
     keep_going: Callable[[], bool] = lambda: True,
-) -> Tuples:
+) -> kernels.CameraTuples:
     """Return the k-tuples of cameras worth moving together: connected k-sets of neighbours.
 
     Neighbours are those on ``grid``; without one, each camera's strongest overlaps, by the
@@ -120,14 +91,7 @@ def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph,
     rows, neighbours, common = [], [], []
     for low, high in _parts(work, _PAIRS_BETWEEN_QUESTIONS, keep_going, _ROWS_AT_ONCE):
         counts = np.empty((high - low, cameras), dtype=np.int32)
-        kernels.count_common(
-            problem.camera_offsets,
-            problem.cells.seen,
-            problem.sample_offsets,
-            problem.camera_index,
-            low,
-            counts,
-        )
+        kernels.count_common(problem.pairs_by_camera, problem.pairs_by_sample, low, counts)
         row, neighbour = np.nonzero(counts)
         rows.append(np.count_nonzero(counts, axis=1))
         neighbours.append(neighbour.astype(np.int32))
@@ -210,32 +174,25 @@ def _parts(
 
 def _with_shared(
     problem: Problem, cameras: IntArray, batch_offsets: Offsets, keep_going: Callable[[], bool]
-) -> Tuples:
-    cells = problem.cells
+) -> kernels.CameraTuples:
+    pairs = problem.pairs_by_camera
     offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
-    work = np.diff(problem.camera_offsets)[cameras].sum(axis=1).astype(np.float64)
+    work = np.diff(pairs.offsets)[cameras].sum(axis=1).astype(np.float64)
     parts = partial(_parts, work, _LISTED_BETWEEN_QUESTIONS, keep_going)
     for low, high in parts():
-        counts = kernels.count_shared(cameras[low:high], problem.camera_offsets, cells.seen)
+        counts = kernels.count_shared(cameras[low:high], pairs.offsets, pairs.sample)
         offsets[low + 1 : high + 1] = counts
     offsets = np.cumsum(offsets)
     shape = (int(offsets[-1]), cameras.shape[1])
-    samples = np.empty(shape[0], dtype=np.int32)
-    bases = np.empty(shape, dtype=np.int64)
-    firsts, lasts = np.empty(shape, dtype=np.int32), np.empty(shape, dtype=np.int32)
+    tuples = kernels.CameraTuples(
+        cameras=cameras,
+        batch_offsets=batch_offsets,
+        shared_offsets=offsets,
+        samples=np.empty(shape[0], dtype=np.int32),
+        bases=np.empty(shape, dtype=np.int64),
+        firsts=np.empty(shape, dtype=np.int32),
+        lasts=np.empty(shape, dtype=np.int32),
+    )
     for low, high in parts():
-        kernels.list_shared(
-            cameras[low:high],
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_base,
-            cells.seen_first,
-            cells.seen_last,
-            kernels.NEVER,
-            offsets[low : high + 1],
-            samples,
-            bases,
-            firsts,
-            lasts,
-        )
-    return Tuples(cameras, batch_offsets, offsets, samples, bases, firsts, lasts)
+        kernels.list_shared(tuples, low, high, pairs)
+    return tuples

@@ -32,16 +32,7 @@ def solve(
     iteration = 0
     while True:
         iteration += 1
-        moved = kernels.stab(
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_first,
-            cells.seen_last,
-            cells.focus,
-            cells.offsets,
-            best,
-            cell,
-        )
+        moved = kernels.stab(problem.pairs_by_camera, cells.focus, cells.offsets, best, cell)
         best, units = assign_samples(problem, cell)
         going_on = on_progress(Progress("em", iteration, cost_of_units(units)))
         if not (moved and going_on):

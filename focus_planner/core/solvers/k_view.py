@@ -11,7 +11,7 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import IntArray
-from focus_planner.core.problem.camera_tuples import Abandoned, Tuples, camera_tuples
+from focus_planner.core.problem.camera_tuples import Abandoned, camera_tuples
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
@@ -95,16 +95,19 @@ class Descent:
         self._assigned = options.scope == "assigned"
         self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
         self._stops = _stops(problem, self._tuples)
-        self._by_sample = (problem.sample_offsets, problem.camera_index, cells.base)
-        self._ranges = (cells.first, cells.last)
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
         ranked = 0 if self._assigned else problem.sample_count
-        self._ranking = np.empty((ranked, options.k + 1), dtype=np.int64)
-        self._steps = np.empty(len(cells.near) + problem.camera_count, dtype=np.int64)
-        self._summed = np.empty(problem.camera_count, dtype=np.int64)
-        self._touched = np.empty(problem.camera_count, dtype=np.int64)
-        self._solved = np.empty(len(self._tuples.cameras), dtype=np.int64)
-        self._clock = np.empty(1, dtype=np.int64)
+        cameras = problem.camera_count
+        self._state = kernels.DescentState(
+            cell=np.empty(cameras, dtype=np.int32),
+            ranking=np.empty((ranked, options.k + 1), dtype=np.int64),
+            best=np.empty(problem.sample_count, dtype=np.int32),
+            steps=np.empty(len(cells.near) + cameras, dtype=np.int64),
+            touched=np.empty(cameras, dtype=np.int64),
+            summed=np.empty(cameras, dtype=np.int64),
+            solved=np.empty(len(self._tuples.cameras), dtype=np.int64),
+            clock=np.empty(1, dtype=np.int64),
+        )
 
     def run(self, cell: IntArray, on_progress: ProgressCallback) -> tuple[int, bool]:
         """Descend from these cells; return the steps told to the watch, and whether none pays."""
@@ -120,11 +123,11 @@ class Descent:
                 return iteration, True
 
     def _start(self, cell: IntArray) -> None:
-        self.cell = cell
-        self._best, self.units = assign_samples(self._problem, cell)
-        focus = self._problem.cells.focus
-        kernels.rank_cameras(*self._by_sample, focus, *self._ranges, cell, self._ranking)
-        self._summed[:], self._touched[:], self._solved[:], self._clock[:] = 0, 1, 0, 1
+        problem, self.cell = self._problem, cell
+        best, self.units = assign_samples(problem, cell)
+        self._state = state = self._state._replace(cell=cell, best=best)
+        kernels.rank_cameras(problem.pairs_by_sample, problem.cells.focus, cell, state.ranking)
+        state.summed[:], state.touched[:], state.solved[:], state.clock[:] = 0, 1, 0, 1
 
     def _take_pass(self) -> Iterator[int]:
         """Let every tuple take its best step; yield the cost in units every now and then."""
@@ -136,51 +139,24 @@ class Descent:
                 self.units -= gain
         if self._assigned:
             # A step counts its gain from the best assignment within its tuple, not the present.
-            self._reassign()
-            self.units = assign_samples(self._problem, self.cell)[1]
+            problem = self._problem
+            kernels.reassign(problem.pairs_by_sample, problem.cells.focus, self._state)
+            self.units = assign_samples(problem, self.cell)[1]
         yield self.units
 
     def _improve(self, low: int, high: int) -> int:
-        problem, tuples, cells = self._problem, self._tuples, self._problem.cells
+        problem, cells = self._problem, self._problem.cells
         gain = kernels.improve_tuples(
-            tuples.cameras,
-            tuples.batch_offsets[low : high + 1],
-            tuples.shared_offsets,
-            tuples.samples,
-            tuples.bases,
-            tuples.firsts,
-            tuples.lasts,
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_base,
-            cells.seen_first,
-            cells.seen_last,
-            *self._by_sample,
-            *self._ranges,
+            self._tuples,
+            low,
+            high,
+            problem.pairs_by_camera,
+            problem.pairs_by_sample,
             cells.focus,
             cells.offsets,
-            self.cell,
-            self._ranking,
-            self._best,
-            self._steps,
-            self._summed,
-            self._touched,
-            self._solved,
-            self._clock,
+            self._state,
         )
         return int(gain)
-
-    def _reassign(self) -> None:
-        kernels.reassign(
-            *self._by_sample,
-            self._problem.cells.focus,
-            *self._ranges,
-            self.cell,
-            self._best,
-            self._summed,
-            self._touched,
-            self._clock,
-        )
 
 
 def _asked_meanwhile(on_progress: ProgressCallback, stage: str, cost: float) -> bool:
@@ -188,7 +164,7 @@ def _asked_meanwhile(on_progress: ProgressCallback, stage: str, cost: float) -> 
     return on_progress(Progress(stage, 0, cost))
 
 
-def _stops(problem: Problem, tuples: Tuples) -> list[int]:
+def _stops(problem: Problem, tuples: kernels.CameraTuples) -> list[int]:
     """Return the batches before which to ask the watch, and the end, by the work in between.
 
     Work, not time: what a watch is told does not depend on the machine.

@@ -101,16 +101,7 @@ def assign_samples(problem: Problem, cell: IntArray) -> tuple[IntArray, int]:
     """Return each sample's cheapest camera at these cells, and the total in units (Eq. 5)."""
     cells = problem.cells
     best = np.empty(problem.sample_count, dtype=np.int32)
-    seen = kernels.assign(
-        problem.sample_offsets,
-        problem.camera_index,
-        cells.base,
-        cells.focus,
-        cells.first,
-        cells.last,
-        cell,
-        best,
-    )
+    seen = kernels.assign(problem.pairs_by_sample, cells.focus, cell, best)
     return best, int(seen) + int(cells.unseen[best == kernels.UNSEEN].sum())
 
 
