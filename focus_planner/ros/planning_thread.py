@@ -1,6 +1,6 @@
-"""The planning thread: reads what was received, plans, records, in the order of arrival.
+"""The planning thread: parses inputs, plans and records, in order of arrival.
 
-Importing this loads what solves, which takes seconds: the node does so when it is configured.
+Importing this module loads the solvers, which takes seconds: the node does so when configured.
 """
 
 from __future__ import annotations
@@ -37,125 +37,118 @@ from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime.feedback import Feedback
-from focus_planner.runtime.inputs import Arrival, InputState, Log
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.log import Log
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import MESSAGES, Outcome, Request
-from focus_planner.runtime.status import LastRun, plan_input_to_fields, without_problem
+from focus_planner.runtime.status import LastRun, Snapshot, plan_input_to_fields, without_problem
 
 _PREFIXES = {
-    Reason.CANCELLED: "cancelled, the best plan until then",
-    Reason.PREEMPTED: "a newer goal took its place, the best plan until then, not published",
+    Reason.CANCELLED: "cancelled, the best plan found by then",
+    Reason.PREEMPTED: "preempted by a newer goal, the best plan found by then, not published",
 }
-
-
-def _nothing() -> None:
-    """Do nothing."""
 
 
 @dataclass(frozen=True)
 class PlanningHost:
-    """What planning needs of the node.
+    """What the planning thread needs of its node.
 
     Attributes
     ----------
-    planner : str
+    name : str
         The node's full name.
-    reporter : Log
-        The node's logger.
+    log : rclpy's logger
     settings : callable
-        Returns the parameters as they are now.
+        Returns the current parameters.
     now : callable
-        Returns the node's time: seconds and nanoseconds.
+        Returns the node's time, seconds and nanoseconds.
     on_rig : callable
-        Told of every rig that comes into force.
+        Called with every rig that comes into force.
     publish : callable
-        Publishes a plan.
+        Puts a plan in force.
     """
 
-    planner: str
-    reporter: Any
+    name: str
+    log: Any
     settings: Callable[[], Settings]
     now: Callable[[], Stamp]
     on_rig: Callable[[Rig], None]
     publish: Callable[[FocusPlan], None]
 
 
-@dataclass(frozen=True)
-class Snapshot:
-    """What there is to be told of the inputs and of the last run."""
-
-    surface: InputState
-    rig: InputState
-    last_run: LastRun | None = None
-
-
-class Planning:
-    """One thread that plans and reads; the only one that enters kernels.
+class PlanningThread:
+    """One thread that parses inputs and plans; no other thread enters kernels.
 
     Parameters
     ----------
-    node : PlanningHost
+    host : PlanningHost
+
+    Attributes
+    ----------
+    snapshot : Snapshot
+        Replaced as a whole whenever something changes, so any thread may read it.
     """
 
-    def __init__(self, node: PlanningHost) -> None:
-        self._node = node
-        self._log: Log = node.reporter
-        self._planner = Planner(node.reporter, node.on_rig)
-        self._recorder = Recorder(node.reporter)
+    def __init__(self, host: PlanningHost) -> None:
+        self._host = host
+        self._log: Log = host.log
+        self._planner = Planner(host.log, host.on_rig)
+        self._recorder = Recorder(host.log)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
         self._stopping = threading.Event()
-        self._record: RunRecorder | None = None
+        self._last_recorder: RunRecorder | None = None
+        self._is_warm = False
         self.snapshot = Snapshot(self._planner.surface.state, self._planner.rig.state)
 
     def load(self) -> bool:
-        """Compile, or load, all that plans; return whether it came to its end."""
-        self._do_next(self._warm_up)
+        """Compile or load all kernels; return False if :meth:`stop` interrupted that."""
+        self._enqueue(self._warm_up)
         wait(self._jobs.copy())
-        return self._warm
+        return self._is_warm
 
     def receive_surface(self, arrival: Arrival[Surface]) -> None:
-        """Keep a surface, and read it soon."""
+        """Keep a surface, and queue its parsing."""
         self._planner.surface.receive(arrival)
-        self._do_next(self._digest)
+        self._enqueue(self._digest)
 
     def receive_rig(self, arrival: Arrival[Rig]) -> None:
-        """Keep a rig, and read it soon."""
+        """Keep a rig, and queue its parsing."""
         self._planner.rig.receive(arrival)
-        self._do_next(self._digest)
+        self._enqueue(self._digest)
 
     def plan(self, request: Request) -> None:
-        """Plan when its turn comes."""
-        if not self._do_next(partial(self._answer, request)):
-            request.drop(Reason.SHUTTING_DOWN)
+        """Queue a request."""
+        if not self._enqueue(partial(self._answer, request)):
+            request.abort(Reason.SHUTTING_DOWN)
 
     def stop(self) -> None:
-        """Begin to end: no more jobs, and what is being planned stops at its next step."""
+        """Drop queued jobs, and stop the current one at the solver's next step."""
         self._stopping.set()
         self._thread.shutdown(wait=False, cancel_futures=True)
 
     def finish(self, timeout: float) -> bool:
-        """Wait, after :meth:`stop`, for planning and recording; return whether both have ended."""
+        """Wait, after :meth:`stop`, until planning and recording end; return False on timeout."""
         until = time.monotonic() + timeout
         ended = not wait(self._jobs.copy(), timeout).not_done
         recorded = self._recorder.close(max(until - time.monotonic(), 0.0))
         if not recorded:
-            self._log.error("not recorded: runs that took too long to write stay partial")
+            self._log.error("some runs are only partly recorded: writing them took too long")
         return recorded and ended
 
     @property
     def recording_failure(self) -> str:
-        """Why the last run is not recorded; empty if it is, or is not to be."""
-        return self._record.failure if self._record else ""
+        """Why the last run is not recorded; empty if it is, or need not be."""
+        return self._last_recorder.failure if self._last_recorder else ""
 
     @property
     def runs_to_write(self) -> int:
         """How many jobs the recorder has."""
         return self._recorder.jobs
 
-    def _do_next(self, job: Callable[[], None]) -> bool:
-        """Queue a job; return whether the thread still takes any."""
+    def _enqueue(self, job: Callable[[], None]) -> bool:
+        """Queue a job; return False after :meth:`stop`."""
         try:
             future = self._thread.submit(self._guard, job)
         except RuntimeError:
@@ -167,22 +160,20 @@ class Planning:
     def _guard(self, job: Callable[[], None]) -> None:
         try:
             job()
-        except Exception:  # noqa: BLE001 - one bad message must not end the node
+        except Exception:  # noqa: BLE001 - no message may end the node
             self._log.error(traceback.format_exc())
 
     # What follows runs on the planning thread.
 
-    _warm = False
-
     def _warm_up(self) -> None:
-        # They take some time, once.
+        # The first calls take some time.
         software()
         serialize(RIG, {})
         warm_up(lambda: not self._stopping.is_set())
-        self._warm = not self._stopping.is_set()
+        self._is_warm = not self._stopping.is_set()
 
     def _digest(self) -> None:
-        settings = self._node.settings()
+        settings = self._host.settings()
         self._planner.digest(settings.optics)
         self._take_snapshot()
         if settings.recording.directory is not None:
@@ -198,29 +189,29 @@ class Planning:
     def _answer(self, request: Request) -> None:
         if not request.begin():
             return
-        record = None
+        recorder = None
         try:
             self._planner.digest(request.settings.optics)
-            record = self._record = self._begin_record(request)
-            outcome = self._plan(request, record)
+            recorder = self._last_recorder = self._begin_recording(request)
+            outcome = self._plan(request, recorder)
         except NotReady as error:
-            outcome = self._no_plan(request, Reason.NOT_READY, str(error), record)
+            outcome = self._failure(request, Reason.NOT_READY, str(error), recorder)
         except InputError as error:
-            outcome = self._no_plan(request, Reason.BAD_REQUEST, str(error), record)
-        except Exception as error:  # noqa: BLE001 - the caller is told, the log has the rest
+            outcome = self._failure(request, Reason.BAD_REQUEST, str(error), recorder)
+        except Exception as error:  # noqa: BLE001 - the caller is told, the log has the details
             self._log.error(traceback.format_exc())
-            outcome = self._no_plan(request, Reason.INTERNAL, internal_error(error), record)
+            outcome = self._failure(request, Reason.INTERNAL, internal_error(error), recorder)
         if not request.finish(outcome):
-            outcome.afterwards()
+            outcome.on_sent()
 
-    def _begin_record(self, request: Request) -> RunRecorder | None:
-        """Begin to record a run, if runs are recorded."""
+    def _begin_recording(self, request: Request) -> RunRecorder | None:
+        """Begin to record a run, if runs are to be recorded."""
         settings = request.settings
         if settings.recording.directory is None:
             return None
         beginning = Beginning(
             run_id=request.plan_id,
-            planner=self._node.planner,
+            planner=self._host.name,
             settings=settings,
             asked=request.asked,
             at=request.at,
@@ -229,36 +220,35 @@ class Planning:
         )
         return self._recorder.begin(settings.recording, self._inputs(), beginning)
 
-    def _no_plan(
-        self, request: Request, reason: Reason, message: str, record: RunRecorder | None
+    def _failure(
+        self, request: Request, reason: Reason, message: str, recorder: RunRecorder | None
     ) -> Outcome:
-        self._node.reporter.info(f"no plan: {message}")
-        self._tell(request, message)
-        if record is None:
+        self._host.log.info(f"no plan: {message}")
+        self._note_last_run(request, message)
+        if recorder is None:
             return Outcome(reason, message)
-        return Outcome(reason, message, afterwards=partial(record.finish, False, message))
+        return Outcome(reason, message, on_sent=partial(recorder.finish, False, message))
 
-    def _plan(self, request: Request, record: RunRecorder | None) -> Outcome:
+    def _plan(self, request: Request, recorder: RunRecorder | None) -> Outcome:
         settings = request.settings
-        wanted = request_from_message(SimpleNamespace(**request.asked), settings.request)
-        self._node.reporter.debug(f"planning: {wanted}")
-        on_progress = self._watch(request, wanted)
+        plan_request = request_from_message(SimpleNamespace(**request.asked), settings.request)
+        self._host.log.debug(f"planning: {plan_request}")
+        on_progress = self._progress_callback(request, plan_request)
         plan, rig, reminder = self._planner.plan(
-            wanted,
+            plan_request,
             settings.optics,
             settings.model,
-            record.on_progress(on_progress) if record else on_progress,
+            recorder.wrap_callback(on_progress) if recorder else on_progress,
             warm_start=settings.warm_start,
         )
-        reason = request.settle()
+        reason = request.commit()
         if self._stopping.is_set():
-            # Who ends the request may be later than what ended the solver.
+            # The solver may have been stopped before the request was told why.
             reason = Reason.SHUTTING_DOWN
         if reason in {Reason.SHUTTING_DOWN, Reason.INACTIVE}:
-            give_up = record.give_up if record else _nothing
-            return Outcome(reason, MESSAGES[reason], afterwards=give_up)
-        plan = replace(plan, total_seconds=time.perf_counter() - request.started)
-        return self._outcome(request, reason, plan, rig, record, reminder)
+            return _without_plan(reason, recorder)
+        plan = replace(plan, total_seconds=time.perf_counter() - request.arrived)
+        return self._outcome(request, reason, plan, rig, recorder, reminder)
 
     def _outcome(
         self,
@@ -266,50 +256,60 @@ class Planning:
         reason: Reason,
         plan: SolvedPlan,
         rig: Rig,
-        record: RunRecorder | None,
+        recorder: RunRecorder | None,
         reminder: str,
     ) -> Outcome:
-        """Publish a plan, and return it as its caller is answered."""
-        stamp = self._node.now()
-        fields = plan_to_fields(plan, rig.frame_id, stamp, request.plan_id, self._used(request))
+        """Publish a plan, and return the answer to its caller."""
+        stamp = self._host.now()
+        inputs = self._plan_inputs(request)
+        fields = plan_to_fields(plan, rig.frame_id, stamp, request.plan_id, inputs)
         message = message_to_ros(FocusPlan, fields)
         published = reason is not Reason.PREEMPTED
-        if record:
-            record.keep_plan(serialize_message(message), published=published)
+        if recorder:
+            recorder.keep_plan(serialize_message(message), published=published)
         if published:
-            self._node.publish(message)
-        lost = f"not recorded: {record.failure}" if record and record.failure else ""
-        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, lost]
+            self._host.publish(message)
+        failure = f"not recorded: {recorder.failure}" if recorder and recorder.failure else ""
+        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, failure]
         summary = "; ".join(part for part in parts if part)
-        self._node.reporter.info(f"{request.plan_id}: {summary}")
-        self._tell(request, summary, plan)
-        if record is None:
+        self._host.log.info(f"{request.plan_id}: {summary}")
+        self._note_last_run(request, summary, plan)
+        if recorder is None:
             return Outcome(reason, summary, message)
-        finish = partial(record.finish, True, summary, plan, rig, stamp)
+        finish = partial(recorder.finish, True, summary, plan, rig, stamp)
         return Outcome(reason, summary, message, finish)
 
-    def _used(self, request: Request) -> dict[str, Any]:
-        asked = datetime.fromtimestamp(request.at / 1e9, timezone.utc)
+    def _plan_inputs(self, request: Request) -> dict[str, Any]:
+        requested = datetime.fromtimestamp(request.at / 1e9, timezone.utc)
         surface, rig = self._planner.surface.in_force, self._planner.rig.in_force
         assert surface is not None
         assert rig is not None
         return {
-            "surface": plan_input_to_fields(surface.arrival, asked),
-            "rig": plan_input_to_fields(rig.arrival, asked),
+            "surface": plan_input_to_fields(surface.arrival, requested),
+            "rig": plan_input_to_fields(rig.arrival, requested),
         }
 
-    def _tell(self, request: Request, message: str, plan: SolvedPlan | None = None) -> None:
-        seconds = time.perf_counter() - request.started
-        told = None if plan is None else without_problem(plan)
-        self._take_snapshot(LastRun(request.plan_id, message, told, seconds))
+    def _note_last_run(
+        self, request: Request, message: str, plan: SolvedPlan | None = None
+    ) -> None:
+        seconds = time.perf_counter() - request.arrived
+        kept = None if plan is None else without_problem(plan)
+        self._take_snapshot(LastRun(request.plan_id, message, kept, seconds))
 
-    def _watch(self, request: Request, wanted: PlanRequest) -> ProgressCallback:
-        feedback = Feedback(wanted.time_budget)
+    def _progress_callback(self, request: Request, plan_request: PlanRequest) -> ProgressCallback:
+        feedback = Feedback(plan_request.time_budget)
 
         def on_progress(progress: Progress) -> bool:
             fields = feedback.fields(progress)
             if fields is not None:
-                request.tell(fields)
-            return request.goes_on and not self._stopping.is_set()
+                request.send_feedback(fields)
+            return not (request.stop_requested or self._stopping.is_set())
 
         return on_progress
+
+
+def _without_plan(reason: Reason, recorder: RunRecorder | None) -> Outcome:
+    """Return the answer to a caller whose plan is discarded; its record stays partial."""
+    if recorder is None:
+        return Outcome(reason, MESSAGES[reason])
+    return Outcome(reason, MESSAGES[reason], on_sent=recorder.give_up)
