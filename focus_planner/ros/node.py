@@ -138,10 +138,10 @@ class PlannerNode(ManagedNode):
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Serve until :meth:`stop`, and then until every caller has been answered."""
         while self.context.ok() and (self._server.is_busy or not self._stopping.is_set()):
-            self._guard(executor.spin_once)
+            self._step(executor.spin_once)
         for _ in range(_SPINS_TO_SEND):
             if self.context.ok():
-                self._guard(partial(executor.spin_once, timeout_sec=0.0))
+                self._step(partial(executor.spin_once, timeout_sec=0.0))
 
     def stop(self) -> None:
         """Stop planning at the solver's next step, answer all callers, then end :meth:`spin`."""
@@ -196,12 +196,13 @@ class PlannerNode(ManagedNode):
         """Load the solvers; return False if :meth:`stop` interrupted that."""
         self.get_logger().info("loading kernels; compiling them the first time takes half a minute")
         # This import takes seconds; the last plan is published by now.
-        from focus_planner.ros.planning_thread import PlanningHost, PlanningThread  # noqa: PLC0415
+        from focus_planner.ros.planning_thread import PlanningThread  # noqa: PLC0415
+        from focus_planner.ros.request_planner import PlanningHost  # noqa: PLC0415
 
         self._planning = PlanningThread(
             PlanningHost(
                 name=self.get_fully_qualified_name(),
-                log=self.get_logger(),
+                get_logger=self.get_logger,
                 settings=self._current_settings,
                 now=lambda: self.get_clock().now().seconds_nanoseconds(),
                 on_rig=self._plans.follow,
@@ -282,9 +283,10 @@ class PlannerNode(ManagedNode):
         now = datetime.now(timezone.utc)
         return diagnose(self._report(), self._status.lens_counts, self._settings.current, now)
 
-    def _guard(self, job: Callable[[], None]) -> None:
+    def _step(self, spin_once: Callable[[], None]) -> None:
+        """Let the executor take a step; log what goes wrong."""
         try:
-            job()
+            spin_once()
         except InvalidHandle:
             pass  # another thread destroyed an entity that the executor was waiting for
         except RCLError as error:  # the client has gone

@@ -115,14 +115,13 @@ class PlanServer:
 
     def admit_goal(self) -> bool:
         """Return whether another goal is accepted; if so, stop those that it preempts."""
-        log = self._node.get_logger()
         if not self._is_active:
-            log.info("rejected a goal: the planner is not active")
+            self._node.get_logger().info("rejected a goal: the planner is not active")
             return False
         serving = self._settings().serving
         if not self.requests.admit_goal(serving):
             unanswered = len(self.requests.open)
-            log.info(
+            self._node.get_logger().info(
                 f"rejected a goal: overlap is {serving.overlap}, unanswered requests: {unanswered}"
             )
             return False

@@ -1,4 +1,4 @@
-"""The planning thread: parses inputs, plans and records, in order of arrival.
+"""The planning thread: parses inputs and answers requests, in order of arrival.
 
 Importing this module loads the solvers, which takes seconds: the node does so when configured.
 """
@@ -11,70 +11,19 @@ import traceback
 from collections.abc import Callable
 from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
-from datetime import datetime, timezone
 from functools import partial
-from types import SimpleNamespace
-from typing import Any
 
-from focus_planner_msgs.msg import FocusPlan
-from rclpy.serialization import serialize_message
-
-from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.planning.precompile import warm_up
-from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, ProgressCallback
 from focus_planner.core.surface.surface import Surface
-from focus_planner.core.validation import InputError
-from focus_planner.messages.reading import request_from_message
 from focus_planner.messages.typestore import RIG, serialize
-from focus_planner.messages.writing import Stamp, plan_to_fields
-from focus_planner.parameters.planner import Settings
-from focus_planner.recording.bag import BagMessage
-from focus_planner.recording.recorder import Recorder, RunRecorder
-from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
-from focus_planner.ros.conversions import message_to_ros
-from focus_planner.runtime.feedback import Feedback
+from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.log import Log
-from focus_planner.runtime.planner import NotReady, Planner, internal_error
 from focus_planner.runtime.reason import Reason
-from focus_planner.runtime.requests import MESSAGES, Outcome, Request
-from focus_planner.runtime.status import LastRun, Snapshot, plan_input_to_fields, without_problem
-
-_PREFIXES = {
-    Reason.CANCELLED: "cancelled, the best plan found by then",
-    Reason.PREEMPTED: "preempted by a newer goal, the best plan found by then, not published",
-}
-
-
-@dataclass(frozen=True)
-class PlanningHost:
-    """What the planning thread needs of its node.
-
-    Attributes
-    ----------
-    name : str
-        The node's full name.
-    log : rclpy's logger
-    settings : callable
-        Returns the current parameters.
-    now : callable
-        Returns the node's time, seconds and nanoseconds.
-    on_rig : callable
-        Called with every rig that comes into force.
-    publish : callable
-        Puts a plan in force.
-    """
-
-    name: str
-    log: Any
-    settings: Callable[[], Settings]
-    now: Callable[[], Stamp]
-    on_rig: Callable[[Rig], None]
-    publish: Callable[[FocusPlan], None]
+from focus_planner.runtime.requests import Request
+from focus_planner.runtime.status import Snapshot
 
 
 class PlanningThread:
@@ -83,24 +32,15 @@ class PlanningThread:
     Parameters
     ----------
     host : PlanningHost
-
-    Attributes
-    ----------
-    snapshot : Snapshot
-        Replaced as a whole whenever something changes, so any thread may read it.
     """
 
     def __init__(self, host: PlanningHost) -> None:
-        self._host = host
-        self._log: Log = host.log
-        self._planner = Planner(host.log, host.on_rig)
-        self._recorder = Recorder(host.log)
+        self._log: Log = host.get_logger()
+        self._stopping = threading.Event()
+        self._requests = RequestPlanner(host, self._stopping.is_set)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
-        self._stopping = threading.Event()
-        self._last_recorder: RunRecorder | None = None
         self._is_warm = False
-        self.snapshot = Snapshot(self._planner.surface.state, self._planner.rig.state)
 
     def load(self) -> bool:
         """Compile or load all kernels; return False if :meth:`stop` interrupted that."""
@@ -110,17 +50,17 @@ class PlanningThread:
 
     def receive_surface(self, arrival: Arrival[Surface]) -> None:
         """Keep a surface, and queue its parsing."""
-        self._planner.surface.receive(arrival)
-        self._enqueue(self._digest)
+        self._requests.planner.surface.receive(arrival)
+        self._enqueue(self._requests.digest)
 
     def receive_rig(self, arrival: Arrival[Rig]) -> None:
         """Keep a rig, and queue its parsing."""
-        self._planner.rig.receive(arrival)
-        self._enqueue(self._digest)
+        self._requests.planner.rig.receive(arrival)
+        self._enqueue(self._requests.digest)
 
     def plan(self, request: Request) -> None:
         """Queue a request."""
-        if not self._enqueue(partial(self._answer, request)):
+        if not self._enqueue(partial(self._requests.answer, request)):
             request.abort(Reason.SHUTTING_DOWN)
 
     def stop(self) -> None:
@@ -132,20 +72,25 @@ class PlanningThread:
         """Wait, after :meth:`stop`, until planning and recording end; return False on timeout."""
         until = time.monotonic() + timeout
         ended = not wait(self._jobs.copy(), timeout).not_done
-        recorded = self._recorder.close(max(until - time.monotonic(), 0.0))
+        recorded = self._requests.recorder.close(max(until - time.monotonic(), 0.0))
         if not recorded:
             self._log.error("some runs are only partly recorded: writing them took too long")
         return recorded and ended
 
     @property
+    def snapshot(self) -> Snapshot:
+        """The inputs and the last run, as of now."""
+        return self._requests.snapshot
+
+    @property
     def recording_failure(self) -> str:
         """Why the last run is not recorded; empty if it is, or need not be."""
-        return self._last_recorder.failure if self._last_recorder else ""
+        return self._requests.recording_failure
 
     @property
     def runs_to_write(self) -> int:
         """How many jobs the recorder has."""
-        return self._recorder.jobs
+        return self._requests.recorder.jobs
 
     def _enqueue(self, job: Callable[[], None]) -> bool:
         """Queue a job; return False after :meth:`stop`."""
@@ -163,153 +108,9 @@ class PlanningThread:
         except Exception:  # noqa: BLE001 - no message may end the node
             self._log.error(traceback.format_exc())
 
-    # What follows runs on the planning thread.
-
     def _warm_up(self) -> None:
         # The first calls take some time.
         software()
         serialize(RIG, {})
         warm_up(lambda: not self._stopping.is_set())
         self._is_warm = not self._stopping.is_set()
-
-    def _digest(self) -> None:
-        settings = self._host.settings()
-        self._planner.digest(settings.optics)
-        self._take_snapshot()
-        if settings.recording.directory is not None:
-            self._recorder.prepare(settings.recording.directory, self._inputs())
-
-    def _take_snapshot(self, last_run: LastRun | None = None) -> None:
-        surface, rig = self._planner.surface.state, self._planner.rig.state
-        self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run)
-
-    def _inputs(self) -> list[BagMessage]:
-        return [input_message(arrival) for arrival in self._planner.arrivals()]
-
-    def _answer(self, request: Request) -> None:
-        if not request.begin():
-            return
-        recorder = None
-        try:
-            self._planner.digest(request.settings.optics)
-            recorder = self._last_recorder = self._begin_recording(request)
-            outcome = self._plan(request, recorder)
-        except NotReady as error:
-            outcome = self._failure(request, Reason.NOT_READY, str(error), recorder)
-        except InputError as error:
-            outcome = self._failure(request, Reason.BAD_REQUEST, str(error), recorder)
-        except Exception as error:  # noqa: BLE001 - the caller is told, the log has the details
-            self._log.error(traceback.format_exc())
-            outcome = self._failure(request, Reason.INTERNAL, internal_error(error), recorder)
-        if not request.finish(outcome):
-            outcome.on_sent()
-
-    def _begin_recording(self, request: Request) -> RunRecorder | None:
-        """Begin to record a run, if runs are to be recorded."""
-        settings = request.settings
-        if settings.recording.directory is None:
-            return None
-        beginning = Beginning(
-            run_id=request.plan_id,
-            planner=self._host.name,
-            settings=settings,
-            asked=request.asked,
-            at=request.at,
-            software=software(),
-            warm_start=self._planner.warm_start if settings.warm_start else None,
-        )
-        return self._recorder.begin(settings.recording, self._inputs(), beginning)
-
-    def _failure(
-        self, request: Request, reason: Reason, message: str, recorder: RunRecorder | None
-    ) -> Outcome:
-        self._host.log.info(f"no plan: {message}")
-        self._note_last_run(request, message)
-        if recorder is None:
-            return Outcome(reason, message)
-        return Outcome(reason, message, on_sent=partial(recorder.finish, False, message))
-
-    def _plan(self, request: Request, recorder: RunRecorder | None) -> Outcome:
-        settings = request.settings
-        plan_request = request_from_message(SimpleNamespace(**request.asked), settings.request)
-        self._host.log.debug(f"planning: {plan_request}")
-        on_progress = self._progress_callback(request, plan_request)
-        plan, rig, reminder = self._planner.plan(
-            plan_request,
-            settings.optics,
-            settings.model,
-            recorder.wrap_callback(on_progress) if recorder else on_progress,
-            warm_start=settings.warm_start,
-        )
-        reason = request.commit()
-        if self._stopping.is_set():
-            # The solver may have been stopped before the request was told why.
-            reason = Reason.SHUTTING_DOWN
-        if reason in {Reason.SHUTTING_DOWN, Reason.INACTIVE}:
-            return _without_plan(reason, recorder)
-        plan = replace(plan, total_seconds=time.perf_counter() - request.arrived)
-        return self._outcome(request, reason, plan, rig, recorder, reminder)
-
-    def _outcome(
-        self,
-        request: Request,
-        reason: Reason,
-        plan: SolvedPlan,
-        rig: Rig,
-        recorder: RunRecorder | None,
-        reminder: str,
-    ) -> Outcome:
-        """Publish a plan, and return the answer to its caller."""
-        stamp = self._host.now()
-        inputs = self._plan_inputs(request)
-        fields = plan_to_fields(plan, rig.frame_id, stamp, request.plan_id, inputs)
-        message = message_to_ros(FocusPlan, fields)
-        published = reason is not Reason.PREEMPTED
-        if recorder:
-            recorder.keep_plan(serialize_message(message), published=published)
-        if published:
-            self._host.publish(message)
-        failure = f"not recorded: {recorder.failure}" if recorder and recorder.failure else ""
-        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, failure]
-        summary = "; ".join(part for part in parts if part)
-        self._host.log.info(f"{request.plan_id}: {summary}")
-        self._note_last_run(request, summary, plan)
-        if recorder is None:
-            return Outcome(reason, summary, message)
-        finish = partial(recorder.finish, True, summary, plan, rig, stamp)
-        return Outcome(reason, summary, message, finish)
-
-    def _plan_inputs(self, request: Request) -> dict[str, Any]:
-        requested = datetime.fromtimestamp(request.at / 1e9, timezone.utc)
-        surface, rig = self._planner.surface.in_force, self._planner.rig.in_force
-        assert surface is not None
-        assert rig is not None
-        return {
-            "surface": plan_input_to_fields(surface.arrival, requested),
-            "rig": plan_input_to_fields(rig.arrival, requested),
-        }
-
-    def _note_last_run(
-        self, request: Request, message: str, plan: SolvedPlan | None = None
-    ) -> None:
-        seconds = time.perf_counter() - request.arrived
-        kept = None if plan is None else without_problem(plan)
-        self._take_snapshot(LastRun(request.plan_id, message, kept, seconds))
-
-    def _progress_callback(self, request: Request, plan_request: PlanRequest) -> ProgressCallback:
-        feedback = Feedback(plan_request.time_budget)
-
-        def on_progress(progress: Progress) -> bool:
-            fields = feedback.fields(progress)
-            if fields is not None:
-                request.send_feedback(fields)
-            return not (request.stop_requested or self._stopping.is_set())
-
-        return on_progress
-
-
-def _without_plan(reason: Reason, recorder: RunRecorder | None) -> Outcome:
-    """Return the answer to a caller whose plan is discarded; its record stays partial."""
-    if recorder is None:
-        return Outcome(reason, MESSAGES[reason])
-    return Outcome(reason, MESSAGES[reason], on_sent=recorder.give_up)
