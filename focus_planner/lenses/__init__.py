@@ -1,1 +1,1 @@
-"""lenses."""
+"""Lenses: what drivers are told, whether they have done it, and simulated ones."""

@@ -77,7 +77,7 @@ def test_the_planners_value_goes_before_the_adapters_table():
             FocusOrder("", 0.0, planned=False),
             CAMERA_ROS,
             None,
-            "status: expected that of a plan, got STATUS_UNKNOWN; this is not a plan",
+            "status: expected a planned status, got STATUS_UNKNOWN; this message is not from a plan",
         ),
         *(
             (

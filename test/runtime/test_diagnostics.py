@@ -41,7 +41,7 @@ def run(plan=PLAN, message="em, cost 1.0"):
     return LastRun("a name", message, plan, 1.25)
 
 
-def blind(*places, cameras=3):
+def seeing_nothing(*places, cameras=3):
     """A plan whose cameras at these places see nothing."""
     status = dict.fromkeys(places, CameraStatus.SEES_NOTHING)
     camera = PLAN.cameras[0]
@@ -78,8 +78,8 @@ def test_it_is_a_status_of_the_node():
     [
         ("active", "", (Level.OK, "active, idle")),
         ("active", "a name", (Level.OK, "active, planning a name")),
-        ("inactive", "", (Level.WARN, "inactive: plans nothing")),
-        ("unconfigured", "", (Level.WARN, "unconfigured: plans nothing")),
+        ("inactive", "", (Level.WARN, "inactive: not planning")),
+        ("unconfigured", "", (Level.WARN, "unconfigured: not planning")),
     ],
 )
 def test_the_planner(state, planning, expected):
@@ -158,9 +158,9 @@ def test_a_run_without_a_plan():
         (None, NONE, (Level.OK, "no plan yet")),
         (run(None), NONE, (Level.OK, "no plan yet")),
         (run(), Counter({LensStatus.VERIFIED: 3}), (Level.OK, "all see the surface")),
-        (run(blind(1)), NONE, (Level.WARN, "see nothing: cam_1")),
+        (run(seeing_nothing(1)), NONE, (Level.WARN, "see nothing: cam_1")),
         (
-            run(blind(1)),
+            run(seeing_nothing(1)),
             Counter({LensStatus.FAILED: 1}),
             (Level.ERROR, "lenses that failed: 1, that differ from the plan: 0"),
         ),
@@ -175,9 +175,9 @@ def test_cameras(run_, lenses, expected):
     assert told(diagnose_cameras(run_, lenses)) == expected
 
 
-def test_of_many_blind_cameras_some_are_named():
+def test_of_many_cameras_that_see_nothing_some_are_named():
     diagnosis = diagnose_cameras(
-        run(blind(*range(20), cameras=30)), Counter({LensStatus.UNREPORTED: 30})
+        run(seeing_nothing(*range(20), cameras=30)), Counter({LensStatus.UNREPORTED: 30})
     )
     some = ", ".join(f"cam_{k}" for k in range(8))
     assert diagnosis.message == f"see nothing: {some} and 12 more"
@@ -222,7 +222,7 @@ def test_a_disk_that_is_nearly_full(free, tmp_path):
     free(99_999_999)
     assert told(diagnose_recorder(tmp_path, "", 0)) == (
         Level.WARN,
-        "only 99999999 bytes are left",
+        "only 99999999 bytes of disk space left",
     )
 
 
@@ -253,7 +253,7 @@ def test_memory():
     ("available", "expected"),
     [
         (50_000, (Level.OK, "200 MB")),
-        (49_000, (Level.WARN, "200 MB; only 48 MB are left to all on this machine")),
+        (49_000, (Level.WARN, "200 MB; only 48 MB are available on this machine")),
     ],
 )
 def test_little_memory(monkeypatch, available, expected):
@@ -268,7 +268,7 @@ def test_without_proc_nothing_is_known_of_memory(monkeypatch):
 
 
 def test_what_is_told_fits_the_message():
-    diagnosis = diagnose_cameras(run(blind(0)), NONE)
+    diagnosis = diagnose_cameras(run(seeing_nothing(0)), NONE)
     fields = diagnosis.to_fields("/planner") | {"level": diagnosis.level}
     kind = "diagnostic_msgs/msg/DiagnosticStatus"
     message = deserialize(kind, serialize(kind, fields))

@@ -1,4 +1,4 @@
-"""What is told of an input; what becomes of messages is in test_planner."""
+"""The reported state of an input; how messages are handled is in test_planner."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, serialize
-from focus_planner.runtime.inputs import Arrival, Input, InputState
+from focus_planner.runtime.inputs import Arrival, InputSlot, InputState
 from testing.messages import Log
 
 AT = datetime(2025, 1, 1, 10, 0, 0, tzinfo=timezone.utc)
@@ -20,11 +20,11 @@ def header(seconds, nanoseconds):
     return {"header": {"frame_id": "world", "stamp": {"sec": seconds, "nanosec": nanoseconds}}}
 
 
-def arrival(said="one", seconds=0, topic="/planner/rig", kind=RIG, payload=None):
+def arrival(content="one", seconds=0, topic="/planner/rig", kind=RIG, payload=None):
     def read(_):
-        if isinstance(said, Exception):
-            raise said
-        return said
+        if isinstance(content, Exception):
+            raise content
+        return content
 
     payload = serialize(RIG, header(5 + seconds, 6)) if payload is None else payload
     return Arrival(topic, kind, payload, read, AT + timedelta(seconds=seconds))
@@ -32,17 +32,17 @@ def arrival(said="one", seconds=0, topic="/planner/rig", kind=RIG, payload=None)
 
 @pytest.fixture
 def rig():
-    return Input("rig", "a rig on ~/rig", lambda said: said, Log())
+    return InputSlot("rig", "a rig on ~/rig", lambda content: content, Log())
 
 
-def digested(where, *arrivals):
+def digested(slot, *arrivals):
     """Receive messages, and put the newest good one in force as the planner does."""
     for each in arrivals:
-        where.receive(each)
-    held = where.newest(Optics())
-    if held is not None:
-        where.put_in_force(held)
-    return where.state
+        slot.receive(each)
+    accepted = slot.newest(Optics())
+    if accepted is not None:
+        slot.put_in_force(accepted)
+    return slot.state
 
 
 @pytest.mark.parametrize("kind", [CLOUD, POSES, RIG])

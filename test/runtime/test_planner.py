@@ -50,23 +50,23 @@ class Bench:
         self.planner = Planner(self.log, self.rigs.append)
         self._now = datetime(2025, 1, 1, tzinfo=timezone.utc)
 
-    def _arrival(self, topic, said, payload):
+    def _arrival(self, topic, content, payload):
         self._now += timedelta(seconds=1)
 
         def read(optics):
-            if isinstance(said, Exception):
-                raise said
-            return said(optics) if callable(said) else said
+            if isinstance(content, Exception):
+                raise content
+            return content(optics) if callable(content) else content
 
-        return Arrival(topic, "a type", payload or str(id(said)).encode(), read, self._now)
+        return Arrival(topic, "a type", payload or str(id(content)).encode(), read, self._now)
 
-    def surface(self, said, payload=None, *, digest=True):
-        self.planner.surface.receive(self._arrival("~/mesh", said, payload))
+    def surface(self, content, payload=None, *, digest=True):
+        self.planner.surface.receive(self._arrival("~/mesh", content, payload))
         if digest:
             self.planner.digest(Optics())
 
-    def rig(self, said, payload=None, *, digest=True):
-        self.planner.rig.receive(self._arrival("~/rig", said, payload))
+    def rig(self, content, payload=None, *, digest=True):
+        self.planner.rig.receive(self._arrival("~/rig", content, payload))
         if digest:
             self.planner.digest(Optics())
 

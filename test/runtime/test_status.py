@@ -54,10 +54,10 @@ def test_a_plan_is_kept_without_its_problem():
         assert getattr(kept, field.name) == getattr(plan, field.name)
 
 
-def test_blind_cameras_are_those_of_the_plan():
+def test_cameras_seeing_nothing_are_those_of_the_plan():
     plan = ending().plan
-    assert LastRun("a name", "", plan, 1.0).blind == []
-    assert LastRun("a name", "", None, 1.0).blind == []
+    assert LastRun("a name", "", plan, 1.0).cameras_seeing_nothing == []
+    assert LastRun("a name", "", None, 1.0).cameras_seeing_nothing == []
     first, *others = plan.cameras
     some = replace(plan, cameras=(replace(first, status=CameraStatus.SEES_NOTHING), *others))
-    assert LastRun("a name", "", some, 1.0).blind == [first.name]
+    assert LastRun("a name", "", some, 1.0).cameras_seeing_nothing == [first.name]
