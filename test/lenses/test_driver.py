@@ -77,7 +77,7 @@ def test_the_planners_value_goes_before_the_adapters_table():
             FocusOrder("", 0.0, planned=False),
             CAMERA_ROS,
             None,
-            "status: expected a planned status, got STATUS_UNKNOWN; this message is not from a plan",
+            "status: expected a planned status, got STATUS_UNKNOWN; this is not from a plan",
         ),
         *(
             (
@@ -86,7 +86,7 @@ def test_the_planners_value_goes_before_the_adapters_table():
                 None,
                 (
                     f"focus_distance: expected a distance above 0 m, got {distance:g}; this is not"
-                    " a plan"
+                    " from a plan"
                 ),
             )
             for distance in (0.0, -1.0, math.inf, math.nan)

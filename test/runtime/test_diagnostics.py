@@ -15,10 +15,12 @@ import pytest
 from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.parameters.planner import Settings
 from focus_planner.runtime import diagnostics as module
 from focus_planner.runtime.diagnostics import (
     Diagnosis,
     Level,
+    diagnose,
     diagnose_cameras,
     diagnose_input,
     diagnose_last_run,
@@ -27,7 +29,7 @@ from focus_planner.runtime.diagnostics import (
     diagnose_recorder,
 )
 from focus_planner.runtime.inputs import InputState
-from focus_planner.runtime.status import LastRun
+from focus_planner.runtime.status import LastRun, PlannerReport, Snapshot
 from testing.made_up_runs import ending
 
 NOW = datetime(2025, 1, 1, 12, 0, 10, tzinfo=timezone.utc)
@@ -273,3 +275,31 @@ def test_what_is_told_fits_the_message():
     kind = "diagnostic_msgs/msg/DiagnosticStatus"
     message = deserialize(kind, serialize(kind, fields))
     assert {each.key: each.value for each in message.values} == diagnosis.values
+
+
+def test_all_of_a_planner_is_diagnosed(tmp_path):
+    settings = Settings.from_values({"max_input_age": 2.0, "record_directory": str(tmp_path)})
+    report = PlannerReport(
+        "active", "a name", 1, Snapshot(SURFACE, NOTHING, run()), "run a: No space", 3
+    )
+    found = list(diagnose(report, Counter({LensStatus.SENT: 3}), settings, NOW))
+    assert [diagnosis.name for diagnosis in found] == [
+        "planner",
+        "surface",
+        "rig",
+        "last run",
+        "cameras",
+        "recorder",
+        "memory",
+    ]
+    messages = [told(diagnosis) for diagnosis in found]
+    assert messages[:6] == [
+        (Level.OK, "active, planning a name"),
+        (Level.WARN, "2.5 s old, more than max_input_age (2 s)"),
+        (Level.WARN, "none yet"),
+        (Level.OK, "em, cost 1.0"),
+        (Level.OK, "all see the surface"),
+        (Level.ERROR, "not recorded: run a: No space"),
+    ]
+    assert found[4].values["sent"] == "3"
+    assert found[5].values["runs to write"] == "3"
