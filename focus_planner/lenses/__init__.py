@@ -1,1 +1,1 @@
-"""Lenses: what drivers are told, whether they have done it, and simulated ones."""
+"""Applying focus distances to lenses through their drivers, and simulated lenses."""

@@ -206,8 +206,9 @@ class PlannerClient:
         """
         if not self._plan.wait_for_server(_TIMEOUT):
             raise TimeoutError(f"no planner offers {self._planner}/plan; is the node running?")
-        tell = None if on_feedback is None else lambda message: on_feedback(message.feedback)
-        sent = self._send(partial(self._plan.send_goal_async, PlanFocusAction.Goal(**goal), tell))
+        forward = None if on_feedback is None else lambda message: on_feedback(message.feedback)
+        request = PlanFocusAction.Goal(**goal)
+        sent = self._send(partial(self._plan.send_goal_async, request, forward))
         return Goal(_result(sent, _TIMEOUT, "plan's send_goal"), self._send)
 
     def change_state(self, transition: str) -> bool:

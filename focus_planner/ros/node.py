@@ -52,7 +52,7 @@ _LENS_STATES = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-# Between two looks for overdue requests and reports that are due, seconds.
+# Between checks for overdue requests and due reports, seconds.
 _TICK = 0.1
 # Less than launch and systemd wait before they kill a process.
 _SECONDS_TO_FINISH = 3.0
@@ -75,7 +75,7 @@ class PlannerNode(ManagedNode):
     ~/rig : focus_planner_msgs/msg/CameraRig
         The same with names, intrinsics, lenses and a grid.
     ~/lens_states : focus_planner_msgs/msg/LensState
-        What became of the plan at each lens, from the node that drives it.
+        How far each lens has applied the plan, from the node that drives it.
 
     Publishes (reliable, transient local, depth 1)
     ----------------------------------------------

@@ -123,7 +123,7 @@ class RequestPlanner:
             outcome = self._failure(request, Reason.NOT_READY, str(error), recorder)
         except InputError as error:
             outcome = self._failure(request, Reason.BAD_REQUEST, str(error), recorder)
-        except Exception as error:  # noqa: BLE001 - the caller is told, the log has the details
+        except Exception as error:  # noqa: BLE001 - answered; the log has the details
             self._host.get_logger().error(traceback.format_exc())
             outcome = self._failure(request, Reason.INTERNAL, internal_error(error), recorder)
         if not request.finish(outcome):
@@ -168,7 +168,7 @@ class RequestPlanner:
         )
         reason = request.commit()
         if self._is_stopping():
-            # The solver may have been stopped before the request was told why.
+            # The solver may have been stopped before the request has been aborted.
             reason = Reason.SHUTTING_DOWN
         if reason in {Reason.SHUTTING_DOWN, Reason.INACTIVE}:
             return _without_plan(reason, recorder)

@@ -86,12 +86,12 @@ def active(bench):
     return bench
 
 
-def told(response):
+def answer_of(response):
     return response.success, response.reason, response.message
 
 
 def test_inactive_it_says_how_to_activate_it(bench):
-    answer = told(bench.call().response)
+    answer = answer_of(bench.call().response)
     message = "the planner is inactive; activate it: ros2 lifecycle set /here activate"
     assert answer == (False, Reason.INACTIVE, message)
     assert bench.planned == []
@@ -101,7 +101,7 @@ def test_inactive_it_says_how_to_activate_it(bench):
 
 def test_shut_down_it_says_so(bench):
     bench.node.shut_down()
-    answer = told(bench.call().response)
+    answer = answer_of(bench.call().response)
     assert answer == (
         False,
         Reason.INACTIVE,
@@ -124,7 +124,7 @@ def test_a_call_is_answered_with_its_outcome(active):
     plan = FocusPlan(plan_id="a plan")
     active.planned[0].finish(Outcome(Reason.NONE, "done", plan, lambda: sent.append(True)))
     call.resume()
-    assert told(call.response) == (True, Reason.NONE, "done")
+    assert answer_of(call.response) == (True, Reason.NONE, "done")
     assert call.response.plan is plan
     assert not active.server.is_busy
     # What is left is done when the response has been sent.
@@ -152,7 +152,7 @@ def test_deactivated_it_answers_everybody(active):
     active.server.deactivate(Reason.INACTIVE)
     for call in calls:
         call.resume()
-        assert told(call.response) == (False, Reason.INACTIVE, "the planner was deactivated")
+        assert answer_of(call.response) == (False, Reason.INACTIVE, "the planner was deactivated")
     assert [outcome.reason for outcome in answers] == [Reason.INACTIVE]
     assert active.call().response.reason == Reason.INACTIVE
     assert len(active.planned) == 3

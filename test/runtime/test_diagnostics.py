@@ -1,4 +1,4 @@
-"""What monitors are told: every level and every text."""
+"""Diagnostics: every level and every text."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def seeing_nothing(*places, cameras=3):
     )
 
 
-def told(diagnosis):
+def reported(diagnosis):
     return diagnosis.level, diagnosis.message
 
 
@@ -87,7 +87,7 @@ def test_it_is_a_status_of_the_node():
 def test_the_planner(state, planning, expected):
     diagnosis = diagnose_planner(state, planning, 3)
     assert diagnosis.name == "planner"
-    assert told(diagnosis) == expected
+    assert reported(diagnosis) == expected
     assert diagnosis.values == {"state": state, "planning": planning, "waiting requests": "3"}
 
 
@@ -111,7 +111,7 @@ def test_the_planner(state, planning, expected):
 )
 def test_an_input(state, max_age, expected):
     diagnosis = diagnose_input(state, NOW, max_age)
-    assert told(diagnosis) == expected
+    assert reported(diagnosis) == expected
     assert diagnosis.name == state.name
     assert diagnosis.values["refused"] == state.refused
 
@@ -133,9 +133,9 @@ def test_the_age_of_an_input():
 
 
 def test_the_last_run():
-    assert told(diagnose_last_run(None)) == (Level.OK, "none yet")
+    assert reported(diagnose_last_run(None)) == (Level.OK, "none yet")
     diagnosis = diagnose_last_run(run())
-    assert told(diagnosis) == (Level.OK, "em, cost 1.0")
+    assert reported(diagnosis) == (Level.OK, "em, cost 1.0")
     assert diagnosis.values["seconds"] == "1.250"
     assert diagnosis.values["cost"] == f"{PLAN.cost:.3f}"
     assert diagnosis.values["gap"] == ""
@@ -147,7 +147,7 @@ def test_the_last_run():
 
 def test_a_run_without_a_plan():
     diagnosis = diagnose_last_run(run(None, "surface: none yet"))
-    assert told(diagnosis) == (Level.WARN, "no plan: surface: none yet")
+    assert reported(diagnosis) == (Level.WARN, "no plan: surface: none yet")
     assert diagnosis.values == {"plan_id": "a name", "seconds": "1.250"}
 
 
@@ -174,7 +174,7 @@ def test_a_run_without_a_plan():
     ],
 )
 def test_cameras(run_, lenses, expected):
-    assert told(diagnose_cameras(run_, lenses)) == expected
+    assert reported(diagnose_cameras(run_, lenses)) == expected
 
 
 def test_of_many_cameras_that_see_nothing_some_are_named():
@@ -203,13 +203,13 @@ def free(monkeypatch):
 
 def test_no_recorder():
     diagnosis = diagnose_recorder(None, "", 0)
-    assert told(diagnosis) == (Level.OK, "off (parameter record_directory)")
+    assert reported(diagnosis) == (Level.OK, "off (parameter record_directory)")
 
 
 def test_a_recorder_that_works(free, tmp_path):
     free(10**9)
     diagnosis = diagnose_recorder(tmp_path / "not" / "yet", "", 2)
-    assert told(diagnosis) == (Level.OK, f"recording to {tmp_path}/not/yet")
+    assert reported(diagnosis) == (Level.OK, f"recording to {tmp_path}/not/yet")
     assert diagnosis.values["runs to write"] == "2"
     assert diagnosis.values["free bytes"] == str(10**9)
 
@@ -217,18 +217,18 @@ def test_a_recorder_that_works(free, tmp_path):
 def test_a_recorder_that_fails(free, tmp_path):
     free(10)
     diagnosis = diagnose_recorder(tmp_path, "run a in b: No space", 0)
-    assert told(diagnosis) == (Level.ERROR, "not recorded: run a in b: No space")
+    assert reported(diagnosis) == (Level.ERROR, "not recorded: run a in b: No space")
 
 
 def test_a_disk_that_is_nearly_full(free, tmp_path):
     free(99_999_999)
-    assert told(diagnose_recorder(tmp_path, "", 0)) == (
+    assert reported(diagnose_recorder(tmp_path, "", 0)) == (
         Level.WARN,
         "only 99999999 bytes of disk space left",
     )
 
 
-def test_a_disk_that_does_not_tell(monkeypatch, tmp_path):
+def test_a_disk_of_unknown_free_space(monkeypatch, tmp_path):
     def fail(_):
         raise PermissionError
 
@@ -239,7 +239,7 @@ def test_a_disk_that_does_not_tell(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a" * 300, "null\0"])
-def test_a_directory_that_cannot_be_does_no_harm(name):
+def test_an_impossible_directory_does_no_harm(name):
     assert diagnose_recorder(Path("/", name), "", 0).level is Level.OK
 
 
@@ -261,15 +261,15 @@ def test_memory():
 def test_little_memory(monkeypatch, available, expected):
     numbers = {"VmRSS": 204_800, "VmHWM": 300_000, "MemTotal": 10**6, "MemAvailable": available}
     monkeypatch.setattr(module, "_proc", lambda _, *names: {name: numbers[name] for name in names})
-    assert told(diagnose_memory()) == expected
+    assert reported(diagnose_memory()) == expected
 
 
-def test_without_proc_nothing_is_known_of_memory(monkeypatch):
+def test_without_proc_memory_is_unknown(monkeypatch):
     monkeypatch.setattr(module, "_proc", lambda *_: {})
-    assert told(diagnose_memory()) == (Level.OK, "not known")
+    assert reported(diagnose_memory()) == (Level.OK, "not known")
 
 
-def test_what_is_told_fits_the_message():
+def test_a_diagnosis_fits_the_message():
     diagnosis = diagnose_cameras(run(seeing_nothing(0)), NONE)
     fields = diagnosis.to_fields("/planner") | {"level": diagnosis.level}
     kind = "diagnostic_msgs/msg/DiagnosticStatus"
@@ -277,7 +277,7 @@ def test_what_is_told_fits_the_message():
     assert {each.key: each.value for each in message.values} == diagnosis.values
 
 
-def test_all_of_a_planner_is_diagnosed(tmp_path):
+def test_every_part_of_a_planner_is_diagnosed(tmp_path):
     settings = Settings.from_values({"max_input_age": 2.0, "record_directory": str(tmp_path)})
     report = PlannerReport(
         "active", "a name", 1, Snapshot(SURFACE, NOTHING, run()), "run a: No space", 3
@@ -292,7 +292,7 @@ def test_all_of_a_planner_is_diagnosed(tmp_path):
         "recorder",
         "memory",
     ]
-    messages = [told(diagnosis) for diagnosis in found]
+    messages = [reported(diagnosis) for diagnosis in found]
     assert messages[:6] == [
         (Level.OK, "active, planning a name"),
         (Level.WARN, "2.5 s old, more than max_input_age (2 s)"),

@@ -46,7 +46,7 @@ def digested(slot, *arrivals):
 
 
 @pytest.mark.parametrize("kind", [CLOUD, POSES, RIG])
-def test_the_stamp_is_that_of_the_header(kind):
+def test_the_stamp_is_the_headers(kind):
     payload = serialize(kind, header(1_700_000_000, 999_999_999))
     assert arrival(kind=kind, payload=payload).stamp == (1_700_000_000, 999_999_999)
     swapped = b"\x00\x00\x00\x00" + bytes.fromhex("0000000500000006")
@@ -67,14 +67,14 @@ def test_at_first_there_is_nothing(rig):
     assert rig.state == InputState("rig")
 
 
-def test_what_is_in_force_is_told(rig):
+def test_the_state_is_of_the_input_in_force(rig):
     assert digested(rig, arrival()) == InputState("rig", "/planner/rig", AT, (5, 6))
     state = digested(rig, arrival("other", 3, "/planner/camera_poses"))
     later = AT + timedelta(seconds=3)
     assert state == InputState("rig", "/planner/camera_poses", later, (8, 6))
 
 
-def test_what_is_refused_is_told_until_a_good_one_comes(rig):
+def test_a_refusal_is_reported_until_a_valid_input_arrives(rig):
     assert digested(rig, arrival(BAD)) == InputState("rig", refused=str(BAD))
     assert digested(rig, arrival("one", 1)).refused == ""
     state = digested(rig, arrival(BAD, 2))
@@ -84,7 +84,7 @@ def test_what_is_refused_is_told_until_a_good_one_comes(rig):
     assert digested(rig, arrival("other", 3)).refused == ""
 
 
-def test_the_same_again_is_as_old_as_it_last_came(rig):
+def test_a_repeated_message_renews_the_age(rig):
     digested(rig, arrival())
     payload = serialize(RIG, header(5, 6))
     state = digested(rig, arrival(seconds=9, payload=payload))

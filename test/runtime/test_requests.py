@@ -55,7 +55,7 @@ def started(request):
 # --- one request -------------------------------------------------------------------------------
 
 
-def test_planned_it_is_answered_once():
+def test_a_planned_request_is_answered_once():
     request = started(goal())
     assert not request.stop_requested
     assert request.commit() is Reason.NONE
@@ -74,7 +74,7 @@ def test_planned_it_is_answered_once():
         (Reason.SHUTTING_DOWN, "the node is shutting down"),
     ],
 )
-def test_ended_before_its_turn_it_is_answered_at_once(reason, message):
+def test_stopped_before_planning_began_it_is_answered_at_once(reason, message):
     request = goal()
     assert request.stop(reason)
     assert request.answers == [Outcome(reason, message)]
@@ -85,7 +85,7 @@ def test_ended_before_its_turn_it_is_answered_at_once(reason, message):
     assert len(request.answers) == 1
 
 
-def test_ended_while_it_is_planned_it_waits_for_its_best_plan():
+def test_stopped_while_it_is_planned_it_waits_for_the_best_plan():
     request = started(goal())
     assert request.stop(Reason.CANCELLED)
     assert request.stop_requested
@@ -97,7 +97,7 @@ def test_ended_while_it_is_planned_it_waits_for_its_best_plan():
     assert request.reasons == [Reason.CANCELLED]
 
 
-def test_dropped_while_it_is_planned_it_waits_for_nothing():
+def test_aborted_while_it_is_planned_it_is_answered_at_once():
     request = started(goal())
     request.stop(Reason.CANCELLED)
     request.abort(Reason.INACTIVE)
@@ -107,7 +107,7 @@ def test_dropped_while_it_is_planned_it_waits_for_nothing():
     assert len(request.answers) == 1
 
 
-def test_a_plan_that_is_about_to_be_published_is_answered():
+def test_a_committed_plan_is_answered():
     request = started(goal())
     assert request.commit() is Reason.NONE
     assert not request.stop(Reason.CANCELLED)
@@ -117,7 +117,7 @@ def test_a_plan_that_is_about_to_be_published_is_answered():
     assert request.answers == [PLANNED]
 
 
-def test_ended_after_its_answer_it_stays_as_it_is():
+def test_after_its_answer_it_cannot_be_stopped():
     request = started(goal())
     request.finish(PLANNED)
     assert not request.stop(Reason.CANCELLED)
@@ -165,7 +165,7 @@ def plan(request, published):
         lambda request: request.abort(Reason.INACTIVE),
     ],
 )
-def test_at_the_same_moment_it_is_answered_once_and_as_it_was_published(end):
+def test_concurrently_ended_it_is_answered_once_and_as_it_was_published(end):
     for _ in range(200):
         request, published = goal(), []
         race(lambda r=request, p=published: plan(r, p), *[lambda r=request: end(r)] * 2)
@@ -176,7 +176,7 @@ def test_at_the_same_moment_it_is_answered_once_and_as_it_was_published(end):
 # --- many --------------------------------------------------------------------------------------
 
 
-def test_who_is_planned_and_who_waits_is_known():
+def test_planned_and_waiting_requests_are_known():
     requests = Requests()
     assert (requests.planned, requests.waiting, requests.open) == (None, 0, [])
     first, second, third = added(requests, goal(), call(), goal())
@@ -203,7 +203,7 @@ def test_goals_queue_up_to_the_limit():
     assert requests.admit_goal(serving)
 
 
-def test_goals_make_way_for_the_next_and_calls_do_not():
+def test_goals_are_preempted_by_the_next_and_calls_are_not():
     requests = Requests()
     planned, waiting, waiting_call = added(requests, goal(), goal(), call())
     started(planned)
@@ -215,7 +215,7 @@ def test_goals_make_way_for_the_next_and_calls_do_not():
     assert planned.commit() is Reason.PREEMPTED
 
 
-def test_a_call_that_is_planned_goes_on_when_a_goal_comes():
+def test_a_call_being_planned_is_not_stopped_by_a_goal():
     requests = Requests()
     (planned,) = added(requests, call())
     started(planned)
@@ -223,7 +223,7 @@ def test_a_call_that_is_planned_goes_on_when_a_goal_comes():
     assert not planned.stop_requested
 
 
-def test_none_makes_way_for_a_goal_that_has_no_room():
+def test_a_goal_that_is_rejected_preempts_none():
     requests, serving = Requests(), replace(PREEMPT, max_waiting=1)
     (planned,) = added(requests, goal())
     started(planned)
@@ -235,7 +235,7 @@ def test_none_makes_way_for_a_goal_that_has_no_room():
     assert planned.stop_requested
 
 
-def test_goals_that_make_way_leave_room():
+def test_preempted_goals_make_room():
     requests, serving = Requests(), replace(PREEMPT, max_waiting=1)
     planned, waiting = added(requests, goal(), goal())
     started(planned)
@@ -244,7 +244,7 @@ def test_goals_that_make_way_leave_room():
 
 
 @pytest.mark.parametrize("other", [goal, call])
-def test_a_goal_is_refused_while_there_is_another_request(other):
+def test_with_overlap_refuse_a_goal_is_rejected_beside_any_request(other):
     requests = Requests()
     assert requests.admit_goal(REFUSE)
     (one,) = added(requests, other())
@@ -256,7 +256,7 @@ def test_a_goal_is_refused_while_there_is_another_request(other):
     assert requests.admit_goal(REFUSE)
 
 
-def test_a_call_too_many_is_told_at_once_that_the_planner_is_busy():
+def test_a_call_too_many_is_rejected_at_once():
     requests, serving = Requests(), Serving(max_waiting=1)
     (planned,) = added(requests, goal())
     started(planned)
@@ -274,7 +274,7 @@ def test_a_call_too_many_is_told_at_once_that_the_planner_is_busy():
     assert requests.open == [planned, waiting]
 
 
-def test_a_call_that_waits_too_long_is_told_that_the_planner_is_busy():
+def test_a_call_that_waits_too_long_is_rejected():
     requests = Requests()
     planned, late, patient, waiting = added(requests, call(0.0), call(0.0), call(60.0), goal())
     started(planned)
@@ -285,7 +285,7 @@ def test_a_call_that_waits_too_long_is_told_that_the_planner_is_busy():
     assert not late.begin()
 
 
-def test_between_two_plans_a_late_call_is_told_of_others():
+def test_between_two_plans_an_overdue_call_is_told_of_other_requests():
     requests = Requests()
     _, late = added(requests, goal(), call(0.0))
     requests.reject_overdue()
@@ -294,7 +294,7 @@ def test_between_two_plans_a_late_call_is_told_of_others():
     )
 
 
-def test_all_are_dropped_at_once():
+def test_all_are_aborted_at_once():
     requests = Requests()
     asked = added(requests, goal(), call(), goal())
     started(asked[0])
