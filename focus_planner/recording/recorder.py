@@ -35,7 +35,7 @@ from focus_planner.recording.run import (
     progress_message,
     stamp_of,
 )
-from focus_planner.runtime.inputs import Log
+from focus_planner.runtime.log import Log
 
 _SECONDS_BETWEEN_WRITES = 1.0
 # The caller, probably on this machine, is reading its answer meanwhile.
@@ -223,10 +223,10 @@ class RunRecorder:
         self._writing = Lock()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
-    def on_progress(self, on_progress: ProgressCallback) -> ProgressCallback:
-        """Return a watch that notes every step, and has all inputs on disk before solving."""
+    def wrap_callback(self, on_progress: ProgressCallback) -> ProgressCallback:
+        """Return a callback that also records every step, with all inputs on disk by solving."""
 
-        def noted(progress: Progress) -> bool:
+        def recorded(progress: Progress) -> bool:
             now = time.perf_counter()
             self._steps.append((now - self._began, progress))
             if progress.stage == "solving":
@@ -236,7 +236,7 @@ class RunRecorder:
                 self._do(self._write_steps)
             return on_progress(progress)
 
-        return noted
+        return recorded
 
     def keep_plan(self, payload: bytes, *, published: bool = True) -> None:
         """Have a plan in the file before anybody else has it: a planner killed then finds it there.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import datetime
 from functools import partial
 from itertools import zip_longest
@@ -14,6 +14,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress, ProgressCallback, never_stop
 from focus_planner.core.validation import InputError
 from focus_planner.recording.run import Ending, Run
+from focus_planner.runtime.log import SilentLog
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
 
 # What differs from run to run.
@@ -79,7 +80,7 @@ def plan_run(
         return on_progress(step)
 
     beginning, settings = run.beginning, run.beginning.settings
-    planner = Planner(_Silent(), warm_start=beginning.warm_start)
+    planner = Planner(SilentLog(), warm_start=beginning.warm_start)
     _feed(planner, run)
     try:
         plan, rig, _ = planner.plan(
@@ -133,16 +134,6 @@ def _feed(planner: Planner, run: Run) -> None:
     for _, _, receive in sorted(arrivals, key=lambda arrival: arrival[:2]):
         receive()
         planner.digest(run.beginning.settings.optics)
-
-
-class _Silent:
-    """A log for what was logged when it was recorded."""
-
-    def warning(self, message: str) -> None:
-        pass
-
-    def error(self, message: str) -> None:
-        pass
 
 
 # --- comparing ---------------------------------------------------------------------------------
@@ -215,19 +206,13 @@ def _step(step: Progress | None) -> str:
 
 
 def _of_plans(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
-    names = [name for name in vars(_bare(recorded)) if name not in (*_SECONDS, "cameras")]
+    names = [each.name for each in fields(FocusPlan) if each.name not in (*_SECONDS, "cameras")]
     values = [(name, getattr(recorded, name), getattr(now, name)) for name in names]
     changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]
     if changed:
         yield Difference("plan", "; ".join(changed))
     if recorded.cameras != now.cameras:
         yield Difference("focus", _how_far(recorded.cameras, now.cameras))
-
-
-def _bare(plan: FocusPlan) -> FocusPlan:
-    """Return a plan without what only a solver's has."""
-    names = FocusPlan.__dataclass_fields__
-    return FocusPlan(**{name: getattr(plan, name) for name in names})
 
 
 def _how_far(recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]) -> str:

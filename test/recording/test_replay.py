@@ -280,7 +280,7 @@ class Bench:
         run = recorder.begin(Recording(folder), inputs, begun(request))
         try:
             plan, rig, _ = self.planner.plan(
-                request, Optics(), CostModel(), run.on_progress(never_stop)
+                request, Optics(), CostModel(), run.wrap_callback(never_stop)
             )
         except (NotReady, ValueError) as error:
             run.finish(False, str(error))
