@@ -21,7 +21,7 @@ from focus_planner_msgs.msg import FocusPlan
 from rclpy.serialization import serialize_message
 
 from focus_planner.core.planning.plan import SolvedPlan
-from focus_planner.core.planning.precompile import warm_up
+from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress, ProgressCallback
@@ -178,7 +178,7 @@ class Planning:
         # They take some time, once.
         software()
         serialize(RIG, {})
-        warm_up(lambda: not self._stopping.is_set())
+        precompile(lambda: not self._stopping.is_set())
         self._warm = not self._stopping.is_set()
 
     def _digest(self) -> None:

@@ -11,7 +11,7 @@ import pytest
 from focus_planner.core import kernels
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
-from focus_planner.core.planning.precompile import warm_up
+from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -35,7 +35,7 @@ def compiled():
 
 @pytest.fixture(scope="module")
 def warm():
-    warm_up()
+    precompile()
     return compiled()
 
 
@@ -99,5 +99,5 @@ def test_every_kernel_that_a_plan_enters_is_compiled(warm):
 
 def test_it_stops_when_told():
     asked = []
-    warm_up(lambda: asked.append(1) or len(asked) < 3)
+    precompile(lambda: asked.append(1) or len(asked) < 3)
     assert len(asked) == 3

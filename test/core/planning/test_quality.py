@@ -5,7 +5,7 @@ import pytest
 
 from focus_planner import InputError, PlanRequest, PointCloud, Rig, Scene, plan_focus
 from focus_planner.core.planning import formulation as posing
-from focus_planner.core.planning.formulation import choose_samples, formulate_fresh_problem
+from focus_planner.core.planning.formulation import choose_samples, formulate_problem
 from focus_planner.core.planning.quality import estimate_quality, weighted_mean
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.surface.sampling import sample_mesh
@@ -110,7 +110,9 @@ def test_the_standard_error_is_honest(count):
     # closed form. Of 400 the spread is known to 3.5 %.
     qualities = [
         estimate_quality(
-            formulate_fresh_problem(WALL, EYE, PlanRequest("em", fresh_samples=count, seed=seed)),
+            formulate_problem(
+                WALL, EYE, PlanRequest("em", fresh_samples=count, seed=seed), fresh=True
+            ),
             np.array([0.8]),
         )
         for seed in range(400)
@@ -142,7 +144,7 @@ def test_areas_are_in_square_metres_with_an_honest_error():
 
 def test_fresh_costs_have_no_bias_and_own_ones_flatter():
     plans = [plan_focus(SCENE, RIG, PlanRequest("k_view", 60, seed)) for seed in range(12)]
-    dense = formulate_fresh_problem(SCENE, RIG, PlanRequest(seed=999, fresh_samples=60_000))
+    dense = formulate_problem(SCENE, RIG, PlanRequest(seed=999, fresh_samples=60_000), fresh=True)
     true = np.array([dense.cost(distances(plan)) for plan in plans])
     fresh = np.array([plan.fresh_cost for plan in plans])
     errors = np.array([plan.fresh_standard_error for plan in plans])
@@ -186,7 +188,7 @@ def test_too_few_fresh_samples_are_an_error(count, seed, message):
 
 
 def test_plans_of_one_seed_are_judged_on_the_same_samples():
-    fresh = formulate_fresh_problem(SCENE, RIG, PlanRequest(seed=4, fresh_samples=300))
+    fresh = formulate_problem(SCENE, RIG, PlanRequest(seed=4, fresh_samples=300), fresh=True)
     for method, count in (("closest", 50), ("em", 200)):
         plan = plan_focus(SCENE, RIG, PlanRequest(method, count, 4, fresh_samples=300))
         assert plan.fresh_cost == fresh.cost(distances(plan))
@@ -262,7 +264,7 @@ class TestClouds:
     def test_a_cloud_judges_like_its_mesh(self, normals, samples):
         mesh = merged(sphere(0.2, (0.25, 0, 0), 4), sphere(0.3, (-0.3, 0.1, 0), 4))
         rig = around(8, 1.2)
-        dense = formulate_fresh_problem(Scene(mesh), rig, PlanRequest(fresh_samples=50_000))
+        dense = formulate_problem(Scene(mesh), rig, PlanRequest(fresh_samples=50_000), fresh=True)
         scene = Scene(self.cloud(2000, normals, mesh))
         plan = plan_focus(scene, rig, PlanRequest(samples=samples, fresh_samples=20_000))
         truth = dense.cost(distances(plan))
