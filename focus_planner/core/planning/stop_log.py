@@ -48,7 +48,7 @@ class Entry(NamedTuple):
     """An answer, and how often it was given in a row."""
 
     answer: Answer
-    count: int = 1
+    times: int = 1
 
 
 # How many zeros in a row stand for a callback's stop, or one more.
@@ -77,14 +77,14 @@ class StopLog:
         if not self.entries:
             return ()
         counts = [0]  # the last of them counts continues if there is an odd number of them
-        for answer, count in self.entries:
+        for answer, times in self.entries:
             of_continues = len(counts) % 2 == 1
             if answer in _ZEROS:
                 counts += [0] * (_ZEROS[answer] if of_continues else _ZEROS[answer] + 1)
             elif of_continues == (answer is Answer.CONTINUE):
-                counts[-1] += count
+                counts[-1] += times
             else:
-                counts.append(count)
+                counts.append(times)
         return tuple(counts)
 
     @staticmethod
@@ -109,11 +109,11 @@ class StopRecorder:
     def __init__(self) -> None:
         self._entries: list[Entry] = []
 
-    def add(self, answer: Answer, count: int = 1) -> None:
+    def add(self, answer: Answer, times: int = 1) -> None:
         """Log an answer that was given so often in a row."""
         if self._entries and self._entries[-1].answer is answer:
-            count += self._entries.pop().count
-        self._entries.append(Entry(answer, count))
+            times += self._entries.pop().times
+        self._entries.append(Entry(answer, times))
 
     @property
     def log(self) -> StopLog:
@@ -142,5 +142,5 @@ class StopReplay:
 
 
 def _one_by_one(log: StopLog) -> Iterator[Answer]:
-    for answer, count in log.entries:
-        yield from repeat(answer, count)
+    for answer, times in log.entries:
+        yield from repeat(answer, times)
