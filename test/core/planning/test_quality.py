@@ -2,9 +2,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from focus_planner import InputError, PlanRequest, PointCloud, Rig, Scene, plan_focus
-from focus_planner.core.planning import formulation as posing
+from focus_planner.core.planning import formulation
 from focus_planner.core.planning.formulation import choose_samples, formulate_problem
 from focus_planner.core.planning.quality import estimate_quality, weighted_mean
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -232,8 +233,7 @@ class TestClouds:
         scene = Scene(cloud)
         fresh = scene.fresh_samples(5000, 0)
         assert fresh.weights.sum() == pytest.approx(scene.area)
-        from_point = fresh.points[:, None, :] - cloud.points[None, :, :]
-        nearest = np.linalg.norm(from_point, axis=2).min(axis=1)
+        nearest, _ = cKDTree(cloud.points).query(fresh.points)
         assert (nearest > 0).all()
         spacing = math.sqrt(scene.area / 2000)
         assert 0.2 * spacing < np.median(nearest) < 0.6 * spacing
@@ -303,19 +303,19 @@ class TestChoosingSamples:
 
     def test_the_pilots_number_is_the_least(self):
         request = PlanRequest(samples=0, standard_error=1e6)
-        assert choose_samples(SCENE, RIG, request).samples == posing._PILOT_SAMPLES
+        assert choose_samples(SCENE, RIG, request).samples == formulation._PILOT_SAMPLES
 
     def test_where_all_costs_the_same_the_pilot_is_enough(self):
-        model = posing.CostModel(0, 0, 0)
+        model = formulation.CostModel(0, 0, 0)
         chosen = choose_samples(WALL, EYE, PlanRequest("em", samples=0), model)
-        assert chosen.samples == posing._PILOT_SAMPLES
+        assert chosen.samples == formulation._PILOT_SAMPLES
 
     def test_the_error_that_a_refusal_names_is_accepted(self):
         with pytest.raises(InputError, match=r"at least \d") as refusal:
             choose_samples(SCENE, RIG, PlanRequest(samples=0, standard_error=1e-3))
         named = float(refusal.value.expected.split()[2])
         count = choose_samples(SCENE, RIG, PlanRequest(samples=0, standard_error=named)).samples
-        assert 0.98 * posing.MAX_SAMPLES < count <= posing.MAX_SAMPLES
+        assert 0.98 * formulation.MAX_SAMPLES < count <= formulation.MAX_SAMPLES
 
     def test_other_requests_are_left_alone(self):
         request = PlanRequest(samples=77, standard_error=1e-9)
@@ -325,7 +325,7 @@ class TestChoosingSamples:
         assert choose_samples(cloud, RIG, request) is request
         assert plan_focus(cloud, RIG, request).samples == 100
 
-    def test_a_watch_may_end_the_pilot_too(self):
+    def test_a_callback_may_end_the_pilot_too(self):
         heard = []
 
         def on_progress(progress):
