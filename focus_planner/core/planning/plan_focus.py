@@ -70,8 +70,7 @@ def plan_focus(
         Of a plan that a time budget or a callback ended, to make it again, bit for bit; the time
         budget is not looked at.
     clock : callable, optional
-        Returns seconds that never run backwards; the time budget, and the plan's seconds, are
-        measured by it.
+        Returns seconds, monotonic; measures the time budget and the plan's seconds.
 
     Raises
     ------

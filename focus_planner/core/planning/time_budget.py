@@ -1,14 +1,18 @@
 """The arithmetic of a time budget: how long each stage of a plan may take.
 
-A plan passes through fixed stages: rays are cast for the fresh samples and for those to plan on,
-the problem's cells are found, the solver runs, a lower bound is computed. Casting rays may take a
-share of the budget each. The later stages grow with the problem, so their needs are estimated
-from the time that its cells took: a new stage of the solver needs that long, and a little less,
-to set up before its first step, the plan a quarter of it to wind up, and a useful bound as long
-again. A step starts only if it would end in time even if it took half as long again as the last.
+A plan passes through fixed stages: rays are cast for the fresh samples, then for the samples to
+plan on; the problem's cells are found; the solver runs; a lower bound is computed.
 
-The budget knows nothing but its clock; who else may end a plan, and what was decided, is up to
-:class:`~focus_planner.core.planning.pacer.Pacer`.
+- Ray casting has to end within a share of the budget. Samples whose rays would come later are
+  left out of the problem.
+- What follows grows with the problem, and so does the time that its cells take. A stage of the
+  solver is expected to need nearly as long to set up before its first step, winding up a quarter,
+  and a useful bound as long again.
+- A step starts only if it would end in time even if it took half as long again as the last one.
+
+The budget knows its clock and nothing else; :class:`~focus_planner.core.planning.pacer.Pacer`
+asks it together with the caller's callback. What a deadline costs in quality is told in
+``docs/quality.md``.
 """
 
 from __future__ import annotations
@@ -19,13 +23,13 @@ from collections.abc import Callable
 
 from focus_planner.core.solvers.k_view import STAGES
 
-#: Shares of the budget, from the start, after which no rays are cast any more for fresh samples,
-#: and for samples to plan on: cells and solving are still to come, and take about as long.
+#: Shares of the budget, from the start, after which no more rays are cast for fresh samples, and
+#: for samples to plan on. Cells and solving are still to come, and take about as long.
 FRESH_SHARE = 0.15
 SAMPLES_SHARE = 0.45
 
-# In units of the time that the problem's cells took. What takes long to set up is the tuples of
-# cameras, most of all triples.
+# In units of the time that the problem's cells took. Tuples of cameras take long to set up, most
+# of all triples.
 _SET_UP, _SET_UP_TRIPLES = 0.8, 8.0
 _WIND_UP = 0.25
 _BOUND = 1.0
@@ -41,7 +45,7 @@ class TimeBudget:
     seconds : float
         From now; inf for no limit.
     clock : callable, optional
-        Returns seconds that never run backwards.
+        Returns seconds; monotonic.
 
     Attributes
     ----------
