@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.planning.formulation import formulate_fresh_problem
+from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
@@ -124,7 +124,7 @@ def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:
     """
     points = len(scene.surface.points) if isinstance(scene.surface, PointCloud) else _SAMPLES
     request = PlanRequest(fresh_samples=min(points, _SAMPLES), depth_tolerance=depth_tolerance)
-    return formulate_fresh_problem(scene, rig, request, by="area")
+    return formulate_problem(scene, rig, request, by="area", fresh=True)
 
 
 class _Sheet:

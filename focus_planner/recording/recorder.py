@@ -348,7 +348,7 @@ class RunRecorder:
         if plan is not None:
             if rig is not None and self._how.markers:
                 self._bag.add(markers_message(self._beginning, plan, rig, at))
-            ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
+            ending = replace(ending, stop_log=plan.stop_log, fingerprints=fingerprints(plan))
         if self._kept is not None:
             ending = replace(ending, plan=None)
         for message in ending_messages(self._beginning, ending, at):

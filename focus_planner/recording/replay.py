@@ -72,7 +72,7 @@ def plan_run(
         ends it now.
     """
     ended = run.ending is not None and run.ending.success and as_it_was
-    answers = run.ending.answers if run.ending and ended else None
+    stop_log = run.ending.stop_log if run.ending and ended else None
     progress: list[Progress] = []
 
     def noted(step: Progress) -> bool:
@@ -89,13 +89,13 @@ def plan_run(
             settings.model,
             noted,
             warm_start=beginning.warm_start is not None,
-            answers=answers,
+            stop_log=stop_log,
         )
     except (InputError, NotReady) as error:
         return Replayed(Ending(False, str(error)), tuple(progress))
     except Exception as error:  # noqa: BLE001 - it may be what the run was recorded for
         return Replayed(Ending(False, internal_error(error)), tuple(progress))
-    ending = Ending(True, "", plan, plan.answers, fingerprints(plan))
+    ending = Ending(True, "", plan, plan.stop_log, fingerprints(plan))
     return Replayed(ending, tuple(progress), plan, rig)
 
 
@@ -175,7 +175,7 @@ def _how_much(before: Fingerprint, after: Fingerprint) -> str:
 def _of_steps(run: Run, now: Sequence[Progress]) -> Iterator[Difference]:
     """Yield the first step that differs."""
     recorded, again = _numbered(run.progress), _numbered(now)
-    if run.ending and len(run.ending.answers) > 1:
+    if run.ending and run.ending.stop_log.stopped:
         # A watch that had said no was told of no more steps.
         again = again[: len(recorded)]
     none = (0, None)

@@ -157,7 +157,7 @@ def test_the_end_comes_after_the_answer(recorder, tmp_path, expected):
     done.result(30)
     ending = read_run(run.path).ending
     assert (ending.success, ending.message, ending.stamp) == (True, "told", (5, 6))
-    assert ending.answers == expected.answers
+    assert ending.stop_log == expected.stop_log
     assert [f.stage for f in ending.fingerprints][-1] == "costs"
 
 
