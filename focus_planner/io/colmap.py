@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
+from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
@@ -269,7 +269,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
 
 def _shot(name: str, camera: int, where: str, values: list[float]) -> _Shot:
     w, x, y, z, *translation = values
-    return _Shot(name, camera, pose(where, translation, (x, y, z, w)))
+    return _Shot(name, camera, similarity_from_pose(where, translation, (x, y, z, w)))
 
 
 def _floats(where: str, words: list[str]) -> list[float]:

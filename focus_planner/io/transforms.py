@@ -19,8 +19,8 @@ from focus_planner.core.rig.frames import (
     FrameTransform,
     FrameTree,
     Similarity,
-    pose,
-    quaternion_from_angles,
+    quaternion_from_rpy,
+    similarity_from_pose,
 )
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -259,7 +259,7 @@ def _transform_of_message(where: str, data: Any) -> FrameTransform:
     return FrameTransform(
         _frame(where, value_at(where, data, "header", "frame_id")),
         _frame(where, value_at(where, data, "child_frame_id")),
-        pose(where, translation, rotation),
+        similarity_from_pose(where, translation, rotation),
     )
 
 
@@ -282,8 +282,10 @@ def _transform_of_line(where: str, line: str) -> FrameTransform:
         )
     x, y, z, *turn = (number(where, value) for value in numbers)
     if len(turn) == 3:
-        turn = list(quaternion_from_angles(*reversed(turn)))
-    return FrameTransform(_frame(where, parent), _frame(where, child), pose(where, (x, y, z), turn))
+        turn = list(quaternion_from_rpy(*reversed(turn)))
+    return FrameTransform(
+        _frame(where, parent), _frame(where, child), similarity_from_pose(where, (x, y, z), turn)
+    )
 
 
 def _arguments(where: str, line: str) -> list[str]:
@@ -308,9 +310,9 @@ def _transform_of_flags(where: str, words: Sequence[str]) -> FrameTransform:
     by_angles = any(flag in given for flag in _FLAGS["angles"])
     if by_angles and any(flag in given for flag in _FLAGS["quaternion"]):
         raise InputError(where, "a quaternion, or roll, pitch and yaw", "both")
-    turn = quaternion_from_angles(*values("angles")) if by_angles else values("quaternion")
+    turn = quaternion_from_rpy(*values("angles")) if by_angles else values("quaternion")
     parent, child = (_frame(where, given.get(flag)) for flag in _FLAGS["frames"])
-    return FrameTransform(parent, child, pose(where, values("translation"), turn))
+    return FrameTransform(parent, child, similarity_from_pose(where, values("translation"), turn))
 
 
 def _flags(where: str, words: Sequence[str]) -> dict[str, str]:

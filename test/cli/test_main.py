@@ -338,7 +338,7 @@ def test_what_is_no_surface_is_refused(
     [
         (with_camera(orientation=[0, 0, 0, 0]), "cameras[1]: camera cam_0_01: orientation"),
         (with_camera(orientation=[0, 0, 0, float("nan")]), "expected a unit quaternion"),
-        (with_camera(position=[0, 0, float("nan")]), "position: expected finite metres"),
+        (with_camera(position=[0, 0, float("nan")]), "position: expected finite coordinates"),
         (with_camera(position=[0.0, 0.0, 0.9]), "1 of 12 inside it (cam_0_01)"),
         (with_camera(name="cam_0_00"), "unique camera names"),
         (with_camera(lense={}), "did you mean lens?"),

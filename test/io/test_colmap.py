@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
+from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -148,11 +148,11 @@ def test_a_cylinder_comes_back(tmp_path: Path, write: Write) -> None:
 
 @WRITERS
 def test_it_moves_turns_and_scales(tmp_path: Path, write: Write) -> None:
-    model_from_rig = pose("", (1, -2, 3), (0.6, 0, 0, 0.8)) @ Similarity(scale=40.0)
+    model_from_rig = similarity_from_pose("", (1, -2, 3), (0.6, 0, 0, 0.8)) @ Similarity(scale=40.0)
     turned = [
         Camera(camera.name, at.position, at.orientation, camera.intrinsics, camera.lens)
         for camera in RIG.cameras
-        for at in [model_from_rig @ pose("", camera.position, camera.orientation)]
+        for at in [model_from_rig @ similarity_from_pose("", camera.position, camera.orientation)]
     ]
     write(tmp_path, *model_of(Rig(tuple(turned)), pinhole))
     assert_same(load_colmap(tmp_path, rig_from_model=model_from_rig.inverse(), lens=LENS), RIG)

@@ -251,7 +251,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, .nan, 0]')}]",
-            r"cameras\[0\]: camera a: position: expected finite metres",
+            r"cameras\[0\]: camera a: position: expected finite coordinates",
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, 0]')}]",

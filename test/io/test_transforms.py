@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from focus_planner.core.rig.camera import CameraIntrinsics
-from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity, pose
+from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity, similarity_from_pose
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -93,7 +93,10 @@ def assert_same(rig: Rig, expected: Rig) -> None:
 
 
 def poses_of(rig: Rig) -> dict[str, Similarity]:
-    return {camera.name: pose("", camera.position, camera.orientation) for camera in rig.cameras}
+    return {
+        camera.name: similarity_from_pose("", camera.position, camera.orientation)
+        for camera in rig.cameras
+    }
 
 
 @pytest.mark.parametrize("dump", [json.dumps, yaml.safe_dump])
@@ -108,8 +111,8 @@ def test_a_cylinder_comes_back(tmp_path: Path, dump: Any, wrapped: bool) -> None
 
 def test_chains_of_body_frames_are_composed(tmp_path: Path) -> None:
     """Each camera hangs as a body frame from a mount that hangs from a turned stand."""
-    stand = pose("", (1, 2, 3), (0.6, 0, 0, 0.8))
-    mount = pose("", (0.1, 0, 0), (0, HALF, 0, HALF))
+    stand = similarity_from_pose("", (1, 2, 3), (0.6, 0, 0, 0.8))
+    mount = similarity_from_pose("", (0.1, 0, 0), (0, HALF, 0, HALF))
     messages = [stamped("floor", "stand", stand)]
     for name, at in poses_of(RIG).items():
         link = mount.inverse() @ at @ BODY_FROM_OPTICAL.inverse()
@@ -243,7 +246,7 @@ def test_millimetres_are_refused_unless_there_is_a_scale(tmp_path: Path) -> None
         ("0 0 inf 0 0 0 1 rig a\n", {}, "line 1: translation: expected finite numbers"),
         ("0 0 0 0 0 0 1 a b\n0 0 0 0 0 0 1 b a\n", {}, "frame b: expected a tree, got a cycle"),
         ("0 0 0 0 0 0 1 a c\n0 0 0 0 0 0 1 b c\n", {}, "frame c: expected one parent, got two"),
-        ("0 0 0 0 0 0 1 a c\n0 0 1 0 0 0 1 a c\n", {}, "frame c: expected one place in a, got"),
+        ("0 0 0 0 0 0 1 a c\n0 0 1 0 0 0 1 a c\n", {}, "frame c: expected one pose in a, got"),
         ("--x 1 --frame-id a\n", {}, "line 1: expected a frame's name, got nothing"),
         ("--x 1 --frame-id\n", {}, "line 1: expected a value after each of --x --y --z"),
         ("--up 1 --frame-id a\n", {}, "--child-frame-id, got --up 1 --frame-id a"),

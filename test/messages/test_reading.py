@@ -76,9 +76,9 @@ def test_a_table_that_makes_no_sense_is_an_input_error():
     assert lens_from_message(table()).table is None
     assert lens_from_message(table(unit="dioptres")).table == LensTable("dioptres")
     for fields, told in [
-        ({"distances": [1.0, 2.0], "values": [0.0, 1.0]}, "unit: expected a name, .* got ''"),
+        ({"distances": [1.0, 2.0], "values": [0.0, 1.0]}, "unit: expected a name .* got ''"),
         ({"values": [0.0, 1.0]}, "unit: expected a name"),
-        ({"unit": "steps"}, "distances: expected at least 2, with the unit steps, got none"),
+        ({"unit": "steps"}, "distances: expected at least 2 with the unit steps, got none"),
         ({"unit": "steps", "distances": [1.0, 2.0], "values": [3.0]}, "values: expected as many"),
     ]:
         with pytest.raises(InputError, match=r"^lens\.table\." + told):
@@ -227,7 +227,7 @@ def test_a_cloud_without_points_is_empty_whatever_its_fields(size):
     [
         ({"w": 0.0}, "cam_001: orientation: .*probably never set"),
         ({"x": math.nan}, "cam_001: orientation"),
-        ({"w": 2.0}, "of length 2"),
+        ({"w": 2.0}, "of norm 2"),
     ],
 )
 def test_an_orientation_that_is_none_is_an_input_error(orientation, error):

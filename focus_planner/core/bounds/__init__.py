@@ -1,1 +1,1 @@
-"""Bounds: what no plan can be better than."""
+"""Lower bounds on the cost of any plan, up to proofs of optimality."""

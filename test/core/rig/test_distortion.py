@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from focus_planner import CameraIntrinsics
 from focus_planner.core import kernels
-from focus_planner.core.rig.distortion import corner_rays, view
+from focus_planner.core.rig.distortion import corner_rays, frustum_and_projection
 from testing import reference
 from testing.images import varied
 from testing.problems import WIDE
@@ -37,7 +37,7 @@ def image_of(model, *distortion, **values):
 
 
 def projection(intrinsics):
-    return view(intrinsics)[1]
+    return frustum_and_projection(intrinsics)[1]
 
 
 def by_kernel(intrinsics, points):
@@ -134,14 +134,14 @@ def test_coefficients_of_no_lens_have_a_reach_and_a_frustum(distortion):
         intrinsics = image_of(model, *distortion[:count])
         if intrinsics.distortion_model:
             assert projection(intrinsics)[1] > 0
-            assert np.isfinite(view(intrinsics)[0]).all()
+            assert np.isfinite(frustum_and_projection(intrinsics)[0]).all()
 
 
 # --- what the frustum holds ------------------------------------------------------------------
 
 
 def seen(intrinsics, reach):
-    """Points at depth 1 all over the view that the image shows, (n, 2)."""
+    """Points at depth 1 all over the frustum_and_projection that the image shows, (n, 2)."""
     angles = np.linspace(0, math.atan(min(reach, 1e4)), 300, endpoint=False)
     around = np.linspace(0, 2 * np.pi, 360)
     x = np.outer(np.tan(angles), np.cos(around)).ravel()
@@ -152,7 +152,7 @@ def seen(intrinsics, reach):
 
 def box(intrinsics):
     """The least and the greatest x, y at depth 1 that the frustum holds."""
-    fx, fy, cx, cy, width, height = view(intrinsics)[0]
+    fx, fy, cx, cy, width, height = frustum_and_projection(intrinsics)[0]
     low = np.array([(-0.5 - cx) / fx, (-0.5 - cy) / fy])
     return low, low + np.array([width / fx, height / fy])
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from focus_planner import Camera, CameraIntrinsics, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
-from focus_planner.core.rig.distortion import view
+from focus_planner.core.rig.distortion import frustum_and_projection
 from focus_planner.core.rig.geometry import rotation_from_quaternion
 from focus_planner.core.surface.sampling import sample_mesh
 from focus_planner.core.surface.surface import Samples
@@ -160,7 +160,7 @@ def test_blocks_of_rays_make_no_difference(monkeypatch):
     scene, rig = Scene(torus(0.4, 0.15)), around(4, 1.5)
     samples = scene.sample(200, 0)
     whole = visible_pairs(scene, rig, samples)
-    monkeypatch.setattr("focus_planner.core.visibility._RAYS_AT_ONCE", 7)
+    monkeypatch.setattr("focus_planner.core.surface.visibility._RAYS_AT_ONCE", 7)
     blocks = visible_pairs(scene, rig, samples)
     np.testing.assert_array_equal(whole.sample_index, blocks.sample_index)
     np.testing.assert_array_equal(whole.camera_offsets, blocks.camera_offsets)
@@ -341,7 +341,9 @@ def in_view(camera, samples, facing):
         if intrinsics.distortion_model:
             x, y = along(x_axis) / z, along(y_axis) / z
             u, v = reference.pixels(intrinsics, x, y)
-            inside = (np.hypot(x, y) < view(intrinsics)[1][1]) & reference.is_read(intrinsics, u, v)
+            inside = (
+                np.hypot(x, y) < frustum_and_projection(intrinsics)[1][1]
+            ) & reference.is_read(intrinsics, u, v)
         else:
             u, v = (
                 intrinsics.fx * along(x_axis) / z + intrinsics.cx,
