@@ -122,8 +122,10 @@ def test_chains_of_body_frames_are_composed(tmp_path: Path) -> None:
     assert_same(rig, RIG)
     assert rig.frame_id == "stand"
     (note,) = notes
-    assert note.startswith("taken for body frames, x forward, by their names: cam_0_00, cam_0_01,")
-    assert note.endswith(" cam_0_05 and 6 more; --convention says what they are")
+    assert note.startswith(
+        "assumed from their names to be body frames, x forward: cam_0_00, cam_0_01,"
+    )
+    assert note.endswith(" cam_0_05 and 6 more; set --convention to decide")
     in_floor, _ = load_transforms(path, convention="body", frame_id="hall")
     expected = [stand @ at for at in poses_of(RIG).values()]
     np.testing.assert_allclose(
@@ -193,7 +195,7 @@ def test_frames_can_be_chosen(tmp_path: Path) -> None:
     path = file(tmp_path, TREE)
     rig, notes = load_transforms(path, root="rig")
     assert names(rig) == ["left", "right"]
-    assert notes == ["not taken for cameras: lamp, crater; --cameras says which frames are"]
+    assert notes == ["not used as cameras: lamp, crater; select the cameras' frames with --cameras"]
     rig, notes = load_transforms(path, root="/lamp", cameras="ns/*_frame")
     assert [camera.position for camera in rig.cameras] == [(1, 0, -5), (2, 0, -5)]
     assert notes == []
@@ -204,7 +206,7 @@ def test_frames_can_be_chosen(tmp_path: Path) -> None:
 def test_images_and_lenses_are_given(tmp_path: Path) -> None:
     images = {"left": CameraIntrinsics(640, 480), "right": CameraIntrinsics(320, 240)}
     path = file(tmp_path, TREE)
-    rig, _ = load_transforms(path, root="rig", image_of=images.__getitem__, lens=Lens(0.02))
+    rig, _ = load_transforms(path, root="rig", intrinsics_of=images.__getitem__, lens=Lens(0.02))
     assert {camera.name: camera.intrinsics for camera in rig.cameras} == images
     assert {camera.lens for camera in rig.cameras} == {Lens(0.02)}
 
@@ -229,11 +231,19 @@ def test_millimetres_are_refused_unless_there_is_a_scale(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "options", "telling"),
     [
-        (TREE, {}, "tf.txt: frames: expected one tree, got 2, of world, moon; add the transform"),
+        (
+            TREE,
+            {},
+            "tf.txt: frames: expected one tree, got 2, with the roots world, moon; add the transform",
+        ),
         (TREE, {"root": "rigg"}, "root: expected one of world, rig, ns/left, ns/left_optical_fra"),
         (TREE, {"root": "rigg"}, "and 3 more, got 'rigg'; did you mean rig?"),
-        (TREE, {"root": "rig", "cameras": "c*r"}, "frame crater: expected transforms that lead"),
-        (TREE, {"root": "rig", "cameras": "c*r"}, "to rig, got some that lead to moon"),
+        (
+            TREE,
+            {"root": "rig", "cameras": "c*r"},
+            "frame crater: expected a frame of the tree below rig",
+        ),
+        (TREE, {"root": "rig", "cameras": "c*r"}, "below rig, got one below moon"),
         (TREE, {"root": "rig", "cameras": "x*"}, "cameras: expected frames that match x*, got onl"),
         (TREE, {"root": "crater"}, "tf.txt: root crater: expected cameras in its tree, got none"),
         (TREE, {"root": "rig", "convention": "up"}, "convention: expected one of optical, body"),
@@ -252,7 +262,7 @@ def test_millimetres_are_refused_unless_there_is_a_scale(tmp_path: Path) -> None
         ("--up 1 --frame-id a\n", {}, "--child-frame-id, got --up 1 --frame-id a"),
         (
             *("--qz 1 --yaw 1 --frame-id a --child-frame-id b\n", {}),
-            "line 1: expected a quaternion, or roll, pitch and yaw, got both",
+            "line 1: expected either a quaternion or roll, pitch and yaw, got both",
         ),
         ("", {}, "tf.txt: expected a list of transforms, got an empty file"),
         ("# nothing\n", {}, "tf.txt: expected a list of transforms, got none"),

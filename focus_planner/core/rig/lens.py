@@ -132,7 +132,7 @@ def _check_table(lens: Lens, table: LensTable) -> None:
     if settable is not None and listed:
         raise InputError(
             "lens.table",
-            "only one of a table of whole values, focus_distances and focus_steps",
+            "either a table of whole values, focus_distances or focus_steps",
             "two of them",
             "a table of whole values already determines what the lens can be set to",
         )

@@ -38,7 +38,7 @@ def test_the_defaults_are_the_papers():
         ({"cy": "x"}, "image.cy: expected a number, got 'x'"),
         (
             {"distortion_model": "fisheye", "distortion": (0.1,)},
-            "image.distortion_model: expected one of .*, got 'fisheye'; for rectified images leave d",
+            "image.distortion_model: expected one of .*, got 'fisheye'; for rectified images leave",
         ),
         ({"distortion_model": "fisheye"}, "image.distortion_model: expected one of plumb_bob"),
         ({"distortion": (0.1,) * 5}, "image.distortion_model: expected one of .*, got ''"),

@@ -82,7 +82,7 @@ RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
         ),
         (
             {"table": COUNTED, "focus_distances": [1.0]},
-            "lens.table: expected only one of a table .*, focus_distances and focus_steps, got two",
+            "lens.table: expected either a table .*, focus_distances or focus_steps, got two",
         ),
         ({"table": COUNTED, "focus_steps": 9, "min_focus": 0.4}, "lens.table: .* got two of them"),
         (
