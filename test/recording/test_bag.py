@@ -260,7 +260,7 @@ bag.abandon()
     found = said(bag.messages)
     assert 0 < len(found) < len(TRUE)
     assert found == TRUE[: len(found)]
-    assert bag.fault == "a file that is cut off"
+    assert bag.fault == "a truncated file"
     assert not being_written(tmp_path / "run.partial")
 
 
@@ -487,7 +487,7 @@ def test_what_is_cut_off_is_read_up_to_the_last_whole_chunk(data, reads):
         complete = sum(end <= length for end in chunks)
         assert len(bag.messages) == sum(sizes[:complete])
         assert not bag.whole
-        assert bag.fault in {"a file that is cut off", "an empty file"}
+        assert bag.fault in {"a truncated file", "an empty file"}
         assert (run is None) is (complete < 2)
         if run is not None:
             assert len(run.progress) == sum(sizes[2:complete][:2])

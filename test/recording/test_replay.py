@@ -197,7 +197,7 @@ def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, metho
     assert len(run.ending.answers) > 1
     assert differences(run, again) == []
     # It really was ended, and would not be now.
-    to_its_end = plan_run(run, as_it_was=False)
+    to_its_end = plan_run(run, stop_as_recorded=False)
     assert differences(run, to_its_end) != []
     assert len(to_its_end.ending.answers) == 1
 

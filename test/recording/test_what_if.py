@@ -290,7 +290,7 @@ def test_lens_tables_can_be_given_and_taken_away(run, tmp_path):
     table = LensTable("steps", True, (1.0, 5.0), (0.0, 64.0))
     assert {lens.table for lens in lenses_of(after)} == {table}
     file.unlink()  # what it said is in the run
-    told = plan_run(after, as_it_was=False).plan
+    told = plan_run(after, stop_as_recorded=False).plan
     for camera in told.cameras:
         assert camera.device_value == table.value_at(camera.focus_distance)
         assert camera.focus_distance in table.settable_distances
@@ -396,7 +396,7 @@ def without_seconds(plan):
     ],
 )
 def test_it_is_the_plan_that_these_changes_give(run, assignments, request_, lens, model):
-    again = plan_run(changed(run, *assignments).run, as_it_was=False)
+    again = plan_run(changed(run, *assignments).run, stop_as_recorded=False)
     cameras = tuple(replace(c, lens=replace(OWN, **lens)) for c in SMALL_RIG.cameras)
     request = replace(REQUEST, **request_)
     expected = plan_focus(Scene(TORUS), replace(SMALL_RIG, cameras=cameras), request, model)
@@ -410,7 +410,7 @@ def test_the_changed_run_is_recorded_and_replayed_as_one_of_its_own(run, tmp_pat
     log = Log()
     recorder = Recorder(log)
     record_ = recorder.begin(Recording(tmp_path), after.inputs, after.beginning)
-    again = plan_run(after, record_.on_progress(lambda _: True), as_it_was=False)
+    again = plan_run(after, record_.on_progress(lambda _: True), stop_as_recorded=False)
     record_.finish(True, again.plan.summary(), again.plan, again.rig)
     assert recorder.close(30)
     assert log.errors == []
