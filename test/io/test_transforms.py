@@ -234,7 +234,7 @@ def test_millimetres_are_refused_unless_there_is_a_scale(tmp_path: Path) -> None
         (
             TREE,
             {},
-            "tf.txt: frames: expected one tree, got 2, with the roots world, moon; add the transform",
+            "tf.txt: frames: expected one tree, got 2, with the roots world, moon; add the transf",
         ),
         (TREE, {"root": "rigg"}, "root: expected one of world, rig, ns/left, ns/left_optical_fra"),
         (TREE, {"root": "rigg"}, "and 3 more, got 'rigg'; did you mean rig?"),
