@@ -1,4 +1,4 @@
-"""How good a plan from a point cloud is, on the cost of the mesh that the cloud was taken from."""
+"""The quality of plans made on point clouds, evaluated on the meshes that they were drawn from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the times of planning grow with the number of samples, beside the paper's Table 2."""
+"""How planning times grow with the number of samples, compared with the paper's Table 2."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _measure(scene: Scene, samples: int) -> dict[str, float]:
 
 
 def _to_gap(formulated: Problem) -> float:
-    """Return the seconds that ``optimal`` takes to a proven gap of 0.1 %; NaN if too many."""
+    """Return the seconds until ``optimal`` proves a gap of 0.1 %; NaN if it takes too long."""
     until = time.perf_counter() + _PATIENCE
 
     def in_time(_: Progress) -> bool:

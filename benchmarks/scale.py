@@ -1,4 +1,4 @@
-"""The largest plan that is promised: ten thousand cameras and a million samples."""
+"""The largest supported plan: ten thousand cameras and a million samples."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class _Stage:
 
 
 class _Stages:
-    """What each stage took, one after the other."""
+    """The durations of successive stages."""
 
     def __init__(self) -> None:
         self.done: list[_Stage] = []
@@ -50,7 +50,7 @@ class _Stages:
 
 
 def run(console: Console) -> None:
-    """Print the table of a plan made in a process of its own, whose memory is all the plan's."""
+    """Print the table of a plan made in a process of its own, to measure its memory alone."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
         stages = process.submit(_measure).result()
     table = Table(
