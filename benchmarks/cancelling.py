@@ -82,7 +82,7 @@ def _whole(client: PlannerClient, goal: dict[str, Any]) -> float:
 
 
 def _waits(client: PlannerClient, goal: dict[str, Any], whole: float) -> _Waits:
-    """Cancel at times spread over a plan's duration, with new seeds as samples are cached by seed."""
+    """Cancel at times spread over a plan's duration, with new seeds (samples are cached)."""
     random, waits, seed = np.random.default_rng(1), _Waits(), 1
     while len(waits.seconds) < _MOMENTS:
         seed += 1

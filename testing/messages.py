@@ -19,7 +19,7 @@ from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.reading import Datatype, Optics
 from focus_planner.messages.writing import cloud_to_fields
-from testing.images import varied
+from testing.intrinsics import varied
 
 OPTICS = Optics(CameraIntrinsics(64, 48, 50.0, 51.0, 31.5, 23.5), Lens(0.035, 5.0, 0.2, 4.0))
 

@@ -30,7 +30,7 @@ from testing.runs import (
     REQUEST,
     RIG,
     TORUS,
-    begun,
+    beginning_with,
     partial_copy,
     record,
     record_failure,
@@ -179,7 +179,7 @@ def test_what_differs_is_1_and_told(here: Path, capsys: Any) -> None:
 
 
 def failed_run(folder: Path) -> Path:
-    beginning = begun(replace(REQUEST, depth_tolerance=9.0))
+    beginning = beginning_with(replace(REQUEST, depth_tolerance=9.0))
     with pytest.raises(InputError) as told:
         solved(beginning)
     inputs = inputs_of(beginning, TORUS, RIG)

@@ -236,7 +236,12 @@ def fails(folder: Path, telling: str) -> None:
 @pytest.mark.parametrize(
     ("file", "old", "new", "telling"),
     [
-        ("cameras", "1 PINHOLE", "1 WIDE", "line 4: expected a camera model of COLMAP, got WIDE"),
+        (
+            "cameras",
+            "1 PINHOLE",
+            "1 WIDE_ANGLE",
+            "line 4: expected a camera model of COLMAP, got WIDE_ANGLE",
+        ),
         (
             *("cameras", " 240.0", ""),
             "line 4: expected 4 parameters of PINHOLE: fx fy cx cy, got 3",

@@ -18,7 +18,7 @@ from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
-from testing.images import varied
+from testing.intrinsics import varied
 from testing.messages import lens_tables
 
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,12}", fullmatch=True) | st.sampled_from(

@@ -35,7 +35,7 @@ from testing.runs import (
     RIG,
     TORUS,
     Log,
-    begun,
+    beginning_with,
     cloud,
     partial_copy,
     record,
@@ -93,7 +93,7 @@ def test_a_rig_of_different_cameras_is_reproduced(tmp_path):
     run, again = replayed(path)
     assert differences(run, again) == []
     assert [a.read(Optics()) for a in run.rigs()] == [rig]
-    assert run.ending.plan.cost != solved(begun(SMALL)).cost
+    assert run.ending.plan.cost != solved(beginning_with(SMALL)).cost
     changed = with_changes(run, parse_changes(["f_number=8"])).run
     (arrival,) = changed.rigs()
     assert [c.intrinsics for c in arrival.read(Optics()).cameras] == [c.intrinsics for c in cameras]
@@ -212,7 +212,7 @@ def test_a_plan_that_its_time_budget_ended_is_reproduced(tmp_path, seconds):
 
 
 def test_a_warm_start_is_reproduced(tmp_path):
-    first = solved(begun(SMALL))
+    first = solved(beginning_with(SMALL))
     assert first.prices is not None
     path = record(tmp_path, replace(SMALL, seed=5), warm_start=first.warm_start)
     run, again = replayed(path)
@@ -257,7 +257,7 @@ class Bench:
         self.planner.digest(Optics())
 
     def rig(self, rig):
-        message = inputs_of(begun(rig=rig), TORUS, rig)[-1]
+        message = inputs_of(beginning_with(rig=rig), TORUS, rig)[-1]
         read = read_run_rig(message)
         self._now += timedelta(seconds=1)
         topic = "/focus_planner/rig"
@@ -277,7 +277,7 @@ class Bench:
         self.planner.digest(Optics())
         inputs = [input_message(arrival) for arrival in self.planner.arrivals()]
         recorder = Recorder(Log())
-        run = recorder.begin(Recording(folder), inputs, begun(request))
+        run = recorder.begin(Recording(folder), inputs, beginning_with(request))
         try:
             plan, rig, _ = self.planner.plan(
                 request, Optics(), CostModel(), run.on_progress(never_stop)
@@ -371,7 +371,7 @@ def test_a_surface_and_a_rig_that_never_fitted_do_not_fit_now(tmp_path):
     ],
 )
 def test_a_request_that_failed_fails_again(tmp_path, request_):
-    beginning = begun(request_)
+    beginning = beginning_with(request_)
     with pytest.raises(ValueError, match="expected") as told:
         solved(beginning)
     inputs = inputs_of(beginning, TORUS, RIG)
@@ -382,7 +382,7 @@ def test_a_request_that_failed_fails_again(tmp_path, request_):
 
 
 def test_a_request_that_says_what_there_is_not_fails_again(tmp_path):
-    beginning = replace(begun(), asked={"method": "best"})
+    beginning = replace(beginning_with(), asked={"method": "best"})
     with pytest.raises(ValueError, match="method: expected one of closest") as told:
         _ = beginning.request
     inputs = inputs_of(beginning, TORUS, RIG)
@@ -393,7 +393,7 @@ def test_a_request_that_says_what_there_is_not_fails_again(tmp_path):
 
 
 def test_a_failure_that_is_none_now_is_told(tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     inputs = inputs_of(beginning, TORUS, RIG)
     (difference,) = found(record_failure(tmp_path, beginning, inputs, "no idea"))
     assert difference.stage == "outcome"
@@ -401,7 +401,7 @@ def test_a_failure_that_is_none_now_is_told(tmp_path):
 
 
 def test_another_failure_is_told(tmp_path):
-    beginning = begun(replace(SMALL, depth_tolerance=9.0))
+    beginning = beginning_with(replace(SMALL, depth_tolerance=9.0))
     inputs = inputs_of(beginning, TORUS, RIG)
     (difference,) = found(record_failure(tmp_path, beginning, inputs, "no idea"))
     assert difference.stage == "outcome"
@@ -496,7 +496,7 @@ def flip(visibility, camera=2):
 
 def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch):
     visible_pairs = posing.visible_pairs
-    pairs = len(solved(begun()).problem.depth)
+    pairs = len(solved(beginning_with()).problem.depth)
     looks = []
 
     def other(scene, rig, samples, *how, **more):

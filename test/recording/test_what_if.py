@@ -26,7 +26,7 @@ from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import Run, inputs_of, read_run, surface_messages
 from focus_planner.recording.what_if import parse_changes, settable_names, with_changes
-from testing.runs import REQUEST, TORUS, Log, begun, record
+from testing.runs import REQUEST, TORUS, Log, beginning_with, record
 from testing.runs import RIG as SMALL_RIG
 
 OWN = SMALL_RIG.cameras[0].lens
@@ -45,7 +45,7 @@ def lens_fields(**values):
 
 def run_of(messages, **values):
     """A run on these inputs, not written anywhere."""
-    beginning = begun(**values)
+    beginning = beginning_with(**values)
     surface = surface_messages(beginning.planner, TORUS, "world", beginning.at)
     inputs = (*surface, *(replace(m, at=beginning.at) for m in messages))
     return Run(None, inputs, beginning, (), None, "")
@@ -436,5 +436,5 @@ def test_inputs_of_a_file_keep_what_is_not_changed(run):
     assert after.inputs == run.inputs
     lens = changed(run, "max_focus=3").run
     assert [m.payload for m in lens.inputs][:-1] == [m.payload for m in run.inputs][:-1]
-    beginning = begun()
+    beginning = beginning_with()
     assert inputs_of(beginning, TORUS, rig_of(lens))[-1].payload == lens.inputs[-1].payload

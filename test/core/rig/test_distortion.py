@@ -11,8 +11,8 @@ from focus_planner import CameraIntrinsics
 from focus_planner.core import kernels
 from focus_planner.core.rig.distortion import corner_rays, frustum_and_projection
 from testing import reference
-from testing.images import varied
-from testing.problems import WIDE
+from testing.intrinsics import varied
+from testing.problems import WIDE_ANGLE
 
 KINDS = {
     "plumb_bob, 4": ("plumb_bob", (-0.28, 0.09, 1e-3, -7e-4)),
@@ -33,7 +33,7 @@ kinds = pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS.keys())
 
 
 def image_of(model, *distortion, **values):
-    return replace(WIDE, distortion_model=model, distortion=distortion, **values)
+    return replace(WIDE_ANGLE, distortion_model=model, distortion=distortion, **values)
 
 
 def projection(intrinsics):
@@ -69,7 +69,7 @@ def test_images_lie_where_opencv_and_its_manual_have_them(kind):
     np.testing.assert_allclose(places, by_hand, rtol=0, atol=1e-9)
 
 
-@given(varied(st.just(WIDE)), st.tuples(st.floats(-3, 3), st.floats(-3, 3)))
+@given(varied(st.just(WIDE_ANGLE)), st.tuples(st.floats(-3, 3), st.floats(-3, 3)))
 def test_any_image_of_any_point_lies_where_the_manual_has_it(intrinsics, point):
     assume(intrinsics.distortion_model)
     assume(reference.grows(intrinsics, math.hypot(*point)))
@@ -119,7 +119,7 @@ def test_the_reach_ends_where_the_image_folds_back(model, distortion, reach):
     assert projection(image_of(model, *distortion))[1] == pytest.approx(reach, rel=1e-9)
 
 
-@given(varied(st.just(WIDE)))
+@given(varied(st.just(WIDE_ANGLE)))
 def test_the_reach_of_any_image_is_where_it_stops_growing(intrinsics):
     assume(intrinsics.distortion_model)
     reach = projection(intrinsics)[1]
@@ -158,7 +158,11 @@ def box(intrinsics):
 
 
 @settings(max_examples=40)
-@given(varied(st.sampled_from([WIDE, replace(WIDE, cx=-50.0, cy=700.0), CameraIntrinsics()])))
+@given(
+    varied(
+        st.sampled_from([WIDE_ANGLE, replace(WIDE_ANGLE, cx=-50.0, cy=700.0), CameraIntrinsics()])
+    )
+)
 def test_the_frustum_holds_all_that_the_image_shows(intrinsics):
     assume(intrinsics.distortion_model)
     points = seen(intrinsics, projection(intrinsics)[1])
