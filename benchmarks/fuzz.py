@@ -145,7 +145,7 @@ class _Fuzzer:
         files = sum(file.stat().st_size for file in (folder / "log").rglob("*") if file.is_file())
         result = (
             f"{self._right} plans between them the same, {self._wrong} others;"
-            f" callers told {self._told:,} times, in {self._longest} characters at most;"
+            f" callers were told {self._told:,} times, in at most {self._longest} characters;"
             f" {self._good:,} that happened to be good left out; memory {first:+.1f} MiB in the"
             f" first quarter and {growth:+.1f} MiB after it;"
             f" {len(log.splitlines()):,} lines logged, {(len(log) + files) / 1000:.0f} kB;"

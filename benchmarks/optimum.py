@@ -61,7 +61,7 @@ def _print_beside_highs(console: Console, scenes: dict[str, Scene]) -> None:
         "body",
         "optimal",
         "worst",
-        "plan, all told",
+        "whole plan",
         "HiGHS, compact",
         "HiGHS, plain",
         "faster HiGHS, worst",

@@ -71,7 +71,7 @@ def run(console: Console) -> None:
         )
     seconds = sum(stage.seconds for stage in stages)
     processor = sum(stage.processor_seconds for stage in stages)
-    table.add_row("all told", f"{seconds:.1f}", f"{processor:.1f}", f"{stages[-1].peak:.2f}", "")
+    table.add_row("total", f"{seconds:.1f}", f"{processor:.1f}", f"{stages[-1].peak:.2f}", "")
     console.print(table)
 
 
@@ -86,7 +86,7 @@ def _measure() -> list[_Stage]:
 
 def _plan(scene: Scene, rig: Rig, samples: int, stages: _Stages) -> None:
     problem = formulate_problem(scene, rig, PlanRequest(samples=samples))
-    stages.end("posing", f"{len(problem.depth):,} visible pairs")
+    stages.end("formulation", f"{len(problem.depth):,} visible pairs")
     cells = problem.cells
     stages.end("cells", f"{len(cells.near):,} cells")
     with kernels.threads_for(len(problem.depth)):

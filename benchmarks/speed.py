@@ -45,7 +45,7 @@ def run(console: Console) -> None:
         "2-view assigned, from EM",
         "3-view all, from EM",
         "pose (ray casting, cells)",
-        "plan, all told",
+        "whole plan",
         title=f"Seconds on {name} before {len(rig())} cameras, medians",
     )
     for samples in SAMPLES:

@@ -1,4 +1,4 @@
-"""Made-up messages, and what they are to say."""
+"""Made-up messages with their expected contents."""
 
 from __future__ import annotations
 
@@ -300,7 +300,7 @@ shots = st.builds(
 
 @st.composite
 def camera_foci(draw):
-    """What a plan says of a camera, whose lens has a table or none."""
+    """A plan for a camera whose lens may have a table."""
     focus = draw(
         st.builds(
             CameraFocus,
@@ -343,7 +343,7 @@ plans = st.builds(
 
 
 class Log:
-    """Keeps what it is told."""
+    """Keeps all messages."""
 
     def __init__(self):
         self.warnings, self.errors = [], []
