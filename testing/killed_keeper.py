@@ -1,4 +1,4 @@
-"""Keeps a plan, and is killed at once, while there is much else to write; what it logs it says."""
+"""Keeps a plan while there is much else to write, and is killed at once; prints its log."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class CommandRecorder:
         except Exception as error:  # noqa: BLE001 - no message has room for a seed of 2^64
             self._fail(str(error) or repr(error))
             return on_progress, _no_end
-        recorder = Recorder(SilentLog())
+        recorder = Recorder(SilentLog())  # a failure is reported once, at the end
         record = recorder.begin(Recording(self._directory, self._markers), inputs, beginning)
 
         def end(

@@ -36,7 +36,7 @@ from testing.runs import (
     RIG,
     TORUS,
     Log,
-    begun,
+    beginning_with,
     cloud,
     partial_copy,
     record,
@@ -94,7 +94,7 @@ def test_a_rig_of_different_cameras_is_reproduced(tmp_path):
     run, again = replayed(path)
     assert differences(run, again) == []
     assert [a.read(Optics()) for a in run.rigs()] == [rig]
-    assert run.ending.plan.cost != solved(begun(SMALL)).cost
+    assert run.ending.plan.cost != solved(beginning_with(SMALL)).cost
     changed = with_changes(run, parse_changes(["f_number=8"])).run
     (arrival,) = changed.rigs()
     assert [c.intrinsics for c in arrival.read(Optics()).cameras] == [c.intrinsics for c in cameras]
@@ -198,7 +198,7 @@ def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, metho
     assert run.ending.stop_log.stopped
     assert differences(run, again) == []
     # It really was ended, and would not be now.
-    to_its_end = plan_run(run, as_it_was=False)
+    to_its_end = plan_run(run, stop_as_recorded=False)
     assert differences(run, to_its_end) != []
     assert not to_its_end.ending.stop_log.stopped
 
@@ -213,7 +213,7 @@ def test_a_plan_that_its_time_budget_ended_is_reproduced(tmp_path, seconds):
 
 
 def test_a_warm_start_is_reproduced(tmp_path):
-    first = solved(begun(SMALL))
+    first = solved(beginning_with(SMALL))
     assert first.prices is not None
     path = record(tmp_path, replace(SMALL, seed=5), warm_start=first.warm_start)
     run, again = replayed(path)
@@ -258,7 +258,7 @@ class Bench:
         self.planner.digest(Optics())
 
     def rig(self, rig):
-        message = inputs_of(begun(rig=rig), TORUS, rig)[-1]
+        message = inputs_of(beginning_with(rig=rig), TORUS, rig)[-1]
         read = read_run_rig(message)
         self._now += timedelta(seconds=1)
         topic = "/focus_planner/rig"
@@ -278,7 +278,7 @@ class Bench:
         self.planner.digest(Optics())
         inputs = [input_message(arrival) for arrival in self.planner.arrivals()]
         recorder = Recorder(Log())
-        run = recorder.begin(Recording(folder), inputs, begun(request))
+        run = recorder.begin(Recording(folder), inputs, beginning_with(request))
         try:
             plan, rig, _ = self.planner.plan(
                 request, Optics(), CostModel(), run.wrap_callback(never_stop)
@@ -372,7 +372,7 @@ def test_a_surface_and_a_rig_that_never_fitted_do_not_fit_now(tmp_path):
     ],
 )
 def test_a_request_that_failed_fails_again(tmp_path, request_):
-    beginning = begun(request_)
+    beginning = beginning_with(request_)
     with pytest.raises(ValueError, match="expected") as told:
         solved(beginning)
     inputs = inputs_of(beginning, TORUS, RIG)
@@ -383,7 +383,7 @@ def test_a_request_that_failed_fails_again(tmp_path, request_):
 
 
 def test_a_request_that_says_what_there_is_not_fails_again(tmp_path):
-    beginning = replace(begun(), asked={"method": "best"})
+    beginning = replace(beginning_with(), asked={"method": "best"})
     with pytest.raises(ValueError, match="method: expected one of closest") as told:
         _ = beginning.request
     inputs = inputs_of(beginning, TORUS, RIG)
@@ -394,7 +394,7 @@ def test_a_request_that_says_what_there_is_not_fails_again(tmp_path):
 
 
 def test_a_failure_that_is_none_now_is_told(tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     inputs = inputs_of(beginning, TORUS, RIG)
     (difference,) = found(record_failure(tmp_path, beginning, inputs, "no idea"))
     assert difference.stage == "outcome"
@@ -402,7 +402,7 @@ def test_a_failure_that_is_none_now_is_told(tmp_path):
 
 
 def test_another_failure_is_told(tmp_path):
-    beginning = begun(replace(SMALL, depth_tolerance=9.0))
+    beginning = beginning_with(replace(SMALL, depth_tolerance=9.0))
     inputs = inputs_of(beginning, TORUS, RIG)
     (difference,) = found(record_failure(tmp_path, beginning, inputs, "no idea"))
     assert difference.stage == "outcome"
@@ -497,7 +497,7 @@ def flip(visibility, camera=2):
 
 def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch):
     visible_pairs = posing.visible_pairs
-    pairs = len(solved(begun()).problem.depth)
+    pairs = len(solved(beginning_with()).problem.depth)
     looks = []
 
     def other(scene, rig, samples, *how, **more):

@@ -1,4 +1,4 @@
-"""A problem as what focus gains: the form that bounds and exact solvers work on."""
+"""A problem in terms of the gain of focus: the form that bounds and exact solvers work on."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from focus_planner.core.problem.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Gains:
-    """What each sample gains on its cost with every camera out of focus, in whole units.
+    """How much each camera reduces a sample's cost by holding it in focus, in whole units.
 
-    A plan costs ``out`` less the sum over the samples of the largest gain among the cameras that
-    hold it in focus. Pairs that never gain, because another camera is better even out of focus,
-    are left out.
+    Gains are relative to the sample's cost with every camera out of focus. A plan costs ``out``
+    less the sum, over the samples, of the largest gain among the cameras that hold it in focus.
+    Pairs without a gain, where another camera is better even out of focus, are left out.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class Gains:
     gain : (G,) array of int64
         Above 0.
     first, last : (G,) arrays of int32
-        The cells, counted from the camera's first, that hold the sample.
+        The first and last cell that holds the sample in focus, counted from the camera's first.
     cell_offsets : (C + 1,) array of int64
-        Camera c's cells.
+        Camera c's cells are ``cell_offsets[c]`` to ``cell_offsets[c + 1]``.
     most : (N,) array of int64
         Each sample's largest gain; 0 if it has none.
     out : int
-        The cost with everything out of focus.
+        The cost with every camera out of focus.
     """
 
     offsets: Offsets
@@ -52,12 +52,12 @@ class Gains:
 
     @property
     def camera_count(self) -> int:
-        """C."""
+        """The number of cameras, C."""
         return len(self.offsets) - 1
 
 
 def gains_of(problem: Problem) -> Gains:
-    """Return the problem as gains; O(pairs)."""
+    """Return the problem's gains, in O(pairs)."""
     cells = problem.cells
     out, most = np.empty((2, problem.sample_count), dtype=np.int64)
     kernels.most_gains(problem.pairs_by_sample, cells.focus, cells.unseen, out, most)

@@ -29,7 +29,7 @@ from focus_planner.core.surface.visibility import visible_pairs
 from testing import reference
 from testing.plans import RIG, SCENE, assigned_and_sharp, away, distances, without_seconds
 from testing.problems import (
-    WIDE,
+    WIDE_ANGLE,
     around,
     body,
     forward,
@@ -336,9 +336,9 @@ def test_vertex_normals_count():
 
 
 def test_a_wide_image_sees_more():
-    narrow = dataclasses.replace(WIDE, fx=1500.0, fy=1500.0)
+    narrow = dataclasses.replace(WIDE_ANGLE, fx=1500.0, fy=1500.0)
     plans = [
         plan_focus(SCENE, around(6, 1.0, intrinsics=intrinsics), PlanRequest("em", 1000))
-        for intrinsics in (narrow, WIDE)
+        for intrinsics in (narrow, WIDE_ANGLE)
     ]
     assert plans[0].covered_area < plans[1].covered_area <= plans[1].surface_area
