@@ -1,7 +1,6 @@
-"""Set-up: which Python it takes, and what it says when it fails.
+"""Set-up: which Python it chooses, and what it reports when it fails.
 
-Pythons are programs of a few lines that answer as those of other versions would; the rest of set-up
-is what made the environment that these tests run in.
+The Pythons are stub scripts that answer as those of other versions would.
 """
 
 from __future__ import annotations
@@ -120,13 +119,15 @@ def test_a_chosen_python_that_does_not_work_is_told_in_one_line(machine):
     assert refusal(machine, PYTHON=str(path)) == (
         f"PYTHON={path}: it does not run: pyenv: python3.11: command not found."
     )
-    assert "PYTHON=3.13: no such Python of 3.10 to 3.13 is" in refusal(machine, PYTHON="3.13")
+    assert "PYTHON=3.13: no such CPython, of 3.10 to 3.13, is on PATH or in pyenv" in refusal(
+        machine, PYTHON="3.13"
+    )
     old = program(machine / "old", "unusable\tit is CPython 3.9.18; CPython 3.10 to 3.13 is needed")
     assert refusal(machine, PYTHON=str(old)).startswith(f"PYTHON={old}: it is CPython 3.9.18; ")
 
 
 def test_a_machine_without_a_python_that_fits_is_told_so(machine):
-    told = "No Python 3.10 to 3.13 was found; as to python3: "
+    told = "No CPython 3.10 to 3.13 was found; python3: "
     assert refusal(machine) == f"{told}there is no such program."
     program(machine / "bin" / "python3", "unusable\tit is CPython 3.8.10; newer is needed")
     assert refusal(machine) == f"{told}it is CPython 3.8.10; newer is needed."
