@@ -18,7 +18,6 @@ import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
-from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -215,25 +214,6 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     rows, columns = message.grid_rows, message.grid_columns
     cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
     return optics.complete(Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None))
-
-
-def request_from_message(message: Message, defaults: PlanRequest) -> PlanRequest:
-    """Return the request; what it leaves out (0 or "") is taken from ``defaults``."""
-    return PlanRequest(
-        method=message.method or defaults.method,
-        samples=message.samples or defaults.samples,
-        seed=message.seed or defaults.seed,
-        k=message.k or defaults.k,
-        scope=message.scope or defaults.scope,
-        tuples=defaults.tuples,
-        time_budget=message.time_budget or defaults.time_budget,
-        shots=message.shots or defaults.shots,
-        depth_tolerance=message.depth_tolerance or defaults.depth_tolerance,
-        fresh_samples=defaults.fresh_samples,
-        standard_error=defaults.standard_error,
-        bound=message.bound or defaults.bound,
-        gap=message.gap or defaults.gap,
-    )
 
 
 def shot_from_message(message: Message, device_value: float | None = None) -> Shot:

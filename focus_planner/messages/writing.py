@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
-from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -136,26 +135,6 @@ def rig_to_fields(rig: Rig) -> Fields:
         "cameras": [camera_to_fields(camera) for camera in rig.cameras],
         "grid_rows": rig.grid.rows if rig.grid else 0,
         "grid_columns": rig.grid.columns if rig.grid else 0,
-    }
-
-
-def request_to_fields(request: PlanRequest) -> Fields:
-    """Return the request; an unlimited time is left out.
-
-    So are ``tuples``, ``fresh_samples`` and ``standard_error``, which only parameters set.
-    """
-    budget = request.time_budget
-    return {
-        "method": request.method,
-        "samples": request.samples,
-        "seed": request.seed,
-        "k": request.k,
-        "scope": request.scope,
-        "time_budget": 0.0 if math.isinf(budget) else budget,
-        "shots": request.shots,
-        "depth_tolerance": request.depth_tolerance,
-        "bound": request.bound,
-        "gap": request.gap,
     }
 
 

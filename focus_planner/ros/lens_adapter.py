@@ -141,7 +141,7 @@ class LensAdapter(Node):
             settings.profile,
             partial(self._tell, camera),
             self._time,
-            settings.patience,
+            settings.timeouts,
             settings.tolerance,
             settings.tables.get(camera),
         )
