@@ -173,7 +173,7 @@ def stop_after(count, stages_=None):
 
 
 @pytest.mark.parametrize(
-    ("method", "watch"),
+    ("method", "on_progress"),
     [
         ("em", stop_after(2, ["em"])),
         ("k_view", stop_after(6, ["solving", "em", "2-view", "k_view"])),
@@ -649,7 +649,7 @@ def test_what_should_not_happen_is_replayed_too(tmp_path, monkeypatch):
     def fail(*_):
         raise broken
 
-    monkeypatch.setattr("focus_planner.messages.planner.plan_focus", fail)
+    monkeypatch.setattr("focus_planner.runtime.planner.plan_focus", fail)
     run, again = replayed(path)
     assert not again.ending.success
     (difference,) = differences(run, again)
