@@ -24,10 +24,11 @@ _SHOW_CURSOR = b"\x1b[?25h"
 def shown(quiet: bool) -> Iterator[Tell]:
     """Show on a terminal what is being done; yield the function to call before each part.
 
-    That function raises ``KeyboardInterrupt`` once Ctrl-C was typed.
+    That function, and the end of the block, raise ``KeyboardInterrupt`` once Ctrl-C was typed.
     """
     if quiet or not sys.stderr.isatty():
         yield lambda _: ctrl_c.check()
+        ctrl_c.check()
         return
     from rich.console import Console
 
@@ -36,12 +37,13 @@ def shown(quiet: bool) -> Iterator[Tell]:
         status.update(text)
 
     def notify() -> None:
-        # The next Ctrl-C ends the process without further ado.
+        # The next Ctrl-C ends the process before it can.
         os.write(sys.stderr.fileno(), _SHOW_CURSOR)
         status.update("stopping; Ctrl-C again to stop at once")
 
     with Console(stderr=True).status("") as status, ctrl_c.notifying(notify):
         yield tell
+        ctrl_c.check()
 
 
 def show_progress(tell: Tell, prefix: str = "") -> ProgressCallback:
