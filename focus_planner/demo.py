@@ -197,7 +197,7 @@ def _compare(results: Mapping[str, _Result]) -> Table:
         collapse_padding=True,
         pad_edge=False,
     )
-    table.add_column("method")
+    table.add_column("method", no_wrap=True)
     for name in ("cost", "fresh cost", "change", "in focus", "solver", "answer"):
         table.add_column(name, justify="right")
     for method, result in results.items():
