@@ -37,7 +37,7 @@ def test_every_cut_is_noticed(big_endian):
 def test_a_writer_may_fill_its_last_word_and_no_more():
     payload = write_mesh(np.array([[0, 1, 2]], np.int32), np.eye(3))
     read_mesh(payload + b"\0\0\0")
-    with pytest.raises(InputError, match=f"expected {len(payload)} bytes, by its lengths"):
+    with pytest.raises(InputError, match=f"expected {len(payload)} bytes, according to its counts"):
         read_mesh(payload + b"\0\0\0\0")
 
 

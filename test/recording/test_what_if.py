@@ -138,7 +138,7 @@ def test_several_changes_are_taken_together():
     ("assignments", "told"),
     [
         (["samples"], "--set: expected NAME=VALUE, got 'samples'"),
-        (["=3"], "--set: expected one of method, k, .*, got ''"),
+        (["=3"], "--set: expected one of method, samples, .*, got ''"),
         (["sample=3"], "--set: expected one of method, .*, got 'sample'"),
         (["record_directory=/tmp"], "got 'record_directory'"),
         (["warm_start=true"], "got 'warm_start'"),
