@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
     from focus_planner.core.validation import InputError
+    from focus_planner.io.plans import save_plan
+    from focus_planner.io.rigs import load_rig
+    from focus_planner.io.surfaces import load_surface
 
 __all__ = [
     "Camera",
@@ -50,24 +53,30 @@ __all__ = [
     "depth_of_field",
     "focus_interval",
     "hyperfocal_distance",
+    "load_rig",
+    "load_surface",
     "plan_focus",
+    "save_plan",
 ]
 
 _HOMES = {
-    "validation": ("InputError",),
-    "rig.lens": ("Lens",),
-    "rig.lens_table": ("LensTable",),
-    "rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "rig.camera": ("Camera", "CameraIntrinsics"),
-    "rig.rig": ("Grid", "Rig"),
-    "rig.layouts": ("cylinder_rig",),
-    "surface.surface": ("Mesh", "PointCloud"),
-    "surface.scene": ("Scene",),
-    "problem.problem": ("Problem",),
-    "problem.cost_model": ("CostModel",),
-    "planning.plan_focus": ("plan_focus",),
-    "planning.request": ("PlanRequest",),
-    "planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "core.validation": ("InputError",),
+    "core.rig.lens": ("Lens",),
+    "core.rig.lens_table": ("LensTable",),
+    "core.rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
+    "core.rig.camera": ("Camera", "CameraIntrinsics"),
+    "core.rig.rig": ("Grid", "Rig"),
+    "core.rig.layouts": ("cylinder_rig",),
+    "core.surface.surface": ("Mesh", "PointCloud"),
+    "core.surface.scene": ("Scene",),
+    "core.problem.problem": ("Problem",),
+    "core.problem.cost_model": ("CostModel",),
+    "core.planning.plan_focus": ("plan_focus",),
+    "core.planning.request": ("PlanRequest",),
+    "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "io.plans": ("save_plan",),
+    "io.rigs": ("load_rig",),
+    "io.surfaces": ("load_surface",),
 }
 
 
@@ -76,4 +85,4 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     home = next(home for home, names in _HOMES.items() if name in names)
-    return getattr(import_module(f"focus_planner.core.{home}"), name)
+    return getattr(import_module(f"focus_planner.{home}"), name)
