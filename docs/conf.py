@@ -55,6 +55,8 @@ autodoc_default_options = {
     "members": True,
     "ignore-module-all": True,  # what a package passes on is described where it is defined
 }
+add_module_names = False
+python_maximum_signature_line_length = 88
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
@@ -78,6 +80,8 @@ html_title = "focus_planner"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
+html_show_search_summary = False  # browsers fetch nothing from file://
+pygments_style = "friendly"
 html_copy_source = False
 html_show_sourcelink = False
 _FONTS = {

@@ -6,7 +6,7 @@ axis would come to lie among what is seen. So a camera sees what is off the axis
 
 - of OpenCV's polynomials, with r = √(x² + y²) at z = 1, the radial part
   r (1 + k₁r² + k₂r⁴ + k₃r⁶) / (1 + k₄r² + k₅r⁴ + k₆r⁶) has to grow faster than
-  3 |p| r² + |(s₁, s₃)| r² + |(s₂, s₄)| r⁴, the most by which the tangential and the thin prism's
+  3 ‖p‖ r² + ‖(s₁, s₃)‖ r² + ‖(s₂, s₄)‖ r⁴, the most by which the tangential and the thin prism's
   terms could take it back in any direction;
 - of its fisheye, with θ = atan r, θ (1 + k₁θ² + k₂θ⁴ + k₃θ⁶ + k₄θ⁸) has to grow. The reach is 90°
   at most: what is seen lies before the camera.
