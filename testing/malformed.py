@@ -50,7 +50,7 @@ def mixed_rig():
     )
     changes = (
         {},
-        {"image": replace(intrinsics, region=(8, 4, 500, 800))},
+        {"intrinsics": replace(intrinsics, region=(8, 4, 500, 800))},
         {"lens": Lens(focus_distances=(0.5, 0.7, 0.9))},
         {"lens": Lens(min_focus=0.3, focus_steps=200)},
         {"lens": Lens(table=LensTable("dioptres"))},
