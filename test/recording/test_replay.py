@@ -173,7 +173,7 @@ def stop_after(count, stages_=None):
 
 
 @pytest.mark.parametrize(
-    ("method", "watch"),
+    ("method", "on_progress"),
     [
         ("em", stop_after(2, ["em"])),
         ("k_view", stop_after(6, ["solving", "em", "2-view", "k_view"])),
