@@ -190,7 +190,7 @@ def _gap(solution: Solution) -> float:
 
 
 def _tight(formulated: Problem, plan: Solution) -> Bound:
-    return lower_bound(formulated, plan.cost, plan.cost, Options(gap=_GAP))
+    return lower_bound(formulated, plan.cost, plan.cost, _GAP)
 
 
 def _print_gaps_in_time(console: Console, scenes: dict[str, Scene]) -> None:

@@ -177,7 +177,7 @@ PYTHON
 }
 
 stage_kernels() {
-  PYTHONPATH=. .venv/bin/python -c 'from focus_planner.core.warm_up import warm_up; warm_up()'
+  PYTHONPATH=. .venv/bin/python -c 'from focus_planner.core.planning.precompile import warm_up; warm_up()'
 }
 
 # The kernels need none of the interfaces, and one core: compile both at once.

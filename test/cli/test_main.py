@@ -165,7 +165,7 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
         seen.append(request)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("focus_planner.core.planning.plan_focus", plan_focus)
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
     options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
     options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01"
@@ -430,7 +430,7 @@ def test_too_little_memory_is_told(
     def run_out(*_: Any, **__: Any) -> None:
         raise MemoryError("Unable to allocate 7 PiB")
 
-    monkeypatch.setattr("focus_planner.core.planning.plan_focus", run_out)
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus.plan_focus", run_out)
     fails_in_one_line(capsys, plan(), "not enough memory")
 
 

@@ -128,7 +128,7 @@ def test_what_is_not_given_is_the_papers(tmp_path: Path) -> None:
 
 
 def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
-    own = camera_with(intrinsics="{width: 640}", lens="{min_focus: 0.4}")
+    own = camera_with(image="{width: 640}", lens="{min_focus: 0.4}")
     rig = load_rig(
         write(
             tmp_path,
@@ -142,9 +142,9 @@ def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
 def test_images_may_be_distorted_binned_and_read_in_part(tmp_path: Path) -> None:
     shared = "{distortion_model: plumb_bob, distortion: [-1e-1, 0, 0, 0], binning: [2, 2]}"
     cameras = (
-        camera_with(intrinsics="{region: [8, 4, 100, 50], binning: [1, 1]}"),
-        camera_with(intrinsics='{distortion_model: "", distortion: []}').replace("a,", "b,"),
-        camera_with(intrinsics="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
+        camera_with(image="{region: [8, 4, 100, 50], binning: [1, 1]}"),
+        camera_with(image='{distortion_model: "", distortion: []}').replace("a,", "b,"),
+        camera_with(image="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
     )
     text = f"image: {shared}\ncameras: [{', '.join(cameras)}]"
     images = [camera.intrinsics for camera in load_rig(write(tmp_path, text)).cameras]
@@ -320,7 +320,7 @@ def test_a_camera_overrides_what_its_lens_takes(
             r"yaml: image\.binning: expected a list of numbers, got 2",
         ),
         (
-            f"cameras: [{camera_with(intrinsics='{region: [0, 0, 1.5, 2]}')}]",
+            f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",
             r"cameras\[0\]: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
         ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),

@@ -574,7 +574,7 @@ def test_a_broken_length_takes_no_memory(data, tmp_path):
     code = """
 import resource, sys
 from pathlib import Path
-from focus_planner.core.checks import InputError
+from focus_planner.core.validation import InputError
 from focus_planner.recording.bag import read_bag
 from focus_planner.recording.run import read_run
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -505,21 +505,21 @@ def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
 
 # --- a disk that is really full ----------------------------------------------------------------
 
+ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import json, resource, signal, sys
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
-from focus_planner.messages.parameters import Recording
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording.recorder import Recorder
 from testing.runs import *
 log = Log()
 beginning = begun()
 solved(beginning)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
 recorder = Recorder(log)
-run = recorder.begin(Recording(Path(sys.argv[2])), inputs_of(beginning, TORUS, RIG), beginning)
-plan = solved(beginning, watch=run.watch(go_on))
+run = recorder.begin(Recording(Path(sys.argv[1])), inputs_of(beginning, TORUS, RIG), beginning)
+plan = solved(beginning, on_progress=run.on_progress(never_stop))
 run.finish(True, plan.summary(), plan, RIG)
 assert recorder.close(30)
 print(json.dumps([plan.cost, run.failure, log.errors]))
@@ -533,7 +533,7 @@ def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     limit = str(int(share * file.stat().st_size))
     folder = tmp_path / "cut"
     words = [sys.executable, "-W", "error", "-c", PROGRAM, str(folder), limit]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stderr == ""
     cost, failure, errors = json.loads(done.stdout)
     assert cost == expected.cost

@@ -649,7 +649,7 @@ def test_what_should_not_happen_is_replayed_too(tmp_path, monkeypatch):
     def fail(*_):
         raise broken
 
-    monkeypatch.setattr("focus_planner.messages.planner.plan_focus", fail)
+    monkeypatch.setattr("focus_planner.runtime.planner.plan_focus", fail)
     run, again = replayed(path)
     assert not again.ending.success
     (difference,) = differences(run, again)

@@ -54,8 +54,10 @@ def lower_bound(
         Of the plan that the bound is for, told to the watch.
     near : float
         The cost of a good plan, which steps aim at: the better, the sooner the bound is good.
-    options : Options, optional
-        Its ``prices`` are started from, and ``gap`` is near enough.
+    gap : float
+        A bound this part of ``near`` below it is good enough.
+    start : (N,) array, optional
+        Prices of the samples to start from, 0 to 1.
     on_progress : callable, optional
         Told of every few steps, stage "prices"; answers whether to go on.
     most_steps : int, optional

@@ -160,7 +160,7 @@ def test_blocks_of_rays_make_no_difference(monkeypatch):
     scene, rig = Scene(torus(0.4, 0.15)), around(4, 1.5)
     samples = scene.sample(200, 0)
     whole = visible_pairs(scene, rig, samples)
-    monkeypatch.setattr("focus_planner.core.visibility._RAYS_AT_ONCE", 7)
+    monkeypatch.setattr("focus_planner.core.surface.visibility._RAYS_AT_ONCE", 7)
     blocks = visible_pairs(scene, rig, samples)
     np.testing.assert_array_equal(whole.sample_index, blocks.sample_index)
     np.testing.assert_array_equal(whole.camera_offsets, blocks.camera_offsets)
