@@ -169,6 +169,7 @@ def test_the_unit_runs_the_node_and_restarts_it(programs):
     assert service["RestartPreventExitStatus"] == "2"
 
 
+@pytest.mark.processes
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="there is no systemd here")
 def test_systemd_reads_the_unit(tmp_path):
     text = (REPOSITORY / "docs" / "focus_planner.service").read_text(encoding="utf-8")
@@ -215,6 +216,7 @@ def test_every_installed_file_is_there(installed):
         assert there == {name for name in installed if name.startswith(prefix)}
 
 
+@pytest.mark.processes
 def test_a_wheel_has_what_the_node_needs(tmp_path, installed):
     source = tmp_path / "source"
     skip = shutil.ignore_patterns("__pycache__")

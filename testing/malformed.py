@@ -9,6 +9,7 @@ import math
 import struct
 from copy import deepcopy
 from dataclasses import replace
+from datetime import datetime, timezone
 from functools import partial
 
 import numpy as np
@@ -271,10 +272,11 @@ READ = {
 
 
 class Bench:
-    """A planner with a good mesh and a good rig in force."""
+    """A planner with a good mesh and a good rig in force, and a clock that is set by hand."""
 
     def __init__(self):
         self.log = Log()
+        self.now = datetime(2026, 1, 1, tzinfo=timezone.utc)
         self.planner = Planner(self.log)
         self.put_good()
 
@@ -293,7 +295,8 @@ class Bench:
 
     def offer(self, topic, payload):
         where = self.planner.surface if topic in {"mesh", "cloud"} else self.planner.rig
-        where.receive(Arrival(topic, TYPES[topic], payload, partial(READ[topic], payload)))
+        read = partial(READ[topic], payload)
+        where.receive(Arrival(topic, TYPES[topic], payload, read, self.now))
         self.planner.digest(SETTINGS.optics)
 
     @property

@@ -511,6 +511,7 @@ def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> 
 # --- as a process ------------------------------------------------------------------------------
 
 
+@pytest.mark.processes
 def test_a_closed_pipe_is_quiet() -> None:
     ours, theirs = os.pipe()
     os.close(ours)
@@ -520,6 +521,7 @@ def test_a_closed_pipe_is_quiet() -> None:
     assert (done.returncode, done.stderr) == (141, b"")
 
 
+@pytest.mark.processes
 def test_a_process_is_quiet_when_piped_and_bad_input_costs_one_line(here: Path) -> None:
     words = [*PROGRAM, "plan", str(body("arms_down")), "--rig", "rig.yaml", "--samples", "200"]
     done = subprocess.run(words, capture_output=True, text=True, check=True)

@@ -550,6 +550,7 @@ def without_ros(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
 
 
+@pytest.mark.processes
 def test_ros_is_not_needed(ball: Path) -> None:
     done = without_ros("replay", "runs/good", "--set", "samples=250", "--record", "answers")
     assert (done.returncode, done.stderr) == (0, "")
@@ -558,6 +559,7 @@ def test_ros_is_not_needed(ball: Path) -> None:
     assert [run["outcome"] for run in json.loads(done.stdout)] == ["reproduced"] * 2
 
 
+@pytest.mark.processes
 def test_live_needs_ros_and_says_so(here: Path) -> None:
     done = without_ros("replay", "runs/good", "--live")
     assert (done.returncode, done.stdout) == (2, "")
@@ -596,6 +598,7 @@ def on_a_terminal(*words: str, interrupt_at: bytes | None = None) -> tuple[int, 
     return process.returncode, said.decode()
 
 
+@pytest.mark.processes
 def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
     status, said = on_a_terminal("replay", "runs/good", "runs/differs")
     assert status == 1
@@ -604,6 +607,7 @@ def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
     assert "1 reproduced, 1 differs" in said
 
 
+@pytest.mark.processes
 def test_it_can_be_told_to_be_quiet(here: Path) -> None:
     status, said = on_a_terminal("replay", "runs/good", "runs/good", "--quiet")
     assert status == 0
@@ -611,6 +615,7 @@ def test_it_can_be_told_to_be_quiet(here: Path) -> None:
     assert "2 reproduced" in said
 
 
+@pytest.mark.processes
 def test_ctrl_c_ends_it(here: Path) -> None:
     words = ["--set", "samples=400000", "--set", "method=optimal", "--set", "gap=0"]
     status, said = on_a_terminal("replay", "runs/good", *words, interrupt_at=b"step ")
@@ -619,6 +624,7 @@ def test_ctrl_c_ends_it(here: Path) -> None:
     assert "planned" not in said
 
 
+@pytest.mark.processes
 def test_what_ctrl_c_ended_is_left_partial(here: Path, capsys: Any) -> None:
     words = ["--set", "samples=400000", "--set", "method=optimal", "--set", "gap=0"]
     answers = ["--record", "answers"]

@@ -397,7 +397,12 @@ def test_a_verified_lens_that_moves_is_told_again():
         lens.stop()
         return reports
 
-    assert [report.status for report in run_in_virtual_time(run())] == [SENT, VERIFIED, SENT, VERIFIED]
+    assert [report.status for report in run_in_virtual_time(run())] == [
+        SENT,
+        VERIFIED,
+        SENT,
+        VERIFIED,
+    ]
 
 
 def test_a_lens_that_was_too_late_is_verified_when_it_is_there():

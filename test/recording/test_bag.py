@@ -200,6 +200,7 @@ def test_an_abandoned_bag_stays_partial_and_is_nobodys(tmp_path):
     assert not being_written(tmp_path / "run.partial")
 
 
+@pytest.mark.processes
 def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_it(
     tmp_path, monkeypatch
 ):
@@ -235,6 +236,7 @@ def test_a_folder_that_cannot_be_made_is_an_os_error(tmp_path):
         BagWriter().open(tmp_path / "file" / "run")
 
 
+@pytest.mark.processes
 def test_a_full_disk_is_an_os_error_and_what_is_there_is_read(tmp_path):
     code = """
 import resource, signal, sys
@@ -441,6 +443,7 @@ def node_modules(tmp_path_factory):
     return folder
 
 
+@pytest.mark.processes
 def test_foxgloves_readers_read_the_same_values(run, node_modules):
     (node_modules / "read.js").write_text(_READER)
     command = ["node", "read.js", str(run / f"{run.name}_0.mcap")]
@@ -565,6 +568,7 @@ def _data_end(data):
     return next(end for start, end in pairwise(ends) if data[start] == 0x0F)
 
 
+@pytest.mark.processes
 def test_a_broken_length_takes_no_memory(data, tmp_path):
     files = []
     for k, content in enumerate(_greedy(data)):

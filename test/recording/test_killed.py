@@ -18,6 +18,8 @@ from focus_planner.recording.bag import being_written
 from focus_planner.recording.run import read_run
 from testing.made_up_runs import ending, input_messages, run_id, said
 
+pytestmark = pytest.mark.processes
+
 KILLS = 13  # of each kind
 LONGEST = 0.4  # seconds
 INPUTS = said(input_messages(points=2000))

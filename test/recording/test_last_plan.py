@@ -196,6 +196,7 @@ def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch
 # --- what is killed ----------------------------------------------------------------------------
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("published", [True, False])
 def test_killed_once_the_plan_is_kept_it_is_found(tmp_path, published):
     write(tmp_path, 1)

@@ -526,6 +526,7 @@ print(json.dumps([plan.cost, run.failure, log.errors]))
 """
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("share", [0.2, 0.97])
 def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     assert hasattr(resource, "RLIMIT_FSIZE")

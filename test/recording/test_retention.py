@@ -151,6 +151,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.processes
 def test_one_that_another_process_writes_is_not_deleted(tmp_path):
     other = subprocess.Popen(
         [sys.executable, "-c", WRITER, tmp_path / name_of(0)],

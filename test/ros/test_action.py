@@ -33,6 +33,8 @@ from testing.ros.goals import (
 )
 from testing.ros.recorded import assert_reproduced, whole
 
+pytestmark = pytest.mark.processes
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):

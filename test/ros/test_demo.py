@@ -9,6 +9,7 @@ from focus_planner.io.rigs import load_rig
 from focus_planner.recording.run import read_run
 
 
+@pytest.mark.processes
 def test_the_demonstration(tmp_path, capsys, monkeypatch):
     drawn = {}
     # Drawing is tested where it is at home, and takes longer than all else here.
@@ -30,6 +31,7 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch):
         assert f"{100 * camera.focus_distance:.0f}" in shown
 
 
+@pytest.mark.processes
 def test_a_node_that_fails_is_told(tmp_path, capsys, monkeypatch):
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\necho it broke >&2\nexit 3\n")

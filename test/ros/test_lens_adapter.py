@@ -66,6 +66,7 @@ def rig(start, orchestrator, tmp_path_factory):
     return nodes
 
 
+@pytest.mark.processes
 def test_a_plan_is_sent_and_verified(rig, orchestrator):
     orchestrator.plan("good", "a", focus_distance=0.5)
     state = orchestrator.wait_for("good", "a", VERIFIED)
@@ -76,6 +77,7 @@ def test_a_plan_is_sent_and_verified(rig, orchestrator):
     assert 0 < state.sent_at.sec <= state.read_at.sec <= state.header.stamp.sec
 
 
+@pytest.mark.processes
 def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
     orchestrator.plan("good", "near", focus_distance=0.05)
     state = orchestrator.wait_for("good", "near", FAILED)
@@ -86,12 +88,14 @@ def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
     )
 
 
+@pytest.mark.processes
 def test_a_lens_that_is_stuck_differs(rig, orchestrator):
     orchestrator.plan("stuck", "a", focus_distance=0.5)
     state = orchestrator.wait_for("stuck", "a", DIFFERS)
     assert (state.sent_value, state.read_value, state.read_distance) == (2.0, 0.0, math.inf)
 
 
+@pytest.mark.processes
 def test_backlash_differs_from_one_side_only(rig, orchestrator):
     orchestrator.plan("loose", "up", focus_distance=0.25)
     assert orchestrator.wait_for("loose", "up", VERIFIED).read_value == 4.0
@@ -102,6 +106,7 @@ def test_backlash_differs_from_one_side_only(rig, orchestrator):
     assert "expected LensPosition = 2, read 2.25" in state.message
 
 
+@pytest.mark.processes
 def test_a_slow_lens_is_sent_then_verified_and_a_newer_plan_goes_first(rig, orchestrator):
     orchestrator.plan("slow", "far away", focus_distance=0.1)  # 2.5 s
     orchestrator.wait_for("slow", "far away", SENT)
@@ -113,6 +118,7 @@ def test_a_slow_lens_is_sent_then_verified_and_a_newer_plan_goes_first(rig, orch
     assert [s.status for s in orchestrator.states("slow", "far away")] == [SENT]
 
 
+@pytest.mark.processes
 def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     orchestrator.plan("webcam", "a", focus_distance=0.5)
     state = orchestrator.wait_for("webcam", "a", VERIFIED)
@@ -122,6 +128,7 @@ def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     assert orchestrator.wait_for("webcam", "b", VERIFIED).read_value == 150.0
 
 
+@pytest.mark.processes
 def test_what_cannot_be_told_says_why(rig, orchestrator):
     orchestrator.plan("unknown", "a")
     assert "lens tables" in orchestrator.wait_for("unknown", "a", FAILED).message
@@ -129,6 +136,7 @@ def test_what_cannot_be_told_says_why(rig, orchestrator):
     assert "not a plan" in orchestrator.wait_for("unknown", "b", FAILED).message
 
 
+@pytest.mark.processes
 def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
     rig, orchestrator, start
 ):
@@ -143,6 +151,7 @@ def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
     assert orchestrator.wait_for("absent", "a", VERIFIED).read_value == 5.0
 
 
+@pytest.mark.processes
 def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, context):
     orchestrator.plan("good", "last", focus_distance=0.25)
     orchestrator.wait_for("good", "last", VERIFIED)
@@ -155,6 +164,7 @@ def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, conte
         late.close()
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize(
     ("module", "number"), [("lens_adapter", signal.SIGINT), ("simulated_lens", signal.SIGTERM)]
 )

@@ -25,6 +25,8 @@ from testing.ros.calls import FEW, until, what_counts
 from testing.ros.goals import SHORT, SOON, cancelled, ended, planning
 from testing.ros.planner_process import PATIENCE, PlannerProcess
 
+pytestmark = pytest.mark.processes
+
 MANAGED = ("-p", "autostart:=false")
 # The way to each state from the one before.
 WAYS = {

@@ -34,6 +34,8 @@ from focus_planner.ros.conversions import message_to_ros
 from testing.ros.bits import bits
 from testing.ros.calls import what_counts
 
+pytestmark = pytest.mark.processes
+
 SAMPLES = 300
 
 

@@ -21,6 +21,8 @@ from focus_planner.ros.conversions import message_to_ros
 from testing.ros.parameter_services import described, listed
 from testing.ros.planner_process import PlannerProcess
 
+pytestmark = pytest.mark.processes
+
 FILE = Path(__file__).parents[2] / "config" / "focus_planner.yaml"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TYPES = {

@@ -55,6 +55,8 @@ from testing.ros.recorded import (
     whole,
 )
 
+pytestmark = pytest.mark.processes
+
 _count = count()
 
 

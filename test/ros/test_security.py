@@ -197,6 +197,7 @@ def unseen(seen, enclave):
     }
 
 
+@pytest.mark.processes
 def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(observer):
     # With simulated time it listens to /clock.
     planner = PlannerProcess("focus_planner", "-p", "autostart:=false", "-p", "use_sim_time:=true")
@@ -234,6 +235,7 @@ def check_client(observer, client):
     assert_covered(seen, "/orchestrator")
 
 
+@pytest.mark.processes
 def test_the_lens_adapter_and_drivers_have_what_the_policy_allows(observer):
     names = ["cam_a", "cam_b"]
     processes = [LensProcess(m, cameras=names) for m in ("simulated_lens", "lens_adapter")]
@@ -268,6 +270,7 @@ def ended_with_security(keystore, strategy, enclave):
     )
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("strategy", ["Enforce", "Permissive"])
 def test_with_security_asked_for_the_planner_never_runs_without(tmp_path, strategy):
     keys = tmp_path / "enclaves" / "focus_planner"
@@ -283,6 +286,7 @@ def test_with_security_asked_for_the_planner_never_runs_without(tmp_path, strate
     assert "loading" not in process.stderr
 
 
+@pytest.mark.processes
 def test_with_security_asked_for_an_unknown_enclave_is_an_error(tmp_path):
     process = ended_with_security(tmp_path, "Enforce", "/stranger")
     assert process.returncode == 2

@@ -11,6 +11,8 @@ import pytest
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.ros.client import PlannerClient
 
+pytestmark = pytest.mark.processes
+
 
 def test_arguments_that_are_not_for_ros_end_it_with_one_line():
     command = [sys.executable, "-m", "focus_planner.ros.node", "--frame-id", "x", "--ros-args"]

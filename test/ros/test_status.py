@@ -19,6 +19,8 @@ from focus_planner.ros.conversions import message_to_ros
 from testing.ros.calls import FEW, having, until
 from testing.ros.goals import SHORT, SOON, cancelled, planning
 
+pytestmark = pytest.mark.processes
+
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 NAMES = ["planner", "surface", "rig", "last run", "cameras", "recorder", "memory"]
 DRIVERS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -63,6 +63,7 @@ def listening(found):
     return {host for host, port in found["sockets"] if port in PORTS}
 
 
+@pytest.mark.processes
 @in_a_network_of_its_own
 def test_on_a_subnet_discovery_is_by_multicast():
     found = seen("SUBNET")
@@ -70,6 +71,7 @@ def test_on_a_subnet_discovery_is_by_multicast():
     assert DISCOVERY in found["groups"]
 
 
+@pytest.mark.processes
 @in_a_network_of_its_own
 def test_with_localhost_nodes_meet_without_multicast():
     found = seen("LOCALHOST")
@@ -80,6 +82,7 @@ def test_with_localhost_nodes_meet_without_multicast():
     assert listening(found) == {"0.0.0.0"}
 
 
+@pytest.mark.processes
 @in_a_network_of_its_own
 def test_with_the_loopback_profile_nodes_listen_on_loopback_only():
     found = seen("LOCALHOST", FASTRTPS_DEFAULT_PROFILES_FILE=str(PROFILE))
@@ -88,6 +91,7 @@ def test_with_the_loopback_profile_nodes_listen_on_loopback_only():
     assert listening(found) == {"127.0.0.1"}
 
 
+@pytest.mark.processes
 @in_a_network_of_its_own
 def test_with_discovery_off_nodes_do_not_meet_and_send_nothing():
     found = seen("OFF", patience=2.0)
