@@ -562,6 +562,7 @@ def on_a_terminal(
     return process.returncode, shown.decode()
 
 
+@pytest.mark.processes
 def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     status, shown = on_a_terminal()
     assert status == 0
@@ -573,6 +574,7 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     assert '"cameras"' not in shown
 
 
+@pytest.mark.processes
 def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
     Path("lenses.yaml").write_text(TABLES)
     status, shown = on_a_terminal("--lens-tables", "lenses.yaml")
@@ -581,6 +583,7 @@ def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
     assert re.search(r"lenses\W+[\d.]+ to [\d.]+\W+dioptres", shown)
 
 
+@pytest.mark.processes
 def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
     with Path("plan.json").open("wb") as file:
         status, shown = on_a_terminal(stdout=file.fileno())
@@ -590,6 +593,7 @@ def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
     assert json.loads(Path("plan.json").read_text())["samples"] == 300
 
 
+@pytest.mark.processes
 def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
     assert on_a_terminal("--quiet", "--output", "plan.json") == (0, "")
     assert load_plan(Path("plan.json")).samples == 300
@@ -608,6 +612,7 @@ def test_what_is_read_is_not_written(here: Path, capsys: Any) -> None:
         assert Path(path).read_bytes() == before
 
 
+@pytest.mark.processes
 def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
     status, shown = on_a_terminal("--samples", "1000000", interrupt_at=b"finding what")
     assert status == 130
