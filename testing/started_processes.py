@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from testing.forked import EVENT
+
 _EVENTS = (
     "subprocess.Popen",
     "os.exec",
@@ -15,6 +17,7 @@ _EVENTS = (
     "os.posix_spawn",
     "os.spawn",
     "os.system",
+    EVENT,
 )
 
 

@@ -26,15 +26,12 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
+from testing.forked import ForkedProcess
 
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05)
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
 BALL.apply_translation([0.0, 0.0, 0.9])
-PROGRAM = [
-    sys.executable,
-    "-c",
-    "import sys; from focus_planner.cli.main import main; sys.exit(main())",
-]
+PROGRAM = [sys.executable, str(Path(__file__).parents[2] / "testing" / "program.py")]
 
 
 @pytest.fixture
@@ -537,29 +534,25 @@ def on_a_terminal(
 ) -> tuple[int, str]:
     """Run the program with its stderr, and stdout unless given, on a terminal."""
     ours, theirs = pty.openpty()
-    words = [*PROGRAM, "plan", "ball.ply", "--rig", "rig.yaml", "--samples", "300", *options]
+    words = ["plan", "ball.ply", "--rig", "rig.yaml", "--samples", "300", *options]
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "100"}
     environment.pop("NO_COLOR", None)
-    with subprocess.Popen(
-        words,
-        stdout=theirs if stdout is None else stdout,
-        stderr=theirs,
-        env=environment,
-        # A shell lets what it runs in the background ignore Ctrl-C.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
-    ) as process:
-        os.close(theirs)
-        shown = b""
-        try:
-            while part := os.read(ours, 65536):
-                shown += part
-                if interrupt_at and interrupt_at in shown:
-                    process.send_signal(signal.SIGINT)
-                    interrupt_at = None
-        except OSError:  # what Linux says when the other end has gone
-            pass
+    stdout = theirs if stdout is None else stdout
+    process = ForkedProcess(
+        "testing.program", *words, stdout=stdout, stderr=theirs, env=environment
+    )
+    os.close(theirs)
+    shown = b""
+    try:
+        while part := os.read(ours, 65536):
+            shown += part
+            if interrupt_at and interrupt_at in shown:
+                process.send_signal(signal.SIGINT)
+                interrupt_at = None
+    except OSError:  # what Linux says when the other end has gone
+        pass
     os.close(ours)
-    return process.returncode, shown.decode()
+    return process.wait(), shown.decode()
 
 
 @pytest.mark.processes

@@ -8,8 +8,6 @@ import pty
 import shutil
 import signal
 import subprocess
-import sys
-import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +24,7 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag import read_bag
 from focus_planner.recording.run import inputs_of, read_run
+from testing.forked import ForkedProcess, run_forked
 from testing.runs import (
     REQUEST,
     RIG,
@@ -39,25 +38,6 @@ from testing.runs import (
     with_payload,
 )
 
-PROGRAM = "import sys; from focus_planner.cli.main import main; sys.exit(main())"
-# Refuses every package that comes with ROS, as on a machine without it.
-WITHOUT_ROS = """
-import importlib.abc, re, sys
-ROS = re.compile(
-    r"rclpy|rcl_.*|.*_msgs|.*_interfaces|rosidl.*|rpyutils|ament.*|tf2.*|ros2.*|launch.*|lark"
-)
-class Blocker(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if ROS.fullmatch(name.partition(".")[0]):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-sys.meta_path.insert(0, Blocker())
-try:
-    import rclpy
-except ImportError:
-    pass
-else:
-    sys.exit("the blocker does not work")
-"""
 RUN = "focus_planner_msgs/msg/Run"
 KEYS = {
     "run",
@@ -546,8 +526,7 @@ def test_a_seed_that_no_message_can_hold_is_planned_with(ball: Path, capsys: Any
 
 
 def without_ros(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", WITHOUT_ROS + PROGRAM, *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+    return run_forked("testing.program_without_ros", *words)
 
 
 @pytest.mark.processes
@@ -574,28 +553,21 @@ def on_a_terminal(*words: str, interrupt_at: bytes | None = None) -> tuple[int, 
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
     environment.pop("NO_COLOR", None)
     said, interrupted = b"", False
-    with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *words],
-        stdout=theirs,
-        stderr=theirs,
-        env=environment,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
-    ) as process:
-        os.close(theirs)
-        timer = threading.Timer(90, process.kill)
-        timer.start()
-        try:
-            while chunk := os.read(ours, 4096):
-                said += chunk
-                if interrupt_at and interrupt_at in said and not interrupted:
-                    interrupted = True
-                    process.send_signal(signal.SIGINT)
-        except OSError:  # the other end is closed
-            pass
-        timer.cancel()
+    process = ForkedProcess(
+        "testing.program", *words, stdout=theirs, stderr=theirs, env=environment
+    )
+    os.close(theirs)
+    try:
+        while chunk := os.read(ours, 4096):
+            said += chunk
+            if interrupt_at and interrupt_at in said and not interrupted:
+                interrupted = True
+                process.send_signal(signal.SIGINT)
+    except OSError:  # the other end is closed
+        pass
     os.close(ours)
     assert interrupted or not interrupt_at
-    return process.returncode, said.decode()
+    return process.wait(), said.decode()
 
 
 @pytest.mark.processes

@@ -29,8 +29,7 @@ def start():
 
     yield start
     for process in started:
-        if process._process.poll() is None:
-            process.signal(signal.SIGTERM)
+        process.signal(signal.SIGTERM)
     statuses = [process.wait() for process in started]
     assert set(statuses) <= {0, -signal.SIGKILL}
     assert "Traceback" not in "".join(process.log for process in started)
@@ -169,7 +168,7 @@ def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, conte
     ("module", "number"), [("lens_adapter", signal.SIGINT), ("simulated_lens", signal.SIGTERM)]
 )
 def test_signals_end_it_well(rig, module, number):
-    node = next(node for node in rig if module in node._process.args[2])
+    node = next(node for node in rig if node.module.endswith(module))
     node.signal(number)
     assert node.wait() == 0
     assert "Traceback" not in node.log

@@ -449,7 +449,7 @@ def lost_but_planned(client, planner, place, reason):
 
 
 def test_a_file_that_may_not_grow_costs_no_plan(elsewhere, ready, planner):
-    process = planner._process.pid
+    process = planner.pid
     before = resource.prlimit(process, resource.RLIMIT_FSIZE)
     resource.prlimit(process, resource.RLIMIT_FSIZE, (20_000, before[1]))
     try:

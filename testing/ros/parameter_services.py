@@ -5,7 +5,7 @@ from __future__ import annotations
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.executors import SingleThreadedExecutor
 
-PATIENCE = 30
+from testing.ros.planner_process import PATIENCE
 
 
 def call(node, service_type, name, request):
