@@ -93,9 +93,11 @@ class ForkedProcess:
         return self.returncode is not None
 
 
-def run_forked(module: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run a module to its end; return what it said."""
-    process = ForkedProcess(module, *arguments, stdout=PIPE, stderr=PIPE)
+def run_forked(
+    module: str, *arguments: str, env: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a module to its end; return what it wrote."""
+    process = ForkedProcess(module, *arguments, stdout=PIPE, stderr=PIPE, env=env)
     assert process.stdout
     assert process.stderr
     with process.stdout, process.stderr, ThreadPoolExecutor(1) as reading:

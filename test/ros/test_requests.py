@@ -38,7 +38,7 @@ def goal(**how):
     return Asked(**how)
 
 
-def call(seconds=5.0, **how):
+def call(seconds=3600.0, **how):
     return Asked(waits_until=time.perf_counter() + seconds, **how)
 
 
