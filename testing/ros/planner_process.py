@@ -58,7 +58,7 @@ class NodeProcess:
         self._process.kill()
         self.wait()
 
-    def stop(self, number=signal.SIGINT):
+    def stop(self, number=SIGINT):
         """End it, unless it has ended; return the exit status."""
         self.signal(number)
         try:
