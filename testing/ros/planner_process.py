@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import threading
+from signal import SIGINT
 
 from testing.forked import DEVNULL, PIPE, ForkedProcess
 
