@@ -9,7 +9,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -104,6 +105,22 @@ def run_forked(
         errors = reading.submit(process.stderr.read)
         said = process.stdout.read()
     return subprocess.CompletedProcess(process.args, process.wait(), said, errors.result())
+
+
+def freeze_when(condition: Callable[[], object], pid: int) -> None:
+    """Stop a process, with SIGSTOP, at a moment at which a condition holds."""
+    while True:
+        os.kill(pid, signal.SIGSTOP)
+        while _state_of(pid) != "T":
+            time.sleep(0.001)
+        if condition():
+            return
+        os.kill(pid, signal.SIGCONT)
+        time.sleep(0.001)
+
+
+def _state_of(pid: int) -> str:
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
 
 
 def _ends(wanted: int, *, writing: bool = False) -> tuple[IO[str] | None, int]:

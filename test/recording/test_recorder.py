@@ -7,8 +7,6 @@ import json
 import os
 import resource
 import shutil
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -24,6 +22,7 @@ from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.run import inputs_of, read_run
+from testing.forked import run_forked
 from testing.runs import PLANNER, RIG, TORUS, Log, begun, record, solved
 
 NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -505,7 +504,6 @@ def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
 
 # --- a disk that is really full ----------------------------------------------------------------
 
-ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import json, resource, signal, sys
 from pathlib import Path
@@ -533,9 +531,8 @@ def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     (file,) = record(tmp_path / "whole").glob("*.mcap")
     limit = str(int(share * file.stat().st_size))
     folder = tmp_path / "cut"
-    words = [sys.executable, "-W", "error", "-c", PROGRAM, str(folder), limit]
-    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stderr == ""
+    done = run_forked("testing.source", PROGRAM, str(folder), limit)
+    assert (done.returncode, done.stderr) == (0, "")
     cost, failure, errors = json.loads(done.stdout)
     assert cost == expected.cost
     assert failure.endswith("File too large")

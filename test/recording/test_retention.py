@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
-import subprocess
-import sys
+import signal
 
 import pytest
 
@@ -15,6 +14,7 @@ from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import prune
 from focus_planner.recording.run import inputs_of
+from testing.forked import PIPE, ForkedProcess
 from testing.runs import RIG, TORUS, Log, begun, record
 
 
@@ -153,17 +153,15 @@ sys.stdin.read()
 
 @pytest.mark.processes
 def test_one_that_another_process_writes_is_not_deleted(tmp_path):
-    other = subprocess.Popen(
-        [sys.executable, "-c", WRITER, tmp_path / name_of(0)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-    )
-    with other:
-        assert other.stdout.readline() == b"open\n"
+    path = str(tmp_path / name_of(0))
+    other = ForkedProcess("testing.source", WRITER, path, stdin=PIPE, stdout=PIPE)
+    with other.stdin, other.stdout:
+        assert other.stdout.readline() == "open\n"
         middle, newest = fake(tmp_path, 1), fake(tmp_path, 2)
         assert prune(tmp_path, 1, 1) == [middle]
         assert left(tmp_path) == [name_of(0) + ".partial", newest.name]
         other.kill()
+        assert other.wait(60) == -signal.SIGKILL
     assert [run.name for run in prune(tmp_path, 1, 1)] == [name_of(0) + ".partial"]
     assert left(tmp_path) == [newest.name]
 

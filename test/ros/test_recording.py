@@ -13,7 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import count, repeat
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,6 +38,7 @@ from focus_planner.recording.run import read_run
 from focus_planner.recording.software import software
 from focus_planner.ros.client import _INPUTS, PlannerClient, _Input
 from focus_planner.ros.conversions import message_to_ros
+from testing.forked import freeze_when
 from testing.ros.bits import bits
 from testing.ros.calls import FEW, having, set_parameters, until
 from testing.ros.goals import LONG, cancelled, planning
@@ -640,24 +640,10 @@ def kill_while_it_works(folder, payloads, answers, wanted):
                 client.publish(topic, payload)
             calls = [client.plan_async(method="k_view", seed=1 + i) for i in range(60)]
             client.wait_for(calls[answers])
-            until(lambda: is_so_when_stopped(node, lambda: wanted(folder)))
+            freeze_when(lambda: wanted(folder), node.pid)
     finally:
         node.kill()
     assert node.wait() == -signal.SIGKILL
-
-
-def is_so_when_stopped(node, condition):
-    """Stop a process and look; let it go on unless all is as wanted."""
-    node.signal(signal.SIGSTOP)
-    until(lambda: state_of(node) == "T")
-    if condition():
-        return True
-    node.signal(signal.SIGCONT)
-    return False
-
-
-def state_of(node):
-    return Path(f"/proc/{node.pid}/stat").read_text().rpartition(")")[2].split()[0]
 
 
 def has_whole(folder):
