@@ -70,7 +70,7 @@ def record(
     run = recorder.begin(recording, inputs_of(beginning, surface, rig), beginning)
     plan = solved(beginning, surface, rig, run.on_progress(on_progress))
     run.finish(True, plan.summary(), plan, rig)
-    assert recorder.close(60)
+    assert recorder.close(240)
     assert log.errors == []
     return run.path
 
@@ -81,7 +81,7 @@ def record_failure(folder, beginning, inputs, message):
     recorder = Recorder(log)
     run = recorder.begin(Recording(folder), inputs, beginning)
     run.finish(False, message)
-    assert recorder.close(30)
+    assert recorder.close(240)
     assert log.errors == []
     return run.path
 

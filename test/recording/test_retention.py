@@ -188,10 +188,10 @@ def test_every_finished_run_deletes_what_is_too_much(tmp_path):
         run = recorder.begin(
             Recording(folder, max_runs=2), inputs_of(beginning, TORUS, RIG), beginning
         )
-        run.finish(False, "no plan").result(30)
+        run.finish(False, "no plan").result(240)
         paths.append(run.path)
         assert left(folder) == sorted(path.name for path in paths[-2:])
-    assert recorder.close(30)
+    assert recorder.close(240)
     assert log.errors == []
 
 
@@ -208,8 +208,8 @@ def test_what_cannot_be_deleted_is_told_and_costs_nothing(tmp_path, monkeypatch)
             raise PermissionError(1, "Operation not permitted", str(old))
 
         patch.setattr("focus_planner.recording.retention.shutil.rmtree", refuse)
-        run.finish(False, "no plan").result(30)
-    assert recorder.close(30)
+        run.finish(False, "no plan").result(240)
+    assert recorder.close(240)
     (told,) = log.errors
     assert told.startswith(f"old runs in {folder} cannot be deleted: ")
     assert "Operation not permitted" in told
