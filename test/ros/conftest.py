@@ -43,10 +43,10 @@ def start_planner():
     """Start nodes; they are stopped, and must have ended well, at the end of the module."""
     started = []
 
-    def start(*arguments, debug=False, forked=True):
+    def start(*arguments, debug=False, **how):
         name = f"planner_{next(_count)}"
         level = ["--log-level", f"{name}:=debug"] if debug else []
-        started.append(PlannerProcess(name, *arguments, *level, forked=forked))
+        started.append(PlannerProcess(name, *arguments, *level, **how))
         return started[-1]
 
     yield start

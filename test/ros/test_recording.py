@@ -587,7 +587,7 @@ def test_interrupted_while_it_writes_it_finishes_what_was_answered(
     start_planner, tmp_path, body, rig
 ):
     parameters = ("-p", f"record_directory:={tmp_path}", "-p", "record_markers:=true")
-    planner = start_planner(*FEW, *parameters)
+    planner = start_planner(*FEW, *parameters, module="testing.ros.patient_node")
     points = body.vertices[:, None] + np.random.default_rng(3).normal(0, 1e-3, (1, 20, 3))
     normals = np.broadcast_to(body.vertices[:, None] - [0.0, 0.0, 1.0], points.shape)
     cloud = PointCloud(points.reshape(-1, 3), normals.reshape(-1, 3))

@@ -1,1 +1,1 @@
-"""Nodes in processes of their own, and what is said to them."""
+"""Nodes in processes of their own, and calls, goals and messages for them."""

@@ -1,4 +1,4 @@
-"""Processes of the lens nodes, and what is said to them and heard of them."""
+"""Lens nodes in processes of their own, and a node that orders foci and hears the outcome."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LensProcess(NodeProcess):
 
 
 class Orchestrator:
-    """Publishes foci as the planner does, and hears what becomes of them."""
+    """Publishes foci as the planner does, and keeps the lens states that come back."""
 
     def __init__(self, context, planner="/focus_planner"):
         self._planner = planner

@@ -89,12 +89,14 @@ class PlannerProcess(NodeProcess):
         ROS arguments.
     forked : bool
         Whether what it imports may have been imported before.
+    module : str
+        What it runs.
     """
 
-    def __init__(self, name, *arguments, forked=True):
+    def __init__(self, name, *arguments, forked=True, module="focus_planner.ros.node"):
         self.name = f"/{name}"
         remapped = ["--ros-args", "--remap", f"__node:={name}"]
-        self._start("focus_planner.ros.node", [*remapped, *arguments], forked=forked)
+        self._start(module, [*remapped, *arguments], forked=forked)
 
 
 def _python(module, *arguments, stderr):
