@@ -79,4 +79,4 @@ def test_refusals_at_full_speed_are_few_lines(bench):
     assert len(bench.log.warnings) == 10
     bench.now += timedelta(seconds=1.1)
     bench.offer("mesh", b"")
-    assert "(290 more were not logged)" in bench.log.warnings[-1]
+    assert "(290 similar warnings suppressed)" in bench.log.warnings[-1]

@@ -14,12 +14,12 @@ from focus_planner.core.validation import InputError
 from focus_planner.recording.bag import being_written
 from focus_planner.recording.run import read_run
 from testing.forked import PIPE, ForkedProcess, freeze_when
-from testing.made_up_runs import ending, input_messages, run_id, said
+from testing.made_up_runs import ending, input_messages, run_id, without_definitions
 
 pytestmark = pytest.mark.processes
 
 KILLS = 13  # of each kind
-INPUTS = said(input_messages(points=2000))
+INPUTS = without_definitions(input_messages(points=2000))
 
 
 class Writers:
@@ -127,7 +127,7 @@ def any_partial(directory):
 def check_whole(path, number, how):
     run = read_run(path)
     assert run.fault == ""
-    assert said(run.inputs) == INPUTS
+    assert without_definitions(run.inputs) == INPUTS
     assert run.beginning.run_id == path.name
     if how == "writer":
         assert run.ending == ending(number)
@@ -150,7 +150,7 @@ def check_partial(path, number, solving):
         assert not solving, run
         assert "\n" not in str(run)
         return
-    assert said(run.inputs) == INPUTS
+    assert without_definitions(run.inputs) == INPUTS
     assert run.beginning.run_id == run_id(number)
     assert (run.ending is None) is (run.fault != "")
 

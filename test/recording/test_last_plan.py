@@ -11,7 +11,7 @@ import pytest
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
 from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.run import answered_plan, beginning_messages, ending_messages
+from focus_planner.recording.run import beginning_messages, ending_messages, plan_message
 from testing import made_up_runs as made_up
 from testing import runs
 from testing.forked import run_forked
@@ -28,7 +28,7 @@ def write(directory, number, *, published=True, whole=True, planner=PLANNER, pla
     for message in beginning_messages(begun):
         bag.add(message)
     if plan:
-        bag.add(answered_plan(begun, plan_payload(number), published=published))
+        bag.add(plan_message(begun, plan_payload(number), published=published))
     bag.flush()
     if not whole:
         bag.abandon()
@@ -67,7 +67,7 @@ def test_it_is_all_that_was_recorded_by_the_recorder(tmp_path):
     found = last_plan(tmp_path, runs.PLANNER)
     assert found.run == path
     plan = plan_from_message(found.message)
-    assert plan.cameras == runs.solved(runs.begun()).cameras
+    assert plan.cameras == runs.solved(runs.beginning_with()).cameras
 
 
 def test_a_run_that_was_cut_off_after_its_plan_was_published_counts(tmp_path):
@@ -153,7 +153,7 @@ def test_a_plan_that_is_no_message_is_passed_over(tmp_path):
     begun = made_up.beginning(2)
     bag = BagWriter()
     bag.open(tmp_path / run_id(2))
-    bag.add(answered_plan(begun, plan_payload(2)[:30], published=True))
+    bag.add(plan_message(begun, plan_payload(2)[:30], published=True))
     bag.close()
     assert last(tmp_path) == 1
 

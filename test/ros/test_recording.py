@@ -268,7 +268,7 @@ def test_what_a_plan_rests_on_is_on_disk_while_it_is_solved(elsewhere, ready, bo
     goal = planning(ready)
     (partial,) = elsewhere.glob(f"*{PARTIAL}/*.mcap")
     run = read_run(partial.parent)
-    assert run.fault == "a file that is cut off"
+    assert run.fault == "a truncated file"
     assert run.inputs[0].payload == mesh_to_bytes(body)
     assert len(run.inputs) == 2
     cancelled(goal)
@@ -577,7 +577,7 @@ def test_interrupted_while_it_plans_it_leaves_a_partial_run(start_planner, tmp_p
     assert_reproduced(read_run(tmp_path / done))
     assert list(tmp_path.glob(f"*{PARTIAL}")) == [partial]
     run = read_run(partial)
-    assert run.fault == "a file that is cut off"
+    assert run.fault == "a truncated file"
     assert run.inputs[0].payload == mesh_to_bytes(body)
     assert len(run.inputs) == 2
     assert run.beginning.asked["samples"] == LONG["samples"]

@@ -1,1 +1,1 @@
-"""Nodes in processes of their own, and calls, goals and messages for them."""
+"""Nodes in processes of their own, and clients that talk to them."""

@@ -1,4 +1,4 @@
-"""Messages to compare."""
+"""Comparison of messages: NaN equals NaN, and padding bytes are ignored."""
 
 
 def bits(message):

@@ -1,4 +1,4 @@
-"""Calls to a running node, and waiting for what comes of them."""
+"""Calls to a running node, and waiting for conditions."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def set_parameters(client, **parameters):
 
 
 def until(condition):
-    """Wait until a condition returns something true, and return that."""
+    """Wait until the condition holds, and return its value."""
     end = time.monotonic() + PATIENCE
     while not (found := condition()):
         assert time.monotonic() < end, "it never came"
@@ -48,5 +48,5 @@ def until(condition):
 
 
 def what_counts(plan):
-    """Return a plan without its name and its times."""
+    """All of a plan except its id and times."""
     return replace(plan_from_message(plan), solve_seconds=0.0, total_seconds=0.0)
