@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from focus_planner.core import kernels
-from focus_planner.core.planning.precompile import warm_up
+from focus_planner.core.planning.precompile import precompile
 
 
 def compile_kernels() -> None:
@@ -19,6 +19,6 @@ def compile_kernels() -> None:
     folder = os.open(Path(kernels.__path__[0]), os.O_RDONLY)
     try:
         fcntl.flock(folder, fcntl.LOCK_EX)
-        warm_up()
+        precompile()
     finally:
         os.close(folder)
