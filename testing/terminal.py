@@ -7,6 +7,9 @@ import subprocess
 import sys
 import threading
 
+from testing.forked import ForkedProcess
+
+PATIENCE = 300
 PROGRAM = "import sys; from focus_planner.cli.main import main; sys.exit(main())"
 
 # Ctrl-C as the terminal sends it, when the planner has done its first step.
@@ -53,31 +56,40 @@ event.register("numba:compiler_lock", Typing())
 """
 
 
-def on_a_terminal(words, program=PROGRAM, stdout=None):
+def on_a_terminal(words, program=None, stdout=None):
     """Run the program with its stderr, and stdout unless given, on a terminal.
 
-    Returns its exit status and what the terminal got.
+    ``program`` is the source of another one. Returns the exit status and what the terminal got.
     """
     ours, theirs = pty.openpty()
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
     environment.pop("NO_COLOR", None)
+    process = _start(words, program, theirs if stdout is None else stdout, theirs, environment)
+    os.close(theirs)
+    timer = threading.Timer(PATIENCE, process.kill)
+    timer.start()
     shown = b""
-    with subprocess.Popen(
+    try:
+        while part := os.read(ours, 65536):
+            shown += part
+    except OSError:  # what Linux says when the other end has gone
+        pass
+    os.close(ours)
+    status = process.wait()
+    timer.cancel()
+    return status, shown.decode()
+
+
+def _start(words, program, stdout, stderr, environment):
+    if program is None:
+        return ForkedProcess(
+            "testing.program", *words, stdout=stdout, stderr=stderr, env=environment
+        )
+    return subprocess.Popen(
         [sys.executable, "-c", program, *words],
-        stdout=theirs if stdout is None else stdout,
-        stderr=theirs,
+        stdout=stdout,
+        stderr=stderr,
         env=environment,
         # A shell lets what it runs in the background ignore Ctrl-C.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
-    ) as process:
-        os.close(theirs)
-        timer = threading.Timer(90, process.kill)
-        timer.start()
-        try:
-            while part := os.read(ours, 65536):
-                shown += part
-        except OSError:  # what Linux says when the other end has gone
-            pass
-        timer.cancel()
-    os.close(ours)
-    return process.returncode, shown.decode()
+    )

@@ -26,13 +26,12 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
-from testing.terminal import PROGRAM as SOURCE
 from testing.terminal import on_a_terminal
 
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05)
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
 BALL.apply_translation([0.0, 0.0, 0.9])
-PROGRAM = [sys.executable, "-c", SOURCE]
+PROGRAM = [sys.executable, str(Path(__file__).parents[2] / "testing" / "program.py")]
 
 
 @pytest.fixture
@@ -549,6 +548,7 @@ def test_without_ros_it_says_so(command: str, monkeypatch: pytest.MonkeyPatch, c
 # --- as a process ------------------------------------------------------------------------------
 
 
+@pytest.mark.processes
 def test_a_closed_pipe_is_quiet() -> None:
     ours, theirs = os.pipe()
     os.close(ours)
@@ -558,6 +558,7 @@ def test_a_closed_pipe_is_quiet() -> None:
     assert (done.returncode, done.stderr) == (141, b"")
 
 
+@pytest.mark.processes
 def test_a_process_is_quiet_when_piped_and_bad_input_costs_one_line(here: Path) -> None:
     words = [*PROGRAM, "plan", str(body("arms_down")), "--rig", "rig.yaml", "--samples", "200"]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
@@ -573,6 +574,7 @@ def plan_on_a_terminal(*options: str, **how: Any) -> tuple[int, str]:
     return on_a_terminal(words, **how)
 
 
+@pytest.mark.processes
 def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     status, shown = plan_on_a_terminal()
     assert status == 0
@@ -584,6 +586,7 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     assert '"cameras"' not in shown
 
 
+@pytest.mark.processes
 def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
     Path("lenses.yaml").write_text(TABLES)
     status, shown = plan_on_a_terminal("--lens-tables", "lenses.yaml")
@@ -592,6 +595,7 @@ def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
     assert re.search(r"lenses\W+[\d.]+ to [\d.]+\W+dioptres", shown)
 
 
+@pytest.mark.processes
 def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
     with Path("plan.json").open("wb") as file:
         status, shown = plan_on_a_terminal(stdout=file.fileno())
@@ -601,6 +605,7 @@ def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
     assert json.loads(Path("plan.json").read_text())["samples"] == 300
 
 
+@pytest.mark.processes
 def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
     assert plan_on_a_terminal("--quiet", "--output", "plan.json") == (0, "")
     assert load_plan(Path("plan.json")).samples == 300

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag import read_bag
 from focus_planner.recording.run import inputs_of, read_run
+from testing.forked import run_forked
 from testing.runs import (
     REQUEST,
     RIG,
@@ -34,26 +34,8 @@ from testing.runs import (
     solved,
     with_payload,
 )
-from testing.terminal import CTRL_C_AT_A_STEP, PROGRAM, on_a_terminal
+from testing.terminal import CTRL_C_AT_A_STEP, on_a_terminal
 
-# Refuses every package that comes with ROS, as on a machine without it.
-WITHOUT_ROS = """
-import importlib.abc, re, sys
-ROS = re.compile(
-    r"rclpy|rcl_.*|.*_msgs|.*_interfaces|rosidl.*|rpyutils|ament.*|tf2.*|ros2.*|launch.*|lark"
-)
-class Blocker(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if ROS.fullmatch(name.partition(".")[0]):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-sys.meta_path.insert(0, Blocker())
-try:
-    import rclpy
-except ImportError:
-    pass
-else:
-    sys.exit("the blocker does not work")
-"""
 RUN = "focus_planner_msgs/msg/Run"
 KEYS = {
     "run",
@@ -542,10 +524,10 @@ def test_a_seed_that_no_message_can_hold_is_planned_with(ball: Path, capsys: Any
 
 
 def without_ros(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", WITHOUT_ROS + PROGRAM, *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+    return run_forked("testing.program_without_ros", *words)
 
 
+@pytest.mark.processes
 def test_ros_is_not_needed(ball: Path) -> None:
     done = without_ros("replay", "runs/good", "--set", "samples=250", "--record", "answers")
     assert (done.returncode, done.stderr) == (0, "")
@@ -554,6 +536,7 @@ def test_ros_is_not_needed(ball: Path) -> None:
     assert [run["outcome"] for run in json.loads(done.stdout)] == ["reproduced"] * 2
 
 
+@pytest.mark.processes
 def test_live_needs_ros_and_says_so(here: Path) -> None:
     done = without_ros("replay", "runs/good", "--live")
     assert (done.returncode, done.stdout) == (2, "")
@@ -562,6 +545,7 @@ def test_live_needs_ros_and_says_so(here: Path) -> None:
     )
 
 
+@pytest.mark.processes
 def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
     status, said = on_a_terminal(["replay", "runs/good", "runs/differs"])
     assert status == 1
@@ -570,6 +554,7 @@ def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
     assert "1 reproduced, 1 differs" in said
 
 
+@pytest.mark.processes
 def test_it_can_be_told_to_be_quiet(here: Path) -> None:
     status, said = on_a_terminal(["replay", "runs/good", "runs/good", "--quiet"])
     assert status == 0
@@ -577,6 +562,7 @@ def test_it_can_be_told_to_be_quiet(here: Path) -> None:
     assert "2 reproduced" in said
 
 
+@pytest.mark.processes
 def test_ctrl_c_ends_it(here: Path) -> None:
     words = ["replay", "runs/good", "--set", "samples=500"]
     status, said = on_a_terminal(words, CTRL_C_AT_A_STEP)
@@ -585,6 +571,7 @@ def test_ctrl_c_ends_it(here: Path) -> None:
     assert "planned" not in said
 
 
+@pytest.mark.processes
 def test_what_ctrl_c_ended_is_left_partial(here: Path, capsys: Any) -> None:
     words = ["replay", "runs/good", "--set", "samples=500", "--record", "answers"]
     status, said = on_a_terminal(words, CTRL_C_AT_A_STEP)
