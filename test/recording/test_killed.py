@@ -38,28 +38,26 @@ class Writers:
         self._expect("ready")
 
     def start(self, how, directory):
-        """Start one; return its number, and what it without_definitions before."""
+        """Start one; return its number, and what it said before."""
         self._process.stdin.write(f"{how} {directory}\n")
         self._process.stdin.flush()
-        without_definitions = []
+        said = []
         while True:
-            without_definitions.append(self._line())
-            if without_definitions[-1][0] == "writing":
-                return int(without_definitions.pop()[1]), without_definitions
+            said.append(self._line())
+            if said[-1][0] == "writing":
+                return int(said.pop()[1]), said
 
-    def wait_for_solving(self, without_definitions):
-        while not any(words[0] == "solving" for words in without_definitions):
-            without_definitions.append(self._line())
+    def wait_for_solving(self, said):
+        while not any(words[0] == "solving" for words in said):
+            said.append(self._line())
 
-    def kill(self, pid, without_definitions):
+    def kill(self, pid, said):
         """Kill one; return the numbers of the runs that had been solving."""
         os.kill(pid, signal.SIGKILL)
-        while without_definitions[-1:] != [["killed"]]:
-            without_definitions.append(self._line())
-        assert {words[0] for words in without_definitions} <= {"solving", "killed"}, (
-            without_definitions
-        )
-        return {int(words[1]) for words in without_definitions if words[0] == "solving"}
+        while said[-1:] != [["killed"]]:
+            said.append(self._line())
+        assert {words[0] for words in said} <= {"solving", "killed"}, said
+        return {int(words[1]) for words in said if words[0] == "solving"}
 
     def close(self):
         self._process.stdin.close()

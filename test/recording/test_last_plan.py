@@ -71,7 +71,7 @@ def test_it_is_all_that_was_recorded_by_the_recorder(tmp_path):
     found = last_plan(tmp_path, runs.PLANNER)
     assert found.run == path
     plan = plan_from_message(found.message)
-    assert plan.cameras == runs.solved(runs.begun()).cameras
+    assert plan.cameras == runs.solved(runs.beginning_with()).cameras
 
 
 def test_a_run_that_was_cut_off_after_its_plan_was_published_counts(tmp_path):
@@ -184,7 +184,7 @@ def test_a_link_is_no_run(tmp_path):
 
 
 def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("focus_planner.recording.last_plan._MOST_RUNS", 2)
+    monkeypatch.setattr("focus_planner.recording.last_plan._MAX_RUNS", 2)
     write(tmp_path, 1)
     for number in (2, 3):
         write(tmp_path, number, plan=False)
