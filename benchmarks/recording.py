@@ -140,7 +140,7 @@ def _write_and_read(mesh: Mesh, folder: Path) -> list[str]:
     recorder.do_now(mark, _fail).result()
     scene = Scene(mesh)
     plan = plan_focus(
-        scene, cameras, beginning.request, on_progress=record.on_progress(lambda _: True)
+        scene, cameras, beginning.request, on_progress=record.wrap_callback(lambda _: True)
     )
     mark()
     record.finish(True, plan.summary(), plan, cameras).result()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from pathlib import Path
 
@@ -12,13 +13,14 @@ from numba import config, get_num_threads, set_num_threads
 from scipy.spatial.transform import Rotation
 
 import focus_planner
-from focus_planner import Camera, CameraIntrinsics, Lens, LensTable, Mesh, Rig
+from focus_planner import Camera, CameraIntrinsics, Lens, LensTable, Mesh, Rig, cylinder_rig
 from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.rig.optics import focus_interval
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import visible_pairs
+from testing import reference
 
 BODIES = Path(focus_planner.__file__).parent / "bodies"
 WIDE_ANGLE = CameraIntrinsics(640, 480, 300.0, 300.0, 319.5, 239.5)
@@ -239,6 +241,13 @@ def ring_mask(samples, cameras, reach=2):
     place = np.arange(samples) * cameras // samples
     away = np.abs(place[:, None] - np.arange(cameras)[None, :])
     return np.minimum(away, cameras - away) <= reach
+
+
+@functools.cache
+def body_optimum(name):
+    """A body's problem of 1000 samples, and what HiGHS finds of it: best cost and lower bound."""
+    problem = problem_of(body(name), cylinder_rig(), 1000)
+    return problem, *reference.optimum(reference.table(problem))
 
 
 def with_threads(count, function):

@@ -68,7 +68,7 @@ def record(
     recorder = Recorder(log)
     recording = Recording(folder, markers)
     run = recorder.begin(recording, inputs_of(beginning, surface, rig), beginning)
-    plan = solved(beginning, surface, rig, run.on_progress(on_progress))
+    plan = solved(beginning, surface, rig, run.wrap_callback(on_progress))
     run.finish(True, plan.summary(), plan, rig)
     assert recorder.close(60)
     assert log.errors == []

@@ -64,7 +64,7 @@ class CommandRecorder:
             return on_progress, _no_end
         from focus_planner.parameters.planner import Recording
         from focus_planner.recording.recorder import Recorder
-        from focus_planner.recording.replay import SilentLog
+        from focus_planner.runtime.log import SilentLog
 
         try:
             inputs, beginning = what()
@@ -87,7 +87,7 @@ class CommandRecorder:
                 self._fail(record.failure)
             return record.path
 
-        return record.on_progress(on_progress), end
+        return record.wrap_callback(on_progress), end
 
     def _fail(self, why: str) -> None:
         self.failed = True

@@ -8,15 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.planning.formulation import formulate_fresh_problem
+from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
@@ -26,7 +20,23 @@ from focus_planner.core.rig.geometry import camera_positions
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud, Samples
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write
+
+try:
+    from matplotlib import colormaps
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise InputError(
+        "picture",
+        "matplotlib to draw it with",
+        str(error),
+        "install it: pip install 'focus_planner[picture]'",
+    ) from error
 
 _SAMPLES = 150_000
 _PIXELS = 440  # along the surface's longer side
@@ -114,7 +124,7 @@ def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:
     """
     points = len(scene.surface.points) if isinstance(scene.surface, PointCloud) else _SAMPLES
     request = PlanRequest(fresh_samples=min(points, _SAMPLES), depth_tolerance=depth_tolerance)
-    return formulate_fresh_problem(scene, rig, request, by="area")
+    return formulate_problem(scene, rig, request, by="area", fresh=True)
 
 
 class _Layout:

@@ -1,1 +1,1 @@
-"""Driving lenses to planned focus distances, without ROS: drivers, control loop, simulation."""
+"""Applying focus distances to lenses through their drivers, and simulated lenses."""

@@ -35,7 +35,7 @@ from focus_planner.recording.run import (
     progress_message,
     stamp_of,
 )
-from focus_planner.runtime.inputs import Log
+from focus_planner.runtime.log import Log
 
 _SECONDS_BETWEEN_WRITES = 1.0
 # Leaves the processor to the caller, probably on this machine, while it reads its response.
@@ -225,10 +225,10 @@ class RunRecorder:
         self._write_lock = Lock()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
-    def on_progress(self, on_progress: ProgressCallback) -> ProgressCallback:
+    def wrap_callback(self, on_progress: ProgressCallback) -> ProgressCallback:
         """Return a callback that records every step; solving waits until inputs are on disk."""
 
-        def noted(progress: Progress) -> bool:
+        def recorded(progress: Progress) -> bool:
             now = time.perf_counter()
             self._steps.append((now - self._began, progress))
             if progress.stage == "solving":
@@ -238,7 +238,7 @@ class RunRecorder:
                 self._do(self._write_steps)
             return on_progress(progress)
 
-        return noted
+        return recorded
 
     def keep_plan(self, payload: bytes, *, published: bool = True) -> None:
         """Write the plan before anyone receives it, so that a planner killed later can restore it.
@@ -350,7 +350,7 @@ class RunRecorder:
         if plan is not None:
             if rig is not None and self._options.markers:
                 self._bag.add(markers_message(self._beginning, plan, rig, at))
-            ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
+            ending = replace(ending, stop_log=plan.stop_log, fingerprints=fingerprints(plan))
         if self._plan_written is not None:
             ending = replace(ending, plan=None)
         for message in ending_messages(self._beginning, ending, at):

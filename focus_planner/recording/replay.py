@@ -14,6 +14,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress, ProgressCallback, never_stop
 from focus_planner.core.validation import InputError
 from focus_planner.recording.run import Ending, Run
+from focus_planner.runtime.log import SilentLog
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
 
 # These differ from run to run.
@@ -71,7 +72,7 @@ def plan_run(
         Whether planning stops at the recorded step; else when the time budget runs out.
     """
     ended = run.ending is not None and run.ending.success and stop_as_recorded
-    answers = run.ending.answers if run.ending and ended else None
+    stop_log = run.ending.stop_log if run.ending and ended else None
     progress: list[Progress] = []
 
     def record_step(step: Progress) -> bool:
@@ -88,13 +89,13 @@ def plan_run(
             settings.model,
             record_step,
             warm_start=beginning.warm_start is not None,
-            answers=answers,
+            stop_log=stop_log,
         )
     except (InputError, NotReady) as error:
         return Replayed(Ending(False, str(error)), tuple(progress))
     except Exception as error:  # noqa: BLE001 - the run may have been recorded to reproduce it
         return Replayed(Ending(False, internal_error(error)), tuple(progress))
-    ending = Ending(True, "", plan, plan.answers, fingerprints(plan))
+    ending = Ending(True, "", plan, plan.stop_log, fingerprints(plan))
     return Replayed(ending, tuple(progress), plan, rig)
 
 
@@ -133,16 +134,6 @@ def _feed(planner: Planner, run: Run) -> None:
     for _, _, receive in sorted(arrivals, key=lambda arrival: arrival[:2]):
         receive()
         planner.digest(run.beginning.settings.optics)
-
-
-class SilentLog:
-    """A log that drops everything, for messages that are reported elsewhere."""
-
-    def warning(self, message: str) -> None:
-        """Drop the message."""
-
-    def error(self, message: str) -> None:
-        """Drop the message."""
 
 
 # --- comparing ---------------------------------------------------------------------------------
@@ -184,7 +175,7 @@ def _extent(before: Fingerprint, after: Fingerprint) -> str:
 def _step_differences(run: Run, now: Sequence[Progress]) -> Iterator[Difference]:
     """Yield the first step that differs."""
     recorded, again = _comparable_steps(run.progress), _comparable_steps(now)
-    if run.ending and len(run.ending.answers) > 1:
+    if run.ending and run.ending.stop_log.stopped:
         # Once stopped, the recorded run's callback was not called any more.
         again = again[: len(recorded)]
     none = (0, None)

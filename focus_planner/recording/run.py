@@ -17,6 +17,7 @@ import numpy as np
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
@@ -133,8 +134,8 @@ class Ending:
     message : str
         The response's message.
     plan : FocusPlan or None
-    answers : tuple of int
-        The plan's: when it was told to end.
+    stop_log : StopLog
+        Where the plan was ended.
     fingerprints : tuple of Fingerprint
     stamp : tuple of int
         The plan's stamp, seconds and nanoseconds.
@@ -143,7 +144,7 @@ class Ending:
     success: bool
     message: str
     plan: FocusPlan | None = None
-    answers: tuple[int, ...] = ()
+    stop_log: StopLog = field(default_factory=StopLog)
     fingerprints: tuple[Fingerprint, ...] = ()
     stamp: Stamp = (0, 0)
 
@@ -306,7 +307,7 @@ def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[B
     result = {
         "success": ending.success,
         "message": ending.message,
-        "answers": ending.answers,
+        "answers": ending.stop_log.to_counts(),
         "fingerprints": [vars(fingerprint) for fingerprint in ending.fingerprints],
     }
     yield _message(beginning, "run/result", _RESULT, result, at)
@@ -489,7 +490,7 @@ def _ending(result: Message, plan: Message | None) -> Ending:
         message=result.message,
         plan=None if plan is None else plan_from_message(plan),
         stamp=(0, 0) if plan is None else (plan.header.stamp.sec, plan.header.stamp.nanosec),
-        answers=tuple(result.answers.tolist()),
+        stop_log=StopLog.from_counts(result.answers.tolist()),
         fingerprints=tuple(
             Fingerprint(f.stage, tuple(f.counts.tolist()), tuple(f.digests.tolist()))
             for f in result.fingerprints

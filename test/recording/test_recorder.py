@@ -103,7 +103,7 @@ def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_pat
         return True
 
     run = begin(recorder, tmp_path, beginning)
-    plan = solved(beginning, on_progress=run.on_progress(on_progress))
+    plan = solved(beginning, on_progress=run.wrap_callback(on_progress))
     assert len(heard) == 1
     assert [m.payload for m in heard[0].inputs] == [
         m.payload for m in inputs_of(beginning, TORUS, RIG)
@@ -120,7 +120,7 @@ def test_the_progress_of_a_long_run_is_written_while_it_goes(recorder, tmp_path,
     monkeypatch.setattr(module, "_SECONDS_BETWEEN_WRITES", 0.05)
     beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
-    on_progress = run.on_progress(never_stop)
+    on_progress = run.wrap_callback(never_stop)
     for step in STEPS:
         assert on_progress(step)
         time.sleep(0.06)
@@ -139,7 +139,7 @@ def test_no_step_of_a_short_run_is_lost_or_waited_for(recorder, tmp_path):
     beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     told = []
-    on_progress = run.on_progress(lambda progress: told.append(progress) or len(told) < 3)
+    on_progress = run.wrap_callback(lambda progress: told.append(progress) or len(told) < 3)
     assert [on_progress(step) for step in STEPS] == [True, True, False, False]
     assert told == STEPS
     run.finish(False, "").result(30)
@@ -157,7 +157,7 @@ def test_the_end_comes_after_the_answer(recorder, tmp_path, expected):
     done.result(30)
     ending = read_run(run.path).ending
     assert (ending.success, ending.message, ending.stamp) == (True, "told", (5, 6))
-    assert ending.answers == expected.answers
+    assert ending.stop_log == expected.stop_log
     assert [f.stage for f in ending.fingerprints][-1] == "costs"
 
 
@@ -329,7 +329,7 @@ def check_lost(run, log, reason):
 
 
 def plan_with(run, beginning, expected):
-    plan = solved(beginning, on_progress=run.on_progress(never_stop))
+    plan = solved(beginning, on_progress=run.wrap_callback(never_stop))
     assert same_plan(plan, expected)
     run.finish(True, plan.summary(), plan, RIG).result(30)
 
@@ -395,7 +395,7 @@ def test_a_disk_that_is_full_later_costs_no_plan(recorder, log, tmp_path, expect
     run = begin(recorder, tmp_path, beginning)
     run._on_disk.result(30)
     monkeypatch.setattr("focus_planner.recording.bag._Stream.write", raise_no_space)
-    on_progress = run.on_progress(never_stop)
+    on_progress = run.wrap_callback(never_stop)
     assert all(on_progress(step) for step in STEPS)
     waited(lambda: run.failure)
     plan_with(run, beginning, expected)
@@ -448,7 +448,7 @@ def test_who_is_told_to_stop_does_not_wait_for_a_disk_that_hangs(recorder, tmp_p
     monkeypatch.setattr(BagWriter, "sync", lambda _: hanging.wait(30))
     run = begin(recorder, tmp_path, beginning_with())
     asked = []
-    on_progress = run.on_progress(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
+    on_progress = run.wrap_callback(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
     began = time.perf_counter()
     assert not on_progress(Progress("solving", 0, float("nan")))
     assert time.perf_counter() - began < 2.0
@@ -464,7 +464,7 @@ def test_who_is_not_told_to_stop_does_wait(recorder, tmp_path, monkeypatch):
     run = begin(recorder, tmp_path, beginning_with())
     threading.Timer(0.4, hanging.set).start()
     began = time.perf_counter()
-    assert run.on_progress(never_stop)(Progress("solving", 0, float("nan")))
+    assert run.wrap_callback(never_stop)(Progress("solving", 0, float("nan")))
     assert time.perf_counter() - began > 0.3
     assert run._on_disk.done()
     run.finish(False, "no plan").result(30)
@@ -519,7 +519,7 @@ signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
 recorder = Recorder(log)
 run = recorder.begin(Recording(Path(sys.argv[1])), inputs_of(beginning, TORUS, RIG), beginning)
-plan = solved(beginning, on_progress=run.on_progress(never_stop))
+plan = solved(beginning, on_progress=run.wrap_callback(never_stop))
 run.finish(True, plan.summary(), plan, RIG)
 assert recorder.close(30)
 print(json.dumps([plan.cost, run.failure, log.errors]))

@@ -13,6 +13,7 @@ from focus_planner.core.planning import formulation as posing
 from focus_planner.core.planning import plan_focus as planning
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.request import METHODS, PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
@@ -194,12 +195,12 @@ def test_a_plan_that_was_ended_is_reproduced_without_being_ended(tmp_path, metho
         tmp_path, PlanRequest(method, 3000, fresh_samples=3000, gap=0.01), on_progress=on_progress
     )
     run, again = replayed(path)
-    assert len(run.ending.answers) > 1
+    assert run.ending.stop_log.stopped
     assert differences(run, again) == []
     # It really was ended, and would not be now.
     to_its_end = plan_run(run, stop_as_recorded=False)
     assert differences(run, to_its_end) != []
-    assert len(to_its_end.ending.answers) == 1
+    assert not to_its_end.ending.stop_log.stopped
 
 
 @pytest.mark.parametrize("seconds", [0.02, 0.2])
@@ -280,7 +281,7 @@ class Bench:
         run = recorder.begin(Recording(folder), inputs, beginning_with(request))
         try:
             plan, rig, _ = self.planner.plan(
-                request, Optics(), CostModel(), run.on_progress(never_stop)
+                request, Optics(), CostModel(), run.wrap_callback(never_stop)
             )
         except (NotReady, ValueError) as error:
             run.finish(False, str(error))
@@ -633,7 +634,7 @@ def test_a_stage_that_is_not_there_now_is_told(run):
 
 def test_an_outcome_from_elsewhere_is_compared_by_its_plan(run):
     again = plan_run(run)
-    ending = replace(again.ending, fingerprints=(), answers=())
+    ending = replace(again.ending, fingerprints=(), stop_log=StopLog())
     assert outcome_differences(run, ending) == []
     plan = ending.plan
     moved = replace(plan.cameras[0], focus_distance=plan.cameras[0].focus_distance + 0.5)

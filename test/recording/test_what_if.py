@@ -413,7 +413,7 @@ def test_the_changed_run_is_recorded_and_replayed_as_one_of_its_own(run, tmp_pat
     log = Log()
     recorder = Recorder(log)
     record_ = recorder.begin(Recording(tmp_path), after.inputs, after.beginning)
-    again = plan_run(after, record_.on_progress(lambda _: True), stop_as_recorded=False)
+    again = plan_run(after, record_.wrap_callback(lambda _: True), stop_as_recorded=False)
     record_.finish(True, again.plan.summary(), again.plan, again.rig)
     assert recorder.close(30)
     assert log.errors == []

@@ -1,1 +1,1 @@
-"""Lower bounds on the cost of any plan, up to proofs of optimality."""
+"""Lower bounds on the cost of every plan: Lagrangian prices, and branch and bound on them."""

@@ -30,36 +30,6 @@ class Abandoned(Exception):  # noqa: N818 - nothing went wrong
 
 
 @dataclass(frozen=True, eq=False)
-class Tuples:
-    """Tuples of cameras in batches, with the samples that each tuple's cameras share.
-
-    Attributes
-    ----------
-    cameras : (T, k) array of int32
-        The last camera of a triple is the one with the fewest cells.
-    batch_offsets : (B + 1,) array of int64
-        The tuples of batch b, ``batch_offsets[b]`` to ``batch_offsets[b + 1]``, do not influence
-        each other.
-    shared_offsets : (T + 1,) array of int64
-        Tuple t's shared samples are ``shared_offsets[t]`` to ``shared_offsets[t + 1]``.
-    samples : (L,) array of int32
-        The samples that at least two cameras of the tuple see, ascending.
-    bases : (L, k) array of int64
-        Their base cost in each of the tuple's cameras; ``NEVER`` in one that does not see them.
-    firsts, lasts : (L, k) arrays of int32
-        The first and last cell of each camera that holds them in focus.
-    """
-
-    cameras: IntArray
-    batch_offsets: Offsets
-    shared_offsets: Offsets
-    samples: IntArray
-    bases: Offsets
-    firsts: IntArray
-    lasts: IntArray
-
-
-@dataclass(frozen=True, eq=False)
 class _Graph:
     """Camera c's neighbours are ``neighbours[offsets[c]:offsets[c + 1]]``."""
 
@@ -79,7 +49,7 @@ def camera_tuples(
     scope: str,
     grid: Grid | None,
     keep_going: Callable[[], bool] = lambda: True,
-) -> Tuples:
+) -> kernels.CameraTuples:
     """Return the k-tuples of cameras to optimise jointly: connected sets of k neighbours.
 
     Neighbours are those on the grid. Without a grid, each camera's neighbours are those with which
@@ -131,14 +101,7 @@ def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph,
     rows, neighbours, common = [], [], []
     for low, high in _chunks(work, _PAIRS_BETWEEN_CHECKS, keep_going, _ROWS_AT_ONCE):
         counts = np.empty((high - low, cameras), dtype=np.int32)
-        kernels.count_common(
-            problem.camera_offsets,
-            problem.cells.seen,
-            problem.sample_offsets,
-            problem.camera_index,
-            low,
-            counts,
-        )
+        kernels.count_common(problem.pairs_by_camera, problem.pairs_by_sample, low, counts)
         row, neighbour = np.nonzero(counts)
         rows.append(np.count_nonzero(counts, axis=1))
         neighbours.append(neighbour.astype(np.int32))
@@ -221,32 +184,25 @@ def _chunks(
 
 def _with_shared_samples(
     problem: Problem, cameras: IntArray, batch_offsets: Offsets, keep_going: Callable[[], bool]
-) -> Tuples:
-    cells = problem.cells
+) -> kernels.CameraTuples:
+    pairs = problem.pairs_by_camera
     offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
-    work = np.diff(problem.camera_offsets)[cameras].sum(axis=1).astype(np.float64)
+    work = np.diff(pairs.offsets)[cameras].sum(axis=1).astype(np.float64)
     parts = partial(_chunks, work, _LISTED_BETWEEN_CHECKS, keep_going)
     for low, high in parts():
-        counts = kernels.count_shared(cameras[low:high], problem.camera_offsets, cells.seen)
+        counts = kernels.count_shared(cameras[low:high], pairs.offsets, pairs.sample)
         offsets[low + 1 : high + 1] = counts
     offsets = np.cumsum(offsets)
     shape = (int(offsets[-1]), cameras.shape[1])
-    samples = np.empty(shape[0], dtype=np.int32)
-    bases = np.empty(shape, dtype=np.int64)
-    firsts, lasts = np.empty(shape, dtype=np.int32), np.empty(shape, dtype=np.int32)
+    tuples = kernels.CameraTuples(
+        cameras=cameras,
+        batch_offsets=batch_offsets,
+        shared_offsets=offsets,
+        samples=np.empty(shape[0], dtype=np.int32),
+        bases=np.empty(shape, dtype=np.int64),
+        firsts=np.empty(shape, dtype=np.int32),
+        lasts=np.empty(shape, dtype=np.int32),
+    )
     for low, high in parts():
-        kernels.list_shared(
-            cameras[low:high],
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_base,
-            cells.seen_first,
-            cells.seen_last,
-            kernels.NEVER,
-            offsets[low : high + 1],
-            samples,
-            bases,
-            firsts,
-            lasts,
-        )
-    return Tuples(cameras, batch_offsets, offsets, samples, bases, firsts, lasts)
+        kernels.list_shared(tuples, low, high, pairs)
+    return tuples

@@ -46,9 +46,9 @@ class Gains:
     out: int
 
     @property
-    def pairs(self) -> tuple[Offsets, IntArray, Offsets, IntArray, IntArray]:
-        """The arrays of pairs, as kernels take them."""
-        return self.offsets, self.sample, self.gain, self.first, self.last
+    def by_camera(self) -> kernels.GainsByCamera:
+        """The pairs, as kernels take them."""
+        return kernels.GainsByCamera(self.offsets, self.sample, self.gain, self.first, self.last)
 
     @property
     def camera_count(self) -> int:
@@ -60,28 +60,12 @@ def gains_of(problem: Problem) -> Gains:
     """Return the problem's gains, in O(pairs)."""
     cells = problem.cells
     out, most = np.empty((2, problem.sample_count), dtype=np.int64)
-    kernels.most_gains(
-        problem.sample_offsets,
-        cells.base,
-        cells.focus,
-        cells.first,
-        cells.last,
-        cells.unseen,
-        out,
-        most,
-    )
-    by_camera = (
-        problem.camera_offsets,
-        cells.seen,
-        cells.seen_base,
-        cells.seen_first,
-        cells.seen_last,
-        out,
-    )
+    kernels.most_gains(problem.pairs_by_sample, cells.focus, cells.unseen, out, most)
     counts = np.empty(problem.camera_count, dtype=np.int64)
-    kernels.count_gains(*by_camera, counts)
+    kernels.count_gains(problem.pairs_by_camera, out, counts)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     sample, first, last = np.empty((3, offsets[-1]), dtype=np.int32)
     gain = np.empty(offsets[-1], dtype=np.int64)
-    kernels.list_gains(*by_camera, offsets, sample, gain, first, last)
-    return Gains(offsets, sample, gain, first, last, cells.offsets, most, int(out.sum()))
+    gains = Gains(offsets, sample, gain, first, last, cells.offsets, most, int(out.sum()))
+    kernels.list_gains(problem.pairs_by_camera, out, gains.by_camera)
+    return gains

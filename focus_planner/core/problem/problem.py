@@ -87,7 +87,7 @@ class Problem:
     @cached_property
     def camera_pairs(self) -> IntArray:
         """(P,) indices of pairs, ordered by camera, then by sample."""
-        pairs: IntArray = kernels.by_camera(self.camera_index, self.camera_offsets)
+        pairs: IntArray = kernels.sort_by_camera(self.camera_index, self.camera_offsets)
         return pairs
 
     @cached_property
@@ -96,6 +96,22 @@ class Problem:
         cells = _find_cells(self, lambda: True)
         assert cells is not None
         return cells
+
+    @cached_property
+    def pairs_by_sample(self) -> kernels.PairsBySample:
+        """The pairs sample by sample, with the cells that hold them in focus."""
+        cells = self.cells
+        return kernels.PairsBySample(
+            self.sample_offsets, self.camera_index, cells.base, cells.first, cells.last
+        )
+
+    @cached_property
+    def pairs_by_camera(self) -> kernels.PairsByCamera:
+        """The same camera by camera."""
+        cells = self.cells
+        return kernels.PairsByCamera(
+            self.camera_offsets, cells.seen, cells.seen_base, cells.seen_first, cells.seen_last
+        )
 
     def find_cells(self, keep_going: Callable[[], bool]) -> bool:
         """Find the cells ahead of their first use; return False if stopped.
@@ -198,21 +214,21 @@ def build_problem(
     """
     model = model or CostModel()
     sample_offsets = np.zeros(len(samples) + 1, dtype=np.int64)
-    sample_index, camera_index = kernels.by_sample(
+    sample_index, camera_index = kernels.sort_by_sample(
         visibility.camera_offsets, visibility.sample_index, sample_offsets
     )
     depth, base_cost = np.empty(len(sample_index)), np.empty(len(sample_index))
     kernels.base_costs(
-        samples.points,
-        visibility.normals,
-        camera_positions(rig),
-        np.ascontiguousarray(camera_rotations(rig)),
+        (samples.points, visibility.normals),
+        (camera_positions(rig), np.ascontiguousarray(camera_rotations(rig))),
         sample_index,
         camera_index,
-        model.projected_area_weight,
-        model.axis_deviation_weight,
-        model.projected_area_scale,
-        model.axis_deviation_limit,
+        kernels.CostTerms(
+            model.projected_area_weight,
+            model.axis_deviation_weight,
+            model.projected_area_scale,
+            model.axis_deviation_limit,
+        ),
         depth,
         base_cost,
     )

@@ -58,13 +58,11 @@ class _Views:
     decide. They are None if no image is distorted.
     """
 
-    positions: FloatArray
-    rotations: FloatArray
-    frustums: FloatArray
+    views: kernels.Views
     projections: FloatArray | None
 
-    def part(self, cameras: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return self.positions[cameras], self.rotations[cameras], self.frustums[cameras]
+    def part(self, cameras: slice) -> kernels.Views:
+        return kernels.Views(*(array[cameras] for array in self.views))
 
 
 def visible_pairs(
@@ -131,12 +129,12 @@ def _leading_parts(parts: list[Visibility], enough: float) -> list[Visibility]:
 
 def _views(rig: Rig) -> _Views:
     frustums = [(*_frustum(camera.intrinsics), camera.lens.focal_length) for camera in rig.cameras]
-    return _Views(
+    views = kernels.Views(
         camera_positions(rig),
         np.ascontiguousarray(camera_rotations(rig)),
         np.array(frustums, dtype=np.float64),
-        _projections(rig),
     )
+    return _Views(views, _projections(rig))
 
 
 def _frustum(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
@@ -171,24 +169,30 @@ def _find_visible(
     facing = scene.oriented
     order = _spatial_order(samples, facing)
     near = samples.take(order)
-    spheres, cones = kernels.bound_blocks(near.points, near.normals)
-    most = kernels.count_near_view(spheres, cones, len(near), *views.part(slice(None)), facing)
+    blocks = kernels.bound_blocks(near.points, near.normals)
+    most = kernels.count_near_view(blocks, len(near), views.views, facing)
     counts, found, cast = [], [], 0
     for cameras in _camera_blocks(most):
         view = views.part(cameras)
         room = _offsets(most[cameras])
         listed = np.empty(room[-1], dtype=np.int32)
         in_view = kernels.list_in_view(
-            near.points, near.normals, spheres, cones, *view, facing, room, listed
+            near.points, near.normals, blocks, view, facing, room, listed
         )
         if views.projections is not None:
             in_view = kernels.keep_imaged(
-                near.points, *view[:2], views.projections[cameras], room, listed, in_view
+                near.points,
+                view.positions,
+                view.rotations,
+                views.projections[cameras],
+                room,
+                listed,
+                in_view,
             )
         offsets = _offsets(in_view)
         rays = np.empty((offsets[-1], 6), dtype=np.float32)
         kernels.fill_rays(
-            near.points, view[0], room, listed, offsets, scene.centre, scene.stop_short, rays
+            near.points, view.positions, room, listed, offsets, scene.centre, scene.stop_short, rays
         )
         hidden = scene.occluded(rays)
         seen = kernels.keep_seen(room, listed, offsets, hidden, order)
@@ -197,7 +201,9 @@ def _find_visible(
         cast += len(rays)
     seen_from = _offsets(np.concatenate(counts))
     visibility = Visibility(seen_from, np.concatenate(found), samples.normals, taken)
-    return visibility if facing else _orient_normals(visibility, views.positions, samples), cast
+    return visibility if facing else _orient_normals(
+        visibility, views.views.positions, samples
+    ), cast
 
 
 def _spatial_order(samples: Samples, facing: bool) -> NDArray[np.int64]:
