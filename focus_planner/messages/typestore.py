@@ -104,7 +104,7 @@ def deserialize(type_name: str, payload: bytes, definition: str | None = None) -
 
 
 def fields_of(message: Message) -> Fields:
-    """Return the fields of a message from :func:`deserialize`; nested ones become fields too."""
+    """Return the fields of a message from :func:`deserialize`, with nested messages as dicts."""
     # In the library's classes, constants and the type's name are fields with a default.
     fields = [each for each in dataclasses.fields(message) if each.default is dataclasses.MISSING]
     return {each.name: _plain(getattr(message, each.name)) for each in fields}

@@ -60,6 +60,6 @@ def test_other_encapsulations_are_refused(head):
 def test_lengths_that_promise_gigabytes_are_refused_by_the_buffer():
     payload = b"\x00\x01\x00\x00" + b"\xff\xff\xff\xff" + bytes(100)
     with pytest.raises(
-        InputError, match="for 4294967295 triangles, got 108 bytes; the message was"
+        InputError, match="for 4294967295 triangles, got 108 bytes; the message is truncated"
     ):
         read_mesh(payload)
