@@ -1,4 +1,4 @@
-"""Keeps a plan, and is killed at once, while there is much else to write; what it logs it says."""
+"""Keeps a plan while there is much else to write, and is killed at once; prints its log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def main() -> None:
     recorder = Recorder(Log())
     inputs = input_messages(points=2000)
     run = recorder.begin(Recording(directory), inputs, beginning(2))
-    on_progress = run.on_progress(lambda _: True)
+    on_progress = run.wrap_callback(lambda _: True)
     for k in range(100):
         on_progress(Progress("solving" if k == 0 else "em", k, 100.0 - k))
     recorder.prepare(directory, inputs[:1])

@@ -45,7 +45,7 @@ def with_the_recorder(directory: Path) -> None:
         number += 1
         recorder.prepare(directory, INPUTS)
         run = recorder.begin(Recording(directory), INPUTS, beginning(number))
-        on_progress = run.on_progress(lambda _: True)
+        on_progress = run.wrap_callback(lambda _: True)
         on_progress(Progress("visibility", 0, 0.0))
         on_progress(Progress("solving", 0, 0.0))
         say("solving", number)

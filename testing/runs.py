@@ -1,4 +1,4 @@
-"""Runs to test with: small scenes, recorded as the command line does it."""
+"""Recorded runs of small scenes for tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from testing.problems import around, torus
 
 PLANNER = "/focus_planner"
 TORUS = torus()
-# Of so little depth of field that there is something to choose.
+# Lenses with a shallow depth of field, so that there is something to choose.
 RIG = around(8, 2.5, lens=Lens(0.085, 60.0))
 REQUEST = PlanRequest("em", 300, fresh_samples=300)
 
@@ -36,7 +36,7 @@ def cloud(normals=False, importance=False):
     )
 
 
-def begun(request=REQUEST, rig=RIG, warm_start=None, **values):
+def beginning_with(request=REQUEST, rig=RIG, warm_start=None, **values):
     """The beginning of a run; ``values`` are parameters, with __ for their dots."""
     beginning = beginning_of(new_run_id(), PLANNER, request, rig.frame_id, software())
     given = {name.replace("__", "."): value for name, value in values.items()}
@@ -63,12 +63,12 @@ def record(
     **values,
 ):
     """Plan and record below a folder; return the run's own folder."""
-    beginning = begun(request, rig, warm_start, **values)
+    beginning = beginning_with(request, rig, warm_start, **values)
     log = Log()
     recorder = Recorder(log)
     recording = Recording(folder, markers)
     run = recorder.begin(recording, inputs_of(beginning, surface, rig), beginning)
-    plan = solved(beginning, surface, rig, run.on_progress(on_progress))
+    plan = solved(beginning, surface, rig, run.wrap_callback(on_progress))
     run.finish(True, plan.summary(), plan, rig)
     assert recorder.close(60)
     assert log.errors == []
@@ -76,7 +76,7 @@ def record(
 
 
 def record_failure(folder, beginning, inputs, message):
-    """Record that there was no plan; return the run's own folder."""
+    """Record a failure to plan; return the run's own folder."""
     log = Log()
     recorder = Recorder(log)
     run = recorder.begin(Recording(folder), inputs, beginning)
@@ -87,7 +87,7 @@ def record_failure(folder, beginning, inputs, message):
 
 
 def rewritten(path, to, change):
-    """Write a run again, elsewhere, every message as ``change`` returns it (None: left out)."""
+    """Write a run again elsewhere, each message as returned by ``change`` (None: left out)."""
     bag = BagWriter()
     for message in read_bag(path).messages:
         changed = change(message)
@@ -102,7 +102,7 @@ def with_payload(message, payload):
 
 
 def partial_copy(path, to):
-    """A copy that was cut off before its end, as a kill leaves it."""
+    """A copy that is truncated, as a killed process leaves it."""
     to = to.with_name(to.name + ".partial")
     shutil.copytree(path, to)
     (to / "metadata.yaml").unlink()

@@ -64,13 +64,14 @@ class CommandRecorder:
             return on_progress, _no_end
         from focus_planner.parameters.planner import Recording
         from focus_planner.recording.recorder import Recorder
+        from focus_planner.runtime.log import SilentLog
 
         try:
             inputs, beginning = what()
         except Exception as error:  # noqa: BLE001 - no message has room for a seed of 2^64
             self._fail(str(error) or repr(error))
             return on_progress, _no_end
-        recorder = Recorder(_Silent())
+        recorder = Recorder(SilentLog())  # a failure is reported once, at the end
         record = recorder.begin(Recording(self._directory, self._markers), inputs, beginning)
 
         def end(
@@ -86,7 +87,7 @@ class CommandRecorder:
                 self._fail(record.failure)
             return record.path
 
-        return record.on_progress(on_progress), end
+        return record.wrap_callback(on_progress), end
 
     def _fail(self, why: str) -> None:
         self.failed = True
@@ -95,13 +96,3 @@ class CommandRecorder:
 
 def _no_end(*_: object) -> None:
     """End a run that is not recorded."""
-
-
-class _Silent:
-    """A log: the failure is told once, at the end."""
-
-    def warning(self, message: str) -> None:
-        pass
-
-    def error(self, message: str) -> None:
-        pass

@@ -191,7 +191,7 @@ def _replay_here(
     on_progress, end = recorder.begin(lambda: (again.inputs, beginning), interruptible)
     tell(f"{place}finding what the cameras see")
     as_it_was = not changes and recorded.ending is not None
-    replayed = plan_run(again, on_progress, as_it_was=as_it_was)
+    replayed = plan_run(again, on_progress, stop_as_recorded=as_it_was)
     interruptible.check()
     now = replayed.ending
     folder = end(now.success, now.message, replayed.plan, replayed.rig)

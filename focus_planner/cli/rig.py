@@ -213,7 +213,7 @@ def _transforms(options: argparse.Namespace) -> int:
         cameras=options.cameras,
         convention=options.convention,
         scale=options.scale,
-        image_of=_image_of(options),
+        intrinsics_of=_intrinsics_of(options),
         lens=_lens(options),
         frame_id=options.frame_id,
     )
@@ -247,16 +247,16 @@ def _add_image(parser: Any) -> None:
         group.add_argument(f"--{name}", type=float, metavar="X", help=meaning)
 
 
-def _image_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
-    """Return what gives a camera's image by the camera's name."""
+def _intrinsics_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
+    """Return a function from a camera's name to its intrinsics."""
     from focus_planner.core.rig.camera import CameraIntrinsics
-    from focus_planner.io.camera_info import image_of_camera
+    from focus_planner.io.camera_info import intrinsics_lookup
 
     by_flags = any(getattr(options, name) is not None for name in _IMAGE_OPTIONS)
     if options.camera_info is not None:
         if by_flags:
             raise InputError("--camera-info", "it, or --image and --fx", "both")
-        return image_of_camera(options.camera_info)
+        return intrinsics_lookup(options.camera_info)
     image = _pinhole(options) if by_flags else CameraIntrinsics()
     return lambda _: image
 
@@ -289,10 +289,12 @@ def _add_lens(parser: Any) -> None:
 
 
 def _lens(options: argparse.Namespace) -> Lens:
-    from focus_planner.io.rigs import lens_of
+    from focus_planner.io.rigs import lens_from_values
 
     given = {name: getattr(options, name) for name in _LENS_OPTIONS}
-    return lens_of("lens", {name: value for name, value in given.items() if value is not None})
+    return lens_from_values(
+        "lens", {name: value for name, value in given.items() if value is not None}
+    )
 
 
 def _print(rig: Rig) -> int:

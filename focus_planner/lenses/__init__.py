@@ -1,1 +1,1 @@
-"""lenses."""
+"""Applying focus distances to lenses through their drivers, and simulated lenses."""

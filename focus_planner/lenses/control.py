@@ -1,4 +1,4 @@
-"""Bringing a lens to what the newest plan says, over a driver that may be slow, silent or gone."""
+"""Sets a lens to its planned focus, through a driver that may be slow, unresponsive or absent."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ Answer = TypeVar("Answer")
 
 
 class Driver(Protocol):
-    """A driver node's parameters. No call has a time limit of its own; each can be cancelled."""
+    """A driver node's parameters. Calls have no timeout of their own, and can be cancelled."""
 
     @property
     def name(self) -> str:
         """Full name of the node."""
 
-    def is_there(self) -> bool:
-        """Return whether its parameter services are."""
+    def is_available(self) -> bool:
+        """Return whether its parameter services are available."""
 
     async def list_parameters(self, names: Collection[str]) -> Collection[str]:
         """Return which of these parameters it has."""
@@ -44,31 +44,31 @@ class Driver(Protocol):
         """Set a parameter; return None, or the reason why it was refused."""
 
     async def get_parameter(self, name: str) -> Value | None:
-        """Return a parameter's value, None where it has no number."""
+        """Return a parameter's value, None if it is not a number."""
 
 
 @dataclass(frozen=True)
 class Timeouts:
-    """How long to wait for what, seconds.
+    """Timeouts and periods, seconds.
 
     Attributes
     ----------
     timeout : float
-        For the answer to a call, and for a driver that is not there yet.
+        For the response to a call, and for an absent driver to be discovered.
     retries : int
-        Times that a call without an answer is made again.
+        How often a call without a response is repeated.
     settle_time : float
-        From sending to the first reading back.
+        From sending a value to reading it back for the first time.
     verify_timeout : float
-        From then to the last.
+        From then to reading it back for the last time.
     poll_period : float
         Between two readings.
     watch_period : float
-        Between two looks at a lens that has settled, whether it is still there; 0 for none.
+        Between two checks that a settled lens has not moved; 0 for none.
     presence_period : float
-        Between two looks whether the driver of such a lens is still there.
+        Between two checks that the driver of a settled lens is still running.
     shortest_pause, longest_pause : float
-        Between two tries to reach a driver that failed; doubled from the one to the other.
+        Between two attempts to reach a driver: doubled each time, from the first to the second.
     """
 
     timeout: float = 2.0
@@ -83,23 +83,22 @@ class Timeouts:
 
 
 class LensControl:
-    """Obeys the newest order for one lens.
+    """Applies the newest order to one lens, and keeps it applied.
 
-    Runs in the running asyncio loop, in one task, which an order of another plan replaces. It
-    never gives up: a driver that is not there, does not answer or restarts is told when it is
-    there again, and so is a lens that was verified and has moved since. What a driver refuses, and
-    a lens that never came where it was to be, is reported and left alone until the next order, or
-    the driver's next start.
+    Runs in the running asyncio loop, in one task, which the next order replaces. It never gives
+    up: the value is sent again to a driver that was absent, did not respond or has restarted, and
+    to a verified lens that has moved since. What a driver refuses, and a lens that does not reach
+    its position, is reported and left alone until the next order, or until the driver restarts.
 
     Parameters
     ----------
     driver : Driver
     profile : DriverProfile
-    report : callable
-        Gets a :class:`LensReport` whenever something else is to be said.
+    on_report : callable
+        Called with a :class:`LensReport` whenever there is something new to report.
     now : callable
-        The time for the reports.
-    patience : Timeouts
+        Returns the time for the reports.
+    timeouts : Timeouts
     tolerance : Tolerance
     table : LensTable, optional
     """
@@ -108,28 +107,28 @@ class LensControl:
         self,
         driver: Driver,
         profile: DriverProfile,
-        report: Callable[[LensReport], None],
+        on_report: Callable[[LensReport], None],
         now: Callable[[], Time],
-        patience: Timeouts | None = None,
+        timeouts: Timeouts | None = None,
         tolerance: Tolerance | None = None,
         table: LensTable | None = None,
     ) -> None:
         self._driver = driver
         self._profile = profile
-        self._tell = report
+        self._on_report = on_report
         self._now = now
-        self._patience = patience or Timeouts()
+        self._timeouts = timeouts or Timeouts()
         self._tolerance = tolerance or Tolerance()
         self._table = table
         self._order: FocusOrder | None = None
         self._task: asyncio.Task[None] | None = None
         self._last: LensReport | None = None
 
-    def obey(self, order: FocusOrder) -> None:
+    def apply(self, order: FocusOrder) -> None:
         """Begin to carry out an order.
 
-        The same order again, as a latched topic delivers it, disturbs nothing that is under way.
-        When the lens had been verified it is read once more, and told again only if it moved.
+        The same order again, as a latched topic delivers it, does not disturb what is in progress.
+        If the lens had been verified it is read once more, and set again only if it has moved.
         """
         repeated = order == self._order
         verified = self._last is not None and self._last.status is LensStatus.VERIFIED
@@ -138,15 +137,15 @@ class LensControl:
         self.stop()
         self._order = order
         self._task = asyncio.get_running_loop().create_task(self._carry_out(order, repeated))
-        self._task.add_done_callback(partial(self._tell_bug, order))
+        self._task.add_done_callback(partial(self._report_crash, order))
 
     def stop(self) -> None:
-        """Leave the lens as it is."""
+        """Stop carrying out the order; the lens stays as it is."""
         if self._task is not None:
             self._task.cancel()
 
-    def _tell_bug(self, order: FocusOrder, task: asyncio.Task[None]) -> None:
-        """Never leave an order without a verdict, whatever happened."""
+    def _report_crash(self, order: FocusOrder, task: asyncio.Task[None]) -> None:
+        """Report an order as failed if carrying it out raised."""
         if not task.cancelled() and (error := task.exception()):
             self._report(_failed(order, f"internal error: {type(error).__name__}: {error}"))
 
@@ -163,36 +162,36 @@ class LensControl:
             await self._until_moved(command)
 
     async def _until_settled(self, order: FocusOrder, command: LensCommand) -> None:
-        """Try until there is a verdict, in growing intervals while the driver does not answer."""
-        pause = self._patience.shortest_pause
+        """Send until the lens has settled or failed; back off while its driver is unreachable."""
+        pause = self._timeouts.shortest_pause
         while True:
             try:
-                return await self._apply(order, command)
+                return await self._send(order, command)
             except _UnreachableError as error:
                 self._report(_failed(order, str(error), self._last))
-            await self._until_there(pause)
-            pause = min(2 * pause, self._patience.longest_pause)
+            await self._until_available(pause)
+            pause = min(2 * pause, self._timeouts.longest_pause)
 
-    async def _until_there(self, pause: float) -> None:
+    async def _until_available(self, pause: float) -> None:
         await asyncio.sleep(pause)
-        # rclpy tells nobody when a service comes or goes.
-        while not self._driver.is_there():  # noqa: ASYNC110
-            await asyncio.sleep(self._patience.shortest_pause)
+        # rclpy has no event for services that appear or disappear.
+        while not self._driver.is_available():  # noqa: ASYNC110
+            await asyncio.sleep(self._timeouts.shortest_pause)
 
     async def _until_moved(self, command: LensCommand) -> None:
-        """Wait until the lens has to be told again: it moved, or its driver was started again."""
-        next_look = _next_multiple(self._patience.watch_period)
-        while self._driver.is_there():
-            # All lenses at the same time: answers that come together wake the executor once.
-            await asyncio.sleep(_next_multiple(self._patience.presence_period) - _monotonic())
-            if _monotonic() >= next_look:
+        """Wait until the lens must be set again: it has moved, or its driver has restarted."""
+        next_check = _next_multiple(self._timeouts.watch_period)
+        while self._driver.is_available():
+            # All lenses at the same times: responses that arrive together wake the executor once.
+            await asyncio.sleep(_next_multiple(self._timeouts.presence_period) - _monotonic())
+            if _monotonic() >= next_check:
                 if await self._has_moved(command):
                     return
-                next_look = _next_multiple(self._patience.watch_period)
-        await self._until_there(0.0)
+                next_check = _next_multiple(self._timeouts.watch_period)
+        await self._until_available(0.0)
 
     async def _has_moved(self, command: LensCommand) -> bool:
-        """Read a lens that was read before; tell when one that was late has arrived."""
+        """Read a settled lens again; report one that was late and has arrived."""
         last = self._last
         if last is None or last.status not in (LensStatus.VERIFIED, LensStatus.DIFFERS):
             return False
@@ -204,68 +203,68 @@ class LensControl:
             self._report(read)
         return last.status is LensStatus.VERIFIED is not read.status
 
-    async def _apply(self, order: FocusOrder, command: LensCommand) -> None:
-        told = LensReport(order.plan_id, LensStatus.FAILED, order.focus_distance)
+    async def _send(self, order: FocusOrder, command: LensCommand) -> None:
+        report = LensReport(order.plan_id, LensStatus.FAILED, order.focus_distance)
         try:
             await self._prepare()
-            told = replace(
-                told, unit=command.unit, sent_value=float(command.value), sent_at=self._now()
+            report = replace(
+                report, unit=command.unit, sent_value=float(command.value), sent_at=self._now()
             )
             await self._set(self._profile.parameter, command.value)
         except _RefusedError as error:
-            self._report(replace(told, message=str(error)))
+            self._report(replace(report, message=str(error)))
             return
-        sent = replace(told, status=LensStatus.SENT)
+        sent = replace(report, status=LensStatus.SENT)
         self._report(sent)
-        await asyncio.sleep(self._patience.settle_time)
+        await asyncio.sleep(self._timeouts.settle_time)
         await self._verify(command, sent)
 
     async def _prepare(self) -> None:
-        """Find the driver and end its autofocus."""
+        """Find the driver and switch its autofocus off."""
         await self._wait_for_driver()
         parameter, manual = self._profile.parameter, self._profile.manual
         names = [parameter, *(name for name, _ in manual)]
         has = await self._call(lambda: self._driver.list_parameters(names), "list_parameters")
         if parameter not in has:
             raise _RefusedError(
-                f"{self._driver.name}: expected a driver with parameter {parameter}, got one"
-                " without; choose the parameter driver of the adapter, or check that this camera's"
-                " lens can be moved"
+                f"{self._driver.name}: expected a driver with the parameter {parameter}, got one"
+                " without it; set the adapter's parameter driver, or check that this camera has a"
+                " focus motor"
             )
         for name, value in manual:
             if name in has:
                 await self._set(name, value)
 
     async def _wait_for_driver(self) -> None:
-        """Give discovery some time: an order may be there before the driver is seen."""
-        deadline = _monotonic() + self._patience.timeout
-        while not self._driver.is_there():
+        """Wait for discovery: an order may arrive before the driver is discovered."""
+        deadline = _monotonic() + self._timeouts.timeout
+        while not self._driver.is_available():
             if _monotonic() >= deadline:
                 raise _UnreachableError(
-                    f"{self._driver.name}: expected a running driver, found none; start it, it is"
-                    " told as soon as it is there"
+                    f"{self._driver.name}: expected a running driver, found none; start it, and"
+                    " the value will be sent"
                 )
-            await asyncio.sleep(min(self._patience.timeout, self._patience.shortest_pause) / 4)
+            await asyncio.sleep(min(self._timeouts.timeout, self._timeouts.shortest_pause) / 4)
 
     async def _set(self, name: str, value: Value) -> None:
         reason = await self._call(lambda: self._driver.set_parameter(name, value), "set_parameters")
         if reason is not None:
             raise _RefusedError(
-                f"{self._driver.name} refuses {name} = {value}: {reason or 'it gives no reason'}"
+                f"{self._driver.name} refused {name} = {value}: {reason or 'no reason given'}"
             )
 
     async def _verify(self, command: LensCommand, sent: LensReport) -> None:
-        """Read until the value is there; report it, or where the lens is instead."""
-        deadline = _monotonic() + self._patience.verify_timeout
+        """Read until the lens has arrived or time is up; report where it is."""
+        deadline = _monotonic() + self._timeouts.verify_timeout
         while True:
             read = await self._read(command, sent)
             if read.status is LensStatus.VERIFIED or _monotonic() >= deadline:
                 self._report(read)
                 return
-            await asyncio.sleep(self._patience.poll_period)
+            await asyncio.sleep(self._timeouts.poll_period)
 
     async def _confirm(self, command: LensCommand) -> bool:
-        """Read a lens that was verified; return whether it is still where it was."""
+        """Read a verified lens; return whether it is still where it was."""
         moved = self._last is None or await self._has_moved(command)
         if self._last is not None and not moved:
             self._report(replace(self._last, read_at=self._now()))
@@ -278,7 +277,7 @@ class LensControl:
             return replace(
                 sent,
                 status=LensStatus.DIFFERS,
-                message=f"{self._driver.name}: expected a number for {parameter} read back, got"
+                message=f"{self._driver.name}: expected to read back a number for {parameter}, got"
                 " none; restart the driver",
             )
         read = replace(
@@ -294,50 +293,50 @@ class LensControl:
             status=LensStatus.DIFFERS,
             message=f"{self._driver.name}: expected {parameter} = {command.value:g}, read"
             f" {value:g}; the lens is slow, at a limit or has backlash: raise verify_timeout or"
-            " tolerance, or drive it from one side",
+            " tolerance, or always approach from one side",
         )
 
     async def _call(self, call: Callable[[], Coroutine[Any, Any, Answer]], what: str) -> Answer:
-        for _ in range(self._patience.retries + 1):
+        for _ in range(self._timeouts.retries + 1):
             task = asyncio.ensure_future(call())
             try:
-                # Not wait_for: before Python 3.12 it can swallow that it is cancelled.
-                done, _pending = await asyncio.wait({task}, timeout=self._patience.timeout)
+                # Not wait_for: before Python 3.12 it may swallow a cancellation.
+                done, _pending = await asyncio.wait({task}, timeout=self._timeouts.timeout)
             finally:
                 task.cancel()
             if done:
                 return task.result()
-            if not self._driver.is_there():
+            if not self._driver.is_available():
                 break
         raise _UnreachableError(
-            f"{self._driver.name}: expected an answer from {what} within"
-            f" {self._patience.timeout:g} s, got none; check the driver, it is told again when it"
-            " answers"
+            f"{self._driver.name}: expected a response from {what} within"
+            f" {self._timeouts.timeout:g} s, got none; check the driver: the value is sent again"
+            " once it responds"
         )
 
     def _report(self, report: LensReport) -> None:
         if not _same(report, self._last):
             self._last = report
-            self._tell(report)
+            self._on_report(report)
 
 
 class _UnreachableError(Exception):
-    """The driver is not there or does not answer: to be tried again."""
+    """The driver is absent or does not respond: worth another attempt."""
 
 
 class _RefusedError(Exception):
-    """The driver does not take it: trying again changes nothing."""
+    """The driver refuses the value: another attempt would not help."""
 
 
 def _failed(order: FocusOrder, message: str, last: LensReport | None = None) -> LensReport:
-    """Return the report of a failure; what this plan's driver was told before stays in it."""
+    """Return the report of a failure, with what was sent for the same plan before."""
     if last is not None and _of(last) == (order.plan_id, order.focus_distance):
         return replace(last, status=LensStatus.FAILED, message=message)
     return LensReport(order.plan_id, LensStatus.FAILED, order.focus_distance, message=message)
 
 
 def _same(report: LensReport, last: LensReport | None) -> bool:
-    """Return whether a failure is only told again."""
+    """Return whether a report only repeats the last failure."""
     return (
         last is not None
         and report.status is last.status is LensStatus.FAILED
@@ -350,7 +349,7 @@ def _of(report: LensReport) -> tuple[str, float]:
 
 
 def _next_multiple(period: float) -> float:
-    """Return the next time that is a multiple of a period; never, of 0."""
+    """Return the next multiple of a period; inf for a period of 0."""
     return (_monotonic() // period + 1.0) * period if period else math.inf
 
 

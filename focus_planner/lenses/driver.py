@@ -1,4 +1,4 @@
-"""What a camera's driver is told of a focus distance, and whether what is read back is that."""
+"""Focus distances in a driver's terms: what to send, and whether a value read back matches."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Time = tuple[int, int]
 
 _NAN = math.nan
 _NO_TIME = (0, 0)
-# Messages say 1 / distance in 64 bits; more than this is a table's doing.
+# A value that differs by more from 1 / distance, which messages hold in 64 bits, is from a table.
 _ROUNDING = 1e-9
 
 
@@ -33,11 +33,11 @@ class DriverProfile:
     parameter : str
         The parameter that moves the lens.
     unit : str
-        ``"m"``, ``"dioptres"`` or ``"device"``: its own unit, known from a table.
+        ``"m"``, ``"dioptres"``, or ``"device"`` for a unit that needs a lens table.
     whole : bool
         Whether it is an integer parameter.
     manual : tuple of (str, bool or int)
-        Parameters that end autofocus, and to what value; set first where the driver has them.
+        Parameters that switch autofocus off, with their values; set first if the driver has them.
     """
 
     parameter: str
@@ -47,12 +47,12 @@ class DriverProfile:
 
 
 PROFILES: Mapping[str, DriverProfile] = {
-    # camera_ros makes a parameter of each libcamera control, of the same name. libcamera gives
-    # LensPosition in dioptres and ignores it unless AfMode is AfModeManual, 0.
+    # camera_ros has a parameter of the same name for each libcamera control. libcamera gives
+    # LensPosition in dioptres, and ignores it unless AfMode is AfModeManual, 0.
     "camera_ros": DriverProfile("LensPosition", DIOPTRES, False, (("AfMode", 0),)),
     # v4l2_camera names parameters after V4L2 controls: "Focus, Absolute" is focus_absolute. It
-    # refuses a control that is inactive, as this one is during autofocus. That is called "Focus,
-    # Automatic Continuous" by newer kernels and "Focus, Auto" by older ones.
+    # refuses to set an inactive control, as this one is during autofocus, which newer kernels call
+    # "Focus, Automatic Continuous" and older ones "Focus, Auto".
     "v4l2_camera": DriverProfile(
         "focus_absolute",
         DEVICE,
@@ -65,7 +65,7 @@ DRIVERS = (*PROFILES, CUSTOM)
 
 
 class LensStatus(IntEnum):
-    """What became of a plan at a lens; equal to the constants of ``LensState.msg``."""
+    """How far a lens has applied a plan; equal to the constants of ``LensState.msg``."""
 
     UNREPORTED = 0
     SENT = 1
@@ -76,7 +76,7 @@ class LensStatus(IntEnum):
 
 @dataclass(frozen=True)
 class FocusOrder:
-    """What a lens is to do.
+    """Where a lens is to focus.
 
     Attributes
     ----------
@@ -84,9 +84,9 @@ class FocusOrder:
     focus_distance : float
         [m], along the optical axis from the centre of projection.
     planned : bool
-        Whether the message says that this is a planner's distance.
+        Whether the message has a planned distance at all.
     device_value : float or None
-        The same by the planner's table; None without one.
+        The value for the distance in the planner's lens table; None without one.
     device_unit : str
         Its unit; "" without a table.
     """
@@ -100,14 +100,14 @@ class FocusOrder:
 
 @dataclass(frozen=True)
 class LensCommand:
-    """What a driver is told.
+    """The value to send to a driver.
 
     Attributes
     ----------
     value : int or float
     unit : str
     calibrated : bool
-        Whether metres or dioptres are a table's, not those of the distance itself.
+        Whether a value in metres or dioptres comes from a table, and differs from the distance's.
     """
 
     value: int | float
@@ -117,14 +117,14 @@ class LensCommand:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far what is read back may be from what was sent.
+    """By how much a value read back may differ from the value sent.
 
     Attributes
     ----------
     absolute : float
         In the driver's unit.
     relative : float
-        As a part of the value sent.
+        In proportion to the value sent.
     """
 
     absolute: float = 0.0
@@ -137,7 +137,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class LensReport:
-    """What became of a plan at a lens: the fields of ``LensState``, but for name and stamp.
+    """How far a lens has applied a plan: the fields of ``LensState`` without name and stamp.
 
     Times are seconds and nanoseconds.
     """
@@ -155,7 +155,7 @@ class LensReport:
 
 
 def order_from_message(message: Any) -> FocusOrder:
-    """Return what a ``CameraFocus`` message says."""
+    """Return the order in a ``CameraFocus`` message."""
     has_value = message.device_unit != "" and math.isfinite(message.device_value)
     return FocusOrder(
         plan_id=message.plan_id,
@@ -187,22 +187,22 @@ def report_to_fields(report: LensReport, name: str, stamp: Time) -> Fields:
 def command_for(
     order: FocusOrder, profile: DriverProfile, table: LensTable | None = None
 ) -> LensCommand:
-    """Return what to tell a driver.
+    """Return the value to send to a driver.
 
-    The planner's device value is taken where it is in the driver's unit, then the given table's,
-    and metres or dioptres are computed without any.
+    It is the planner's device value if that is in the driver's unit, else the given table's; a
+    driver in metres or dioptres needs neither.
 
     Parameters
     ----------
     order : FocusOrder
     profile : DriverProfile
     table : LensTable, optional
-        The lens's, if the adapter has one.
+        The adapter's table for this lens.
 
     Raises
     ------
     InputError
-        If the message is not of a plan, or the driver's unit is not known.
+        If the message is not from a plan, or no table has the driver's unit.
     """
     _check_planned(order)
     value, unit = _device_value(order, profile, table)
@@ -212,7 +212,7 @@ def command_for(
 
 
 def distance_of(command: LensCommand, value: float, table: LensTable | None = None) -> float:
-    """Return the focus distance [m] of a value that was read back, NaN where it is not known."""
+    """Return the focus distance [m] of a value read back, NaN if it is unknown."""
     if table is not None and table.unit == command.unit:
         try:
             return table.distance_at(value)
@@ -227,13 +227,13 @@ def distance_of(command: LensCommand, value: float, table: LensTable | None = No
 
 def _check_planned(order: FocusOrder) -> None:
     if not order.planned:
-        raise InputError("status", "that of a plan", "STATUS_UNKNOWN", "this is not a plan")
+        raise InputError("status", "a planned status", "STATUS_UNKNOWN", "this is not from a plan")
     if not 0.0 < order.focus_distance < math.inf:
         raise InputError(
             "focus_distance",
             "a distance above 0 m",
             f"{order.focus_distance:g}",
-            "this is not a plan",
+            "this is not from a plan",
         )
 
 
@@ -247,9 +247,9 @@ def _device_value(
             repr(order.device_unit),
             "give the planner and the adapter the same lens tables",
         )
-    if order.device_value is not None and _speaks(profile, order.device_unit):
+    if order.device_value is not None and _takes(profile, order.device_unit):
         return order.device_value, order.device_unit
-    if table is not None and _speaks(profile, table.unit):
+    if table is not None and _takes(profile, table.unit):
         return table.value_at(order.focus_distance), table.unit
     plain = _plain_value(order.focus_distance, profile.unit)
     if plain is None:
@@ -262,8 +262,8 @@ def _device_value(
     return plain, profile.unit
 
 
-def _speaks(profile: DriverProfile, unit: str) -> bool:
-    """Return whether a table's unit is the driver's."""
+def _takes(profile: DriverProfile, unit: str) -> bool:
+    """Return whether a table's unit is the driver's unit."""
     return unit not in (METRES, DIOPTRES) if profile.unit == DEVICE else unit == profile.unit
 
 

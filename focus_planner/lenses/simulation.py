@@ -1,4 +1,4 @@
-"""A lens that moves: at its speed, after a delay, between limits, with backlash."""
+"""A simulated lens: finite speed, latency, limits, backlash."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ class LensMechanics:
     low, high : float
         The ends of its travel.
     speed : float
-        Units per second, infinite for one that jumps.
+        Units per second; inf for a lens that jumps.
     latency : float
         Seconds from a command to the first movement.
     backlash : float
-        How far the lens stays behind after a movement downwards: 0 after one upwards.
+        How far the lens lags behind the motor after moving down; after moving up it does not.
     step : float
-        Distance of the positions that the motor takes, from ``low``; 0 for any.
+        Between the motor's positions, counted from ``low``; 0 if it is continuous.
 
     Raises
     ------
@@ -47,28 +47,28 @@ class LensMechanics:
             raise InputError("step", "less than the lens's travel", f"{self.step:g}")
 
     def clamp(self, value: float) -> float:
-        """Return the value of the travel that is nearest to one."""
+        """Return the nearest value within the travel."""
         return min(max(value, self.low), self.high)
 
     def quantise(self, value: float) -> float:
-        """Return the position that the motor takes for a value of the travel."""
+        """Return the motor's position for a value within the travel."""
         if not self.step:
             return value
         return self.clamp(self.low + self.step * round((value - self.low) / self.step))
 
 
 class MovingLens:
-    """A motor at constant speed, and a lens that it drives with play.
+    """A motor of constant speed, and a lens that it drives with backlash.
 
-    The motor pushes the lens upwards and, with the backlash between them, drags it downwards: after
-    a movement upwards the lens is where the motor is, after one downwards up to the backlash above
-    it. A command that comes during a movement stops the motor where it is, for the latency.
+    The motor pushes the lens up, and drags it down once it has taken up the backlash: after moving
+    up the lens is where the motor is, after moving down up to the backlash above it. A command
+    during a movement stops the motor where it is, for the latency.
 
     Parameters
     ----------
     mechanics : LensMechanics
     position : float
-        Where the lens and its motor are to begin with.
+        Initial position of the lens and its motor.
     stuck : bool
         Whether it never moves.
     """
@@ -80,13 +80,13 @@ class MovingLens:
         self._since = -math.inf
 
     def command(self, value: float, now: float) -> None:
-        """Move to a value of the travel.
+        """Move to a value within the travel.
 
         Parameters
         ----------
         value : float
         now : float
-            Seconds, by any clock that does not go back.
+            Seconds, by any monotonic clock.
         """
         motor = self._motor_at(now)
         self._lens = self._lens_behind(motor)
@@ -95,7 +95,7 @@ class MovingLens:
         self._since = now + self._mechanics.latency
 
     def position(self, now: float) -> float:
-        """Return where the lens is."""
+        """Return the position of the lens."""
         return self._mechanics.clamp(self._lens_behind(self._motor_at(now)))
 
     def arrives(self) -> float:
@@ -111,5 +111,5 @@ class MovingLens:
         return self._motor + math.copysign(travelled, self._target - self._motor)
 
     def _lens_behind(self, motor: float) -> float:
-        """Return where a lens gets to when the motor goes to a position without turning."""
+        """Return where the lens is after the motor has moved to a position in one direction."""
         return min(max(self._lens, motor), motor + self._mechanics.backlash)

@@ -38,7 +38,7 @@ _POSITION, _COMMAND = "position", "command"
 # What such drivers usually have: dioptres of a phone's lens, steps of a webcam's.
 _TRAVEL = {"camera_ros": 10.0, "v4l2_camera": 250.0, CUSTOM: 1.0}
 
-_PATIENCE, _TOLERANCE = Timeouts(), Tolerance()
+_TIMEOUTS, _TOLERANCE = Timeouts(), Tolerance()
 
 
 def _one_of(choices: Sequence[str]) -> str:
@@ -86,36 +86,36 @@ ADAPTER_DECLARATIONS = (
     ),
     _declare(
         "timeout",
-        _PATIENCE.timeout,
+        _TIMEOUTS.timeout,
         "Seconds to wait for an answer, and for a driver that is not there yet.",
         low=0.01,
         high=600.0,
     ),
     _declare(
-        "retries", _PATIENCE.retries, "Times that a call without an answer is made again.", high=100
+        "retries", _TIMEOUTS.retries, "Times that a call without an answer is made again.", high=100
     ),
     _declare(
         "settle_time",
-        _PATIENCE.settle_time,
+        _TIMEOUTS.settle_time,
         "Seconds from sending to the first reading back.",
         high=600.0,
     ),
     _declare(
         "verify_timeout",
-        _PATIENCE.verify_timeout,
+        _TIMEOUTS.verify_timeout,
         "Seconds from then after which a lens that is not there yet is reported to differ.",
         high=600.0,
     ),
     _declare(
         "poll_period",
-        _PATIENCE.poll_period,
+        _TIMEOUTS.poll_period,
         "Seconds between two readings until then.",
         low=0.01,
         high=600.0,
     ),
     _declare(
         "watch_period",
-        _PATIENCE.watch_period,
+        _TIMEOUTS.watch_period,
         "Seconds between two readings of a lens that has settled: one that was verified and moved"
         " since is told again; 0 for none.",
         high=86400.0,
@@ -171,7 +171,7 @@ class AdapterSettings:
     tables : mapping of str to LensTable
         Of the cameras that have one.
     tolerance : Tolerance
-    patience : Timeouts
+    timeouts : Timeouts
     """
 
     planner: str
@@ -179,7 +179,7 @@ class AdapterSettings:
     profile: DriverProfile
     tables: Mapping[str, LensTable]
     tolerance: Tolerance
-    patience: Timeouts
+    timeouts: Timeouts
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> AdapterSettings:
@@ -201,7 +201,7 @@ class AdapterSettings:
             profile=_profile(values, unit),
             tables=_tables(values["lens_tables"], nodes),
             tolerance=Tolerance(values["tolerance"], values["relative_tolerance"]),
-            patience=Timeouts(
+            timeouts=Timeouts(
                 timeout=values["timeout"],
                 retries=values["retries"],
                 settle_time=values["settle_time"],

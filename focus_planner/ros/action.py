@@ -1,4 +1,4 @@
-"""The action ``~/plan``: goals become requests, their outcomes results."""
+"""The action ``~/plan``: turns goals into requests, and outcomes into results."""
 
 from __future__ import annotations
 
@@ -17,23 +17,26 @@ from focus_planner.ros.qos import ALL_CALLS
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Outcome, Request
 
-# Results take much room, and whoever waits for one has asked for it by then.
-_SECONDS_TO_KEEP_RESULTS = 30
+# Results take much memory, and clients ask for theirs as soon as the goal is accepted.
+_RESULT_TIMEOUT = 30
 
 
 class GoalHandler(Protocol):
-    """Where goals are brought to be planned; the node."""
+    """Accepts goals and plans them."""
 
-    def admits_goal(self) -> bool:
-        """Return whether a goal may come."""
+    def admit_goal(self) -> bool:
+        """Return whether to accept a goal."""
 
     def submit_goal(
-        self, asked: Fields, answer: Callable[[Outcome], None], tell: Callable[[Fields], None]
+        self,
+        asked: Fields,
+        answer: Callable[[Outcome], None],
+        send_feedback: Callable[[Fields], None],
     ) -> Request:
-        """Have a goal planned when its turn comes."""
+        """Queue an accepted goal."""
 
-    def answered(self, outcome: Outcome) -> None:
-        """Do what is left to do once an answer is sent."""
+    def on_outcome(self, outcome: Outcome) -> None:
+        """Take note that a goal's result is about to be sent."""
 
 
 class PlanAction:
@@ -44,11 +47,11 @@ class PlanAction:
     node : Node
     group : CallbackGroup
         A reentrant one: many goals may wait.
-    desk : GoalHandler
+    handler : GoalHandler
     """
 
-    def __init__(self, node: Node, group: CallbackGroup, desk: GoalHandler) -> None:
-        self._desk = desk
+    def __init__(self, node: Node, group: CallbackGroup, handler: GoalHandler) -> None:
+        self._handler = handler
         self._requests: dict[bytes, Request] = {}
         self._answers: dict[bytes, Future] = {}
         self._server = ActionServer(
@@ -63,36 +66,36 @@ class PlanAction:
             goal_service_qos_profile=ALL_CALLS,
             result_service_qos_profile=ALL_CALLS,
             cancel_service_qos_profile=ALL_CALLS,
-            result_timeout=_SECONDS_TO_KEEP_RESULTS,
+            result_timeout=_RESULT_TIMEOUT,
         )
 
     @property
-    def busy(self) -> bool:
-        """Whether there is a goal without a result."""
+    def is_busy(self) -> bool:
+        """Whether a goal has no result yet."""
         return bool(self._requests)
 
     def destroy(self) -> None:
-        """Serve no more."""
+        """Stop serving."""
         self._server.destroy()
 
     def _admit(self, _: PlanFocus.Goal) -> GoalResponse:
-        return GoalResponse.ACCEPT if self._desk.admits_goal() else GoalResponse.REJECT
+        return GoalResponse.ACCEPT if self._handler.admit_goal() else GoalResponse.REJECT
 
     def _accept(self, goal: ServerGoalHandle) -> None:
         answer = Future()
         key = bytes(goal.goal_id.uuid)
         self._answers[key] = answer
-        self._requests[key] = self._desk.submit_goal(
+        self._requests[key] = self._handler.submit_goal(
             fields_from_ros(goal.request),
             answer.set_result,
-            lambda fields: self._tell(goal, fields),
+            lambda fields: self._send_feedback(goal, fields),
         )
         goal.execute()
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         request = self._requests.get(bytes(goal.goal_id.uuid))
-        # A second one does nothing more, and is granted as the first was.
-        in_time = request is not None and (not request.goes_on or request.stop(Reason.CANCELLED))
+        # A repeated cancel request has no further effect, and is accepted like the first.
+        in_time = request is not None and (request.stop_requested or request.stop(Reason.CANCELLED))
         return CancelResponse.ACCEPT if in_time else CancelResponse.REJECT
 
     async def _execute(self, goal: ServerGoalHandle) -> PlanFocus.Result:
@@ -107,16 +110,16 @@ class PlanAction:
             goal.canceled()
         else:
             goal.abort()
-        self._desk.answered(outcome)
+        self._handler.on_outcome(outcome)
         return result_of(outcome)
 
-    def _tell(self, goal: ServerGoalHandle, fields: Fields) -> None:
+    def _send_feedback(self, goal: ServerGoalHandle, fields: Fields) -> None:
         if goal.is_active:
             goal.publish_feedback(message_to_ros(PlanFocus.Feedback, fields))
 
 
 def result_of(outcome: Outcome) -> PlanFocus.Result:
-    """Return the result of a goal."""
+    """Return the result of a goal that ended so."""
     result = PlanFocus.Result()
     write_outcome(result, outcome)
     return result

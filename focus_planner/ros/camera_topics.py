@@ -13,12 +13,12 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.ros.qos import LATCHED
 
-# Each of the default callbacks is one more thing that the executor waits for, per camera.
+# Every default callback is one more entity per camera for the executor to wait on.
 _NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
 
 
 class CameraTopics:
-    """Publishers for the cameras of the rig in force; made when it comes, not with a plan."""
+    """The publishers of the rig in force, created before there is a plan for it."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -30,11 +30,11 @@ class CameraTopics:
         Raises
         ------
         InputError
-            If a camera's name makes no topic.
+            If a camera's name cannot be part of a topic's name.
         """
         longest = max((camera.name for camera in rig.cameras), key=len)
         try:
-            # All else that a topic's name must be is checked by the core.
+            # Only the length is left to check: the core checks the characters.
             self._node.resolve_topic_name(_topic(longest))
         except RuntimeError as error:
             raise InputError(
@@ -43,7 +43,7 @@ class CameraTopics:
         return rig
 
     def follow(self, names: Sequence[str]) -> None:
-        """Create the publishers that are missing, destroy those of cameras that are gone."""
+        """Create missing publishers, and destroy those of cameras no longer in the rig."""
         for name in set(self._publishers).difference(names):
             self._node.destroy_publisher(self._publishers.pop(name))
         for name in names:
@@ -53,7 +53,7 @@ class CameraTopics:
                 )
 
     def publish(self, plan: FocusPlan) -> None:
-        """Publish what the plan says of each camera."""
+        """Publish each camera's part of the plan."""
         for focus in plan.cameras:
             self._publishers[focus.name].publish(focus)
 

@@ -1,4 +1,4 @@
-"""The other side of the node: publish a surface and a rig, call for plans, receive them."""
+"""A client of the planner node: publishes surfaces and rigs, requests plans, receives them."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ _INPUTS = {
     "camera_poses": PoseArray,
     "rig": CameraRig,
 }
-# With a depth of 1 Fast DDS asks for an acknowledgement with every message, else every 3 s.
+# With a depth of 1 Fast DDS requests an acknowledgement of every message, else every 3 s.
 _RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-_PATIENCE = 30.0
+_TIMEOUT = 30.0
 
 Send = Callable[[Callable[[], Future]], Future]
 
@@ -62,7 +62,7 @@ class Goal:
     Attributes
     ----------
     accepted : bool
-        Whether the planner took it.
+        Whether the planner accepted it.
     """
 
     def __init__(self, handle: ClientGoalHandle, send: Send) -> None:
@@ -71,14 +71,14 @@ class Goal:
         self._result = send(handle.get_result_async) if handle.accepted else None
         self.accepted: bool = handle.accepted
 
-    def cancel(self, timeout: float = _PATIENCE) -> bool:
-        """Have it end with its best plan so far; return whether it will."""
+    def cancel(self, timeout: float = _TIMEOUT) -> bool:
+        """Ask for it to end with the best plan so far; return whether it will."""
         sent = self._send(self._handle.cancel_goal_async)
         answer = _result(sent, timeout, "plan's cancel_goal")
         return bool(answer.goals_canceling)
 
     def result(self, timeout: float = 600.0) -> tuple[int, PlanFocusAction.Result]:
-        """Wait for its end; return its status, one of ``GoalStatus``, and its result."""
+        """Wait until it ends; return its status, one of ``GoalStatus``, and its result."""
         assert self._result is not None
         answer = _result(self._result, timeout, "plan")
         return answer.status, answer.result
@@ -86,10 +86,10 @@ class Goal:
 
 @final
 class PlannerClient:
-    """Talks to a planner node, with a context and a thread of its own.
+    """A client of a planner node, with a context and a thread of its own; a context manager.
 
-    A context manager. What it publishes has reached the node when it returns, so that a call
-    made afterwards plans on it.
+    Its methods that publish return once the node has received the message, so that a request made
+    afterwards is planned with it.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class PlannerClient:
     Raises
     ------
     TimeoutError
-        From any method, if the node does not answer in time.
+        From any method, if the node does not respond in time.
     """
 
     def __init__(self, planner: str = "/focus_planner") -> None:
@@ -117,7 +117,7 @@ class PlannerClient:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._inputs = {
-            topic: _Input(self._node, message_type, f"{planner}/{topic}")
+            topic: _InputPublisher(self._node, message_type, f"{planner}/{topic}")
             for topic, message_type in _INPUTS.items()
         }
         self._plan_focus = self._client(PlanFocus, "plan_focus")
@@ -154,7 +154,7 @@ class PlannerClient:
     def close(self) -> None:
         """Leave the graph."""
         self._closing.set()
-        # Being woken does not end a spin, work does.
+        # Waking the executor does not end its spin, a task does.
         self._executor.create_task(lambda: None)
         self._thread.join()
         self._executor.shutdown()
@@ -162,7 +162,7 @@ class PlannerClient:
         self._context.try_shutdown()
 
     def publish_mesh(self, mesh: Mesh) -> None:
-        """Publish a mesh; it has to be in the planner's frame."""
+        """Publish a mesh, in the planner's frame."""
         self.publish("mesh", mesh_to_bytes(mesh))
 
     def publish_cloud(self, cloud: PointCloud, frame_id: str = "world") -> None:
@@ -170,63 +170,64 @@ class PlannerClient:
         self._publish_fields("cloud", cloud_to_fields(cloud, frame_id))
 
     def publish_poses(self, rig: Rig) -> None:
-        """Publish a rig's poses; the planner's parameters make up for names, images, lenses."""
+        """Publish a rig's poses; the planner takes intrinsics and lens from its parameters."""
         self._publish_fields("camera_poses", poses_to_fields(rig))
 
     def publish_rig(self, rig: Rig) -> None:
-        """Publish a rig with all it has."""
+        """Publish a rig with names, intrinsics, lenses and grid."""
         self._publish_fields("rig", rig_to_fields(rig))
 
     def publish(self, topic: str, message: Any) -> None:
-        """Publish a message, or its bytes, on one of the planner's input topics."""
+        """Publish a message, or its serialized bytes, on one of the planner's input topics."""
         self._inputs[topic].publish(message)
 
     def plan(self, timeout: float = 600.0, **request: Any) -> PlanFocus.Response:
-        """Call ``~/plan_focus`` with the given fields of the request, and wait."""
+        """Call ``~/plan_focus`` with the given request fields, and wait for the response."""
         return self.wait_for(self.plan_async(**request), timeout)
 
     def plan_async(self, **request: Any) -> Future:
-        """Call ``~/plan_focus`` with the given fields of the request."""
+        """Call ``~/plan_focus`` with the given request fields."""
         self.wait_for_node()
         return self._plan_focus.call_async(PlanFocus.Request(**request))
 
     def wait_for(self, call: Future, timeout: float = 600.0) -> PlanFocus.Response:
-        """Wait for the answer of :meth:`plan_async`."""
+        """Wait for the response to :meth:`plan_async`."""
         return _result(call, timeout, "plan_focus")
 
     def send_goal(
         self, on_feedback: Callable[[PlanFocusAction.Feedback], None] | None = None, **goal: Any
     ) -> Goal:
-        """Send a goal of ``~/plan`` with the given fields; return it once it is accepted, or not.
+        """Send a goal of ``~/plan`` with the given fields; return it once accepted or rejected.
 
         Parameters
         ----------
         on_feedback : callable, optional
             Called with every feedback, on the client's thread.
         """
-        if not self._plan.wait_for_server(_PATIENCE):
+        if not self._plan.wait_for_server(_TIMEOUT):
             raise TimeoutError(f"no planner offers {self._planner}/plan; is the node running?")
-        tell = None if on_feedback is None else lambda message: on_feedback(message.feedback)
-        sent = self._send(partial(self._plan.send_goal_async, PlanFocusAction.Goal(**goal), tell))
-        return Goal(_result(sent, _PATIENCE, "plan's send_goal"), self._send)
+        forward = None if on_feedback is None else lambda message: on_feedback(message.feedback)
+        request = PlanFocusAction.Goal(**goal)
+        sent = self._send(partial(self._plan.send_goal_async, request, forward))
+        return Goal(_result(sent, _TIMEOUT, "plan's send_goal"), self._send)
 
     def change_state(self, transition: str) -> bool:
-        """Ask for a transition of the life cycle, such as ``"activate"``; return whether it was."""
+        """Request a transition, such as ``"activate"``; return whether it was made."""
         request = ChangeState.Request(transition=Transition(label=transition))
         return bool(self._call(self._change_state, request, "change_state", 600.0).success)
 
     def state(self) -> str:
-        """Return the state of the life cycle."""
+        """Return the state of the planner's life cycle."""
         answer = self._call(self._get_state, GetState.Request(), "get_state")
         label: str = answer.current_state.label
         return label
 
-    def status(self, timeout: float = _PATIENCE) -> PlannerStatus:
-        """Return what the planner says of itself, of its inputs and of all lenses."""
+    def status(self, timeout: float = _TIMEOUT) -> PlannerStatus:
+        """Return the planner's newest status: its state, its inputs and all lenses."""
         return self._latched(PlannerStatus, "status", timeout)
 
     def set_parameters(self, **values: Any) -> list[SetParametersResult]:
-        """Set parameters of the planner; ``__`` in a name stands for a dot."""
+        """Set parameters of the planner; write ``__`` for a dot in a name."""
         parameters = [
             Parameter(name.replace("__", "."), value=value).to_parameter_msg()
             for name, value in values.items()
@@ -249,7 +250,7 @@ class PlannerClient:
         return answer.result
 
     def get_parameters(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the values of some of the planner's parameters, a list as a tuple."""
+        """Return the values of some of the planner's parameters, lists as tuples."""
         request = GetParameters.Request(names=list(names))
         answer = self._call(self._get_parameters, request, "get_parameters")
         values = [parameter_value_to_python(value) for value in answer.values]
@@ -258,16 +259,16 @@ class PlannerClient:
             for name, value in zip(names, values, strict=True)
         }
 
-    def wait_for_node(self, timeout: float = _PATIENCE) -> None:
-        """Wait until the planner's service is there."""
+    def wait_for_node(self, timeout: float = _TIMEOUT) -> None:
+        """Wait until the planner's service is available."""
         _wait_for_service(self._plan_focus, timeout)
 
-    def latched_plan(self, timeout: float = _PATIENCE) -> FocusPlan:
-        """Return the newest plan, as one gets it who subscribes now."""
+    def latched_plan(self, timeout: float = _TIMEOUT) -> FocusPlan:
+        """Return the newest plan, as a new subscriber receives it."""
         return self._latched(FocusPlan, "focus_plan", timeout)
 
-    def latched_focus(self, camera: str, timeout: float = _PATIENCE) -> CameraFocus:
-        """Return what the newest plan says of a camera, as its driver gets it."""
+    def latched_focus(self, camera: str, timeout: float = _TIMEOUT) -> CameraFocus:
+        """Return a camera's part of the newest plan, as its driver receives it."""
         return self._latched(CameraFocus, f"cameras/{camera}/focus", timeout)
 
     def _publish_fields(self, topic: str, fields: Fields) -> None:
@@ -281,7 +282,7 @@ class PlannerClient:
         try:
             return _result(message, timeout, topic)
         finally:
-            # On the executor's thread: it must not be waiting for what is destroyed.
+            # On the executor's thread, which must not be waiting on what is destroyed.
             self._executor.create_task(self._node.destroy_subscription, subscription)
 
     def _client(self, service_type: type, service: str) -> Client:
@@ -290,17 +291,18 @@ class PlannerClient:
         )
 
     @staticmethod
-    def _call(client: Client, request: Any, what: str, timeout: float = _PATIENCE) -> Any:
-        _wait_for_service(client, _PATIENCE)
+    def _call(client: Client, request: Any, what: str, timeout: float = _TIMEOUT) -> Any:
+        _wait_for_service(client, _TIMEOUT)
         return _result(client.call_async(request), timeout, what)
 
     def _send(self, send: Callable[[], Future]) -> Future:
-        """Send on the thread that spins: rclpy's action client may miss an answer that is faster.
+        """Send on the thread that spins.
 
-        It notes what it has sent only afterwards, without a lock.
+        rclpy's action client registers a request only after sending it, without a lock, and may
+        miss a response that arrives in between.
         """
         task = self._executor.create_task(send)
-        sent: Future = _result(task, _PATIENCE, "this client's own thread")
+        sent: Future = _result(task, _TIMEOUT, "this client's own thread")
         return sent
 
     def _spin(self) -> None:
@@ -308,8 +310,8 @@ class PlannerClient:
             self._executor.spin_once()
 
 
-class _Input:
-    """A publisher that knows when its messages have arrived."""
+class _InputPublisher:
+    """A publisher that waits until its messages have been received."""
 
     def __init__(self, node: Node, message_type: type, topic: str) -> None:
         self._topic = topic
@@ -328,11 +330,11 @@ class _Input:
             self._matched.clear()
 
     def publish(self, message: Any) -> None:
-        if not self._matched.wait(_PATIENCE):
-            raise TimeoutError(f"no planner listens to {self._topic}")
+        if not self._matched.wait(_TIMEOUT):
+            raise TimeoutError(f"no planner subscribes to {self._topic}; is the node running?")
         self._publisher.publish(message)
-        if not self._publisher.wait_for_all_acked(Duration(seconds=_PATIENCE)):
-            raise TimeoutError(f"the planner did not receive what was sent to {self._topic}")
+        if not self._publisher.wait_for_all_acked(Duration(seconds=_TIMEOUT)):
+            raise TimeoutError(f"the planner did not acknowledge the message on {self._topic}")
 
 
 def _wait_for_service(client: Client, timeout: float) -> None:
@@ -344,5 +346,5 @@ def _result(future: Future, timeout: float, what: str) -> Any:
     done = threading.Event()
     future.add_done_callback(lambda _: done.set())
     if not done.wait(timeout):
-        raise TimeoutError(f"no answer from {what} within {timeout:g} s")
+        raise TimeoutError(f"no response from {what} within {timeout:g} s")
     return future.result()

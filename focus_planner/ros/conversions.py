@@ -1,6 +1,6 @@
-"""ROS messages from fields.
+"""Conversions between ROS messages and fields.
 
-What they say is read and written in :mod:`focus_planner.messages`.
+The meaning of the fields is the business of :mod:`focus_planner.messages`.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ def type_name_of(message_type: type) -> str:
 
 
 def message_to_ros(message_type: type[Message], fields: Fields) -> Message:
-    """Return the message of these fields.
+    """Return a message with these fields.
 
     Parameters
     ----------
     message_type : type
         A generated class.
     fields : dict
-        As :mod:`focus_planner.messages.writing` makes them. What is left out keeps its default.
+        As :mod:`focus_planner.messages.writing` makes them. Missing ones keep their defaults.
 
     Raises
     ------
     TypeError
-        If the message, or one within it, has no field of a name.
+        If the message, or one nested in it, has no field of that name.
     """
     message = message_type()
     _fill(message, fields)
@@ -44,7 +44,7 @@ def message_to_ros(message_type: type[Message], fields: Fields) -> Message:
 
 
 def fields_from_ros(message: Any) -> Fields:
-    """Return the fields of a message of plain values."""
+    """Return the fields of a message that nests no others."""
     return {name: getattr(message, name) for name in message.get_fields_and_field_types()}
 
 
@@ -60,7 +60,7 @@ def _fill(message: Any, fields: Fields) -> None:
         if nested_type is None:
             setattr(message, name, value)
         elif isinstance(value, dict):
-            # The default is there already; making another takes as long as filling it.
+            # The nested message exists already; making another would take as long as filling it.
             _fill(getattr(message, name), value)
         else:
             setattr(message, name, [message_to_ros(nested_type, item) for item in value])
@@ -68,7 +68,7 @@ def _fill(message: Any, fields: Fields) -> None:
 
 @cache
 def _nested_types(message_type: Any) -> dict[str, type[Any] | None]:
-    """Return what class of messages each field holds, None for plain values."""
+    """Return the class of each field's nested messages, None for plain values."""
     types = message_type.get_fields_and_field_types()
     return {name: _nested_type(text) for name, text in types.items()}
 

@@ -1,4 +1,4 @@
-"""``/diagnostics``: what can be wrong with the planner, for robots' monitors."""
+"""``/diagnostics``: the planner's health, for the robot's monitors."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from focus_planner.runtime.diagnostics import Diagnosis
 _DEPTH = 10
 
 
-class Diagnostics:
-    """Publishes what is found, from time to time.
+class DiagnosticsPublisher:
+    """Publishes the planner's health periodically.
 
     Parameters
     ----------
     node : Node
-    find : callable
-        Returns what there is to tell.
+    diagnose : callable
+        Returns what to publish.
     """
 
-    def __init__(self, node: Node, find: Callable[[], Iterable[Diagnosis]]) -> None:
+    def __init__(self, node: Node, diagnose: Callable[[], Iterable[Diagnosis]]) -> None:
         self._node = node
-        self._find = find
+        self._diagnose = diagnose
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", _DEPTH)
         self._published = 0.0
 
     def publish_if_due(self, period: float) -> None:
-        """Publish, unless that was done less than ``period`` seconds ago."""
+        """Publish if ``period`` seconds have passed since the last time."""
         if time.monotonic() - self._published < period:
             return
         self._published = time.monotonic()
@@ -40,6 +40,6 @@ class Diagnostics:
         array.header.stamp = self._node.get_clock().now().to_msg()
         array.status = [
             message_to_ros(DiagnosticStatus, diagnosis.to_fields(name))
-            for diagnosis in self._find()
+            for diagnosis in self._diagnose()
         ]
         self._publisher.publish(array)

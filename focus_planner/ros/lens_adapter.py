@@ -1,4 +1,4 @@
-"""Tells lenses what the planner plans: ``CameraFocus`` in, parameters of driver nodes out."""
+"""Applies plans to lenses: turns ``CameraFocus`` messages into parameters of driver nodes."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.process import declare, run, spinning
 from focus_planner.ros.qos import LATCHED
 
-# Each of the default callbacks is one more thing that the executor waits for, per camera.
+# Every default callback is one more entity per camera for the executor to wait on.
 _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
 
 
 class DriverParameters:
     """The parameters of a driver node, for :class:`LensControl`.
 
-    Its calls are made in an asyncio loop and answered by the executor's thread. One that is
-    cancelled is forgotten at once.
+    Calls are made in an asyncio loop, and responses arrive on the executor's thread. A cancelled
+    call is forgotten at once.
     """
 
     def __init__(self, node: Node, name: str) -> None:
@@ -50,14 +50,14 @@ class DriverParameters:
         self._list = node.create_client(ListParameters, f"{name}/list_parameters")
         self._set = node.create_client(SetParameters, f"{name}/set_parameters")
         self._get = node.create_client(GetParameters, f"{name}/get_parameters")
-        self._was_there = False
+        self._was_available = False
 
-    def is_there(self) -> bool:
-        """Return whether its parameter services are."""
-        # They are discovered one by one and go together, and each look costs.
-        clients = [self._set] if self._was_there else [self._set, self._get, self._list]
-        self._was_there = all(client.service_is_ready() for client in clients)
-        return self._was_there
+    def is_available(self) -> bool:
+        """Return whether its parameter services are available."""
+        # They are discovered one by one but disappear together, and every check takes time.
+        clients = [self._set] if self._was_available else [self._set, self._get, self._list]
+        self._was_available = all(client.service_is_ready() for client in clients)
+        return self._was_available
 
     async def list_parameters(self, names: Collection[str]) -> Collection[str]:
         """Return which of these parameters it has."""
@@ -72,14 +72,14 @@ class DriverParameters:
         return refused[0] if refused or not answer.results else None
 
     async def get_parameter(self, name: str) -> Value | None:
-        """Return a parameter's value, None where it has no number."""
+        """Return a parameter's value, None if it is not a number."""
         answer = await _call(self._get, GetParameters.Request(names=[name]))
         values = [parameter_value_to_python(value) for value in answer.values]
         return values[0] if values and isinstance(values[0], (int, float)) else None
 
 
 class LensAdapter(Node):
-    """Brings lenses to what the planner plans, and says what became of it.
+    """Sets lenses to their planned focus, and reports how that went.
 
     Subscribes (reliable, transient local, depth 1)
     -----------------------------------------------
@@ -88,18 +88,18 @@ class LensAdapter(Node):
     Publishes (reliable, transient local)
     -------------------------------------
     <planner>/lens_states : focus_planner_msgs/msg/LensState
-        Whenever something else is to be said of a camera, and of all cameras to a new subscriber.
+        Whenever a lens's state changes, and of all cameras when somebody subscribes.
 
     Calls
     -----
     <driver node>/list_parameters, set_parameters, get_parameters
 
-    Parameters are those of :mod:`focus_planner.messages.lens_parameters`.
+    Parameters are those of :mod:`focus_planner.parameters.lenses`.
 
     Notes
     -----
-    The executor's thread only hands messages and answers over. An asyncio loop on a thread of its
-    own waits for them, with a :class:`LensControl` for each camera.
+    The executor's thread only hands messages and responses over to an asyncio loop, which runs on a
+    thread of its own and has a :class:`LensControl` for each camera.
     """
 
     def __init__(self) -> None:
@@ -119,11 +119,11 @@ class LensAdapter(Node):
             camera: self._control(camera, node, settings) for camera, node in settings.nodes.items()
         }
         for camera in settings.nodes:
-            self._listen(camera, f"{settings.planner}/cameras/{camera}/focus")
+            self._subscribe(camera, f"{settings.planner}/cameras/{camera}/focus")
 
     @contextmanager
     def working(self) -> Iterator[None]:
-        """Obey orders, on a thread of its own; then leave the lenses as they are."""
+        """Carry out orders on a thread of its own; on exit leave the lenses as they are."""
         self._loop = asyncio.new_event_loop()
         thread = threading.Thread(target=self._loop.run_forever, name="lenses")
         thread.start()
@@ -139,14 +139,14 @@ class LensAdapter(Node):
         return LensControl(
             DriverParameters(self, node),
             settings.profile,
-            partial(self._tell, camera),
+            partial(self._publish, camera),
             self._time,
-            settings.patience,
+            settings.timeouts,
             settings.tolerance,
             settings.tables.get(camera),
         )
 
-    def _listen(self, camera: str, topic: str) -> None:
+    def _subscribe(self, camera: str, topic: str) -> None:
         receive = partial(self._receive, camera)
         self.create_subscription(CameraFocus, topic, receive, LATCHED, event_callbacks=_NO_EVENTS)
 
@@ -154,10 +154,10 @@ class LensAdapter(Node):
 
     def _receive(self, camera: str, message: CameraFocus) -> None:
         order = order_from_message(message)
-        self._loop.call_soon_threadsafe(self._controls[camera].obey, order)
+        self._loop.call_soon_threadsafe(self._controls[camera].apply, order)
 
     def _on_match(self, event: Any) -> None:
-        # The history that a new subscriber gets need not hold every camera's newest state.
+        # The latched history need not contain every camera's newest state.
         if event.current_count_change > 0:
             self._loop.call_soon_threadsafe(self._publish_all)
 
@@ -167,7 +167,7 @@ class LensAdapter(Node):
         for state in self._states.values():
             self._publisher.publish(state)
 
-    def _tell(self, camera: str, report: LensReport) -> None:
+    def _publish(self, camera: str, report: LensReport) -> None:
         fields = report_to_fields(report, camera, self._time())
         self._states[camera] = message_to_ros(LensState, fields)
         self._publisher.publish(self._states[camera])
@@ -192,22 +192,22 @@ class LensAdapter(Node):
 
 async def _call(client: Client, request: Any) -> Any:
     loop = asyncio.get_running_loop()
-    answered: asyncio.Future[Any] = loop.create_future()
+    response: asyncio.Future[Any] = loop.create_future()
     call = client.call_async(request)
-    call.add_done_callback(lambda done: loop.call_soon_threadsafe(_hand_over, done, answered))
+    call.add_done_callback(lambda done: loop.call_soon_threadsafe(_hand_over, done, response))
     try:
-        return await answered
+        return await response
     finally:
         client.remove_pending_request(call)
 
 
-def _hand_over(call: Future, answered: asyncio.Future[Any]) -> None:
-    if not answered.done():
-        answered.set_result(call.result())
+def _hand_over(call: Future, response: asyncio.Future[Any]) -> None:
+    if not response.done():
+        response.set_result(call.result())
 
 
 def _states_qos(cameras: int) -> QoSProfile:
-    # Each camera says what was sent and what was read back, maybe all at the same time.
+    # Every camera reports what was sent and what was read back, possibly all at once.
     return QoSProfile(
         depth=2 * cameras,
         reliability=ReliabilityPolicy.RELIABLE,

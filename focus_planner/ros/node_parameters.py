@@ -1,4 +1,4 @@
-"""The node's parameters, as ROS declares and changes them."""
+"""The planner node's parameters: declared in ROS, validated together on every change."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from focus_planner.parameters.planner import DECLARATIONS, Settings
 
 
 class Parameters:
-    """Declares the node's parameters and keeps the settings that they amount to.
+    """Declares the node's parameters, and keeps the settings that they result in.
 
-    A change is refused, with the reason, if the settings that it would lead to are not valid.
+    A change is refused, with a reason, if it would result in invalid settings.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Parameters:
     Raises
     ------
     InputError
-        If the values that the node was started with are not valid together.
+        If the initial values are invalid together.
     rclpy.exceptions.ParameterException
-        If one of them is of another type or out of range.
+        If a value has the wrong type or is out of range.
     """
 
     def __init__(self, node: Node) -> None:
@@ -43,13 +43,13 @@ class Parameters:
             for d in DECLARATIONS
         }
         self.current = self._checked = Settings.from_values(self._values)
-        self._warn_if_unread()
+        self._warn_if_ignored()
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
-        changes = _ours(parameters)
-        # A file is read when it is named, not whenever anything else changes.
+        changes = _declared_here(parameters)
+        # The file is read when this parameter is set, not whenever another one changes.
         text = None if "lens_tables" in changes else self.current.lens_tables_text
         try:
             self._checked = Settings.from_values(self._values | changes, text)
@@ -58,21 +58,21 @@ class Parameters:
         return SetParametersResult(successful=True)
 
     def _apply(self, parameters: list[Parameter]) -> None:
-        self._values |= _ours(parameters)
+        self._values |= _declared_here(parameters)
         self.current = self._checked
-        self._warn_if_unread()
+        self._warn_if_ignored()
 
-    def _warn_if_unread(self) -> None:
+    def _warn_if_ignored(self) -> None:
         given = self._values["lens.f_number"] or self._values["lens.circle_of_confusion"]
         if given and self._values["lens.hyperfocal_distance"]:
             self._node.get_logger().warning(
-                "lens.f_number and lens.circle_of_confusion are read only where"
+                "lens.f_number and lens.circle_of_confusion are ignored unless"
                 " lens.hyperfocal_distance is 0"
             )
 
 
 def describe(declaration: Declaration) -> ParameterDescriptor:
-    """Return what ``ros2 param describe`` shows."""
+    """Return a parameter's descriptor, as ``ros2 param describe`` shows it."""
     low, high = declaration.low, declaration.high
     descriptor = ParameterDescriptor(
         description=declaration.description, read_only=declaration.read_only
@@ -88,7 +88,7 @@ def describe(declaration: Declaration) -> ParameterDescriptor:
     return descriptor
 
 
-def _ours(parameters: Iterable[Parameter]) -> dict[str, Any]:
-    """Return the values by name, without parameters that rclpy declared (use_sim_time)."""
+def _declared_here(parameters: Iterable[Parameter]) -> dict[str, Any]:
+    """Return the values by name, without parameters that rclpy declares (use_sim_time)."""
     names = {declaration.name for declaration in DECLARATIONS}
     return {p.name: p.value for p in parameters if p.name in names}

@@ -1,4 +1,4 @@
-"""What the processes of all nodes share: how they start, what they are told, how they end."""
+"""Starting and ending a process of nodes, and declaring their parameters."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
 
 
 def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
-    """Declare parameters and return their values by name.
+    """Declare parameters, and return their values by name.
 
     Raises
     ------
     rclpy.exceptions.ParameterException
-        If one is of another type or out of range.
+        If a value has the wrong type or is out of range.
     """
     return {
         d.name: node.declare_parameter(d.name, d.default, describe(d)).value for d in declarations
@@ -45,10 +45,10 @@ def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[s
     program : str
         Name for error messages.
     serve : callable
-        Gets the signals, which are blocked, and returns after one came. What it raises before is
-        told in one line.
+        Called with the signals, which are blocked; returns once one has arrived. Errors that it
+        raises are printed in one line.
     args : list of str, optional
-        ROS arguments; those of the process by default.
+        ROS arguments; by default those of the process.
     """
     with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
         try:
@@ -67,7 +67,7 @@ def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[s
 
 @contextmanager
 def spinning(nodes: Sequence[Node]) -> Iterator[None]:
-    """Serve nodes on a thread of its own."""
+    """Spin nodes on a thread of its own."""
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
@@ -81,7 +81,7 @@ def spinning(nodes: Sequence[Node]) -> Iterator[None]:
 
 
 def _refuse_others(program: str, args: list[str] | None) -> None:
-    """Raise if there are arguments that are not for ROS: a parameter was probably meant."""
+    """Refuse arguments that are not for ROS; they are probably meant as parameters."""
     given = list(sys.argv[1:] if args is None else args)
     others = remove_ros_args([program, *given])[1:]
     if others:
@@ -89,16 +89,16 @@ def _refuse_others(program: str, args: list[str] | None) -> None:
             "arguments",
             "none but those after --ros-args",
             " ".join(others),
-            "parameters are given as --ros-args -p name:=value",
+            "give parameters as --ros-args -p name:=value",
         )
 
 
 @contextmanager
 def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
-    """Keep signals from every thread that is started, to be waited for.
+    """Block signals in this thread and all that it starts, so that they can be waited for.
 
-    A handler could only run once the main thread is back from the middleware, and rclpy's own
-    would end the context before those who wait are answered.
+    A handler would run only once the main thread returns from the middleware, and rclpy's own
+    handler would end the context before waiting callers are answered.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:

@@ -1,12 +1,12 @@
-"""Qualities of service that several files offer or ask for."""
+"""Quality of service profiles used in several places."""
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-#: A plan is delivered, also to those who subscribe after it was made.
+#: Reliable, and delivered to late subscribers as well.
 LATCHED = QoSProfile(
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-#: The default keeps the ten newest requests and silently drops what else came at once.
+#: Services keep all requests: by default a burst of more than ten silently loses the oldest.
 ALL_CALLS = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)

@@ -1,4 +1,4 @@
-"""Driver nodes whose lenses are simulated, for tests and for work without hardware."""
+"""Driver nodes with simulated lenses, for tests and for work without hardware."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _ON = {"AfMode": 2, "focus_automatic_continuous": True}
 class SimulatedLens(Node):
     """Stands in for one camera's driver node: its parameters, and a lens behind them.
 
-    As in the drivers themselves a lens does not obey during autofocus: v4l2_camera refuses to set
-    it, without a reason, and camera_ros takes the value and does nothing.
+    As with the real drivers a lens cannot be set during autofocus: v4l2_camera refuses the value
+    without giving a reason, and camera_ros accepts it and does nothing.
 
     Parameters
     ----------
@@ -39,17 +39,17 @@ class SimulatedLens(Node):
     stuck : bool
         Whether the lens never moves.
     number : int
-        Makes its chance another than that of the other lenses.
+        Distinguishes its random numbers from those of other lenses.
     """
 
     def __init__(self, node: str, settings: SimulationSettings, stuck: bool, number: int) -> None:
         self._settings = settings
         self._focus = settings.profile.parameter
-        self._chance = np.random.default_rng([settings.seed, number])
+        self._random = np.random.default_rng([settings.seed, number])
         self._lens = MovingLens(settings.mechanics, settings.mechanics.low, stuck)
         self._switches = [name for name, _ in settings.profile.manual if name in _ON]
         namespace, _, name = node.rpartition("/")
-        # Its parameters are not those of the process, and the base class asks for some already.
+        # Not the parameters of the process; the base class reads some of them already.
         super().__init__(
             name, namespace=namespace or "/", use_global_arguments=False, enable_rosout=False
         )
@@ -62,7 +62,7 @@ class SimulatedLens(Node):
         self.add_post_set_parameters_callback(self._move)
 
     def get_parameter(self, name: str) -> Parameter:
-        """Return a parameter; for that of the lens where the lens is, if that is reported."""
+        """Return a parameter; for the focus the lens's position, if that is to be reported."""
         if name == self._focus and self._settings.reports_position:
             return Parameter(name, value=self._number(self._lens.position(time.monotonic())))
         return super().get_parameter(name)
@@ -71,7 +71,7 @@ class SimulatedLens(Node):
         for parameter in parameters:
             if parameter.name != self._focus:
                 continue
-            if self._chance.random() < self._settings.failure_rate:
+            if self._random.random() < self._settings.failure_rate:
                 return SetParametersResult(successful=False, reason="simulated failure")
             if self._settings.profile.whole and self._autofocus():
                 return SetParametersResult(successful=False, reason="")

@@ -1,4 +1,4 @@
-"""The planner's inputs: topics as they arrive, to be read on the planning thread."""
+"""The planner's input topics: messages are taken in order of arrival, and parsed later."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from focus_planner.parameters.planner import Settings
 from focus_planner.ros.conversions import type_name_of
 from focus_planner.runtime.inputs import Arrival
 
-# Some messages that come in one go are kept: if the newest is refused an older one may do.
-_NEWEST = 4
-# A sensor that publishes best effort, or a latched surface, is a matter of the node's parameters.
+# A burst of messages is kept: if the newest is refused, an older one may be valid.
+_DEPTH = 4
+# Parameters adapt the node to a sensor that publishes best effort, or to a latched surface.
 _OVERRIDES = QoSOverridingOptions(
     [
         QoSPolicyKind.HISTORY,
@@ -49,7 +49,7 @@ Read = Callable[[bytes, Optics], Any]
 
 
 @dataclass(frozen=True)
-class _Taken:
+class _Received:
     """A message, and when the middleware received it, nanoseconds."""
 
     at: int
@@ -58,86 +58,86 @@ class _Taken:
 
 
 @dataclass(frozen=True)
-class _Listener:
-    """A subscription, and what becomes of its messages."""
+class _Input:
+    """A subscription, and the receiver of its messages."""
 
     subscription: Subscription
     receive: Callable[[bytes], None]
 
-    def take(self) -> list[_Taken]:
-        """Take a message if one has arrived."""
+    def take(self) -> list[_Received]:
+        """Take a message from the middleware, if one has arrived."""
         with self.subscription.handle:
             taken = self.subscription.handle.take_message(self.subscription.msg_type, True)
         if taken is None:
             return []
         payload, info = taken
-        return [_Taken(info["received_timestamp"], payload, self.receive)]
+        return [_Received(info["received_timestamp"], payload, self.receive)]
 
 
 class GatedCallbackGroup(ReentrantCallbackGroup):
-    """What is read at certain times only; until then messages and calls wait, as QoS allows."""
+    """Executes callbacks only while it is open; messages and calls wait in the middleware."""
 
     is_open = False
 
     def can_execute(self, entity: Any) -> bool:
-        """Return whether an entity may be served now."""
+        """Return whether a callback may run now."""
         return self.is_open and bool(super().can_execute(entity))
 
 
 class Subscriptions:
-    """Receives surfaces and rigs, whatever their topics, in the order of arrival.
+    """Receives surfaces and rigs from all topics in order of arrival.
 
-    They are read later, by the functions that a replay reads with, so that what is refused is
-    refused alike.
+    They are parsed later, by the functions that a replay uses too, so that both refuse the same
+    messages for the same reasons.
 
     Parameters
     ----------
     node : Node
-    gate : GatedCallbackGroup
+    group : GatedCallbackGroup
         Messages wait while it is closed.
     settings : callable
-        Returns the parameters as they are now.
+        Returns the current parameters.
     check : callable
-        Returns a rig that can be planned with here, or raises ``InputError``.
+        Returns the rig, or raises ``InputError`` if this node cannot plan for it.
     surface, rig : callable
         Called with what arrives.
 
     Raises
     ------
     InputError
-        If an override of a topic's quality of service cannot be.
+        If a topic's quality of service is overridden with something invalid.
     """
 
     def __init__(
         self,
         node: Node,
-        gate: GatedCallbackGroup,
+        group: GatedCallbackGroup,
         settings: Callable[[], Settings],
         check: Callable[[Rig], Rig],
         surface: Callable[[Arrival[Any]], None],
         rig: Callable[[Arrival[Any]], None],
     ) -> None:
         self._node = node
-        self._gate = gate
+        self._group = group
         self._settings = settings
         self._check = check
-        self._listeners: list[_Listener] = []
-        self._listen(Mesh, "~/mesh", surface, self._read_mesh)
-        self._listen(PointCloud2, "~/cloud", surface, self._read_cloud)
-        self._listen(PoseArray, "~/camera_poses", rig, self._read_poses)
-        self._listen(CameraRig, "~/rig", rig, self._read_rig)
+        self._inputs: list[_Input] = []
+        self._add(Mesh, "~/mesh", surface, self._read_mesh)
+        self._add(PointCloud2, "~/cloud", surface, self._read_cloud)
+        self._add(PoseArray, "~/camera_poses", rig, self._read_poses)
+        self._add(CameraRig, "~/rig", rig, self._read_rig)
 
     def take_all(self) -> None:
-        """Receive all that has arrived: what was sent before a request is planned with."""
+        """Receive all messages that have arrived, such as those sent just before a request."""
         self._take_all([])
 
     def destroy(self) -> None:
-        """Listen no more."""
-        for listener in self._listeners:
-            self._node.destroy_subscription(listener.subscription)
-        self._listeners = []
+        """Unsubscribe."""
+        for each in self._inputs:
+            self._node.destroy_subscription(each.subscription)
+        self._inputs = []
 
-    def _listen(
+    def _add(
         self, message_type: type, topic: str, keep: Callable[[Arrival[Any]], None], read: Read
     ) -> None:
         name, type_name = self._node.resolve_topic_name(topic), type_name_of(message_type)
@@ -146,9 +146,9 @@ class Subscriptions:
             keep(Arrival(name, type_name, payload, partial(read, payload)))
 
         def take(payload: bytes, info: dict[str, int]) -> None:
-            self._take_all([_Taken(info["received_timestamp"], payload, receive)])
+            self._take_all([_Received(info["received_timestamp"], payload, receive)])
 
-        self._listeners.append(_Listener(self._subscribe(message_type, topic, take), receive))
+        self._inputs.append(_Input(self._subscribe(message_type, topic, take), receive))
 
     def _subscribe(self, message_type: type, topic: str, take: Callable[..., None]) -> Subscription:
         try:
@@ -156,9 +156,9 @@ class Subscriptions:
                 message_type,
                 topic,
                 take,
-                # Its own: what is overridden is written into it.
-                QoSProfile(depth=_NEWEST, reliability=ReliabilityPolicy.RELIABLE),
-                callback_group=self._gate,
+                # Not shared: rclpy writes overrides into it.
+                QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.RELIABLE),
+                callback_group=self._group,
                 raw=True,
                 qos_overriding_options=_OVERRIDES,
             )
@@ -170,12 +170,12 @@ class Subscriptions:
                 "for instance durability:=transient_local",
             ) from None
 
-    def _take_all(self, taken: list[_Taken]) -> None:
-        """Receive what was taken and all else that has arrived, in the order of arrival.
+    def _take_all(self, taken: list[_Received]) -> None:
+        """Receive messages that were taken, and all others that have arrived, in order of arrival.
 
-        The executor goes by topic, not by time, and takes messages before calls only by chance.
+        The executor serves entities in an order of its own: topic by topic, calls in between.
         """
-        while more := [one for listener in self._listeners for one in listener.take()]:
+        while more := [one for each in self._inputs for one in each.take()]:
             taken += more
         for one in sorted(taken, key=lambda one: one.at):
             one.receive(one.payload)

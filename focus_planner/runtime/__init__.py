@@ -1,1 +1,1 @@
-"""What a running planner keeps and tells, without ROS."""
+"""The state of a running planner and what it reports, without ROS."""

@@ -1,4 +1,4 @@
-"""What ``/diagnostics`` says of a planner: one status each for what can be wrong by itself."""
+"""The content of ``/diagnostics``: one status for each part that can fail by itself."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import os
 import shutil
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from enum import IntEnum
@@ -13,14 +14,15 @@ from pathlib import Path
 
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.writing import Fields
+from focus_planner.parameters.planner import Settings
 from focus_planner.runtime.inputs import InputState
-from focus_planner.runtime.status import LastRun, age_of
+from focus_planner.runtime.status import LastRun, PlannerReport, age_of
 
-# Less is free for everybody when Linux begins to kill.
-_LITTLE_MEMORY = 0.05
-# A run of a large mesh takes as much.
-_LITTLE_DISK = 100_000_000
-_MOST_NAMES = 8
+# As a part of all memory: near what is left when Linux begins to kill processes.
+_LOW_MEMORY = 0.05
+# Bytes: about one run of a large mesh.
+_LOW_DISK = 100_000_000
+_MAX_NAMES = 8
 
 
 class Level(IntEnum):
@@ -39,7 +41,7 @@ class Diagnosis:
     Attributes
     ----------
     name : str
-        Of what it is about.
+        The part that it is about.
     level : Level
     message : str
     values : dict of str
@@ -51,7 +53,7 @@ class Diagnosis:
     values: dict[str, str]
 
     def to_fields(self, node: str) -> Fields:
-        """Return the message of it, of the node with this full name."""
+        """Return a ``DiagnosticStatus`` message from the node with this full name."""
         return {
             "level": bytes([self.level]),
             "name": f"{node.removeprefix('/')}: {self.name}",
@@ -61,17 +63,42 @@ class Diagnosis:
         }
 
 
+def diagnose(
+    report: PlannerReport, lenses: Counter[int], settings: Settings, now: datetime
+) -> Iterator[Diagnosis]:
+    """Yield what is published of a planner.
+
+    Parameters
+    ----------
+    report : PlannerReport
+    lenses : Counter
+        How many lenses are in which :class:`LensStatus`.
+    settings : Settings
+    now : datetime
+    """
+    snapshot, max_age = report.snapshot, settings.serving.max_input_age
+    yield diagnose_planner(report.state, report.planning, report.waiting)
+    yield diagnose_input(snapshot.surface, now, max_age)
+    yield diagnose_input(snapshot.rig, now, max_age)
+    yield diagnose_last_run(snapshot.last_run)
+    yield diagnose_cameras(snapshot.last_run, lenses)
+    yield diagnose_recorder(
+        settings.recording.directory, report.recording_failure, report.runs_to_write
+    )
+    yield diagnose_memory()
+
+
 def diagnose_planner(state: str, planning: str, waiting: int) -> Diagnosis:
-    """Tell the state of the life cycle, and what is being planned."""
+    """Return the state of the life cycle, and what is being planned."""
     doing = f"planning {planning}" if planning else "idle"
-    message = f"active, {doing}" if state == "active" else f"{state}: plans nothing"
+    message = f"active, {doing}" if state == "active" else f"{state}: not planning"
     level = Level.OK if state == "active" else Level.WARN
     values = {"state": state, "planning": planning, "waiting requests": str(waiting)}
     return Diagnosis("planner", level, message, values)
 
 
 def diagnose_input(state: InputState, now: datetime, max_age: float) -> Diagnosis:
-    """Tell where an input came from, how old it is, and whether a newer one was refused."""
+    """Return where an input came from, how old it is, and whether a newer one was refused."""
     age = age_of(state, now)
     values = {"topic": state.topic, "refused": state.refused}
     if state.received:
@@ -93,7 +120,7 @@ def diagnose_input(state: InputState, now: datetime, max_age: float) -> Diagnosi
 
 
 def diagnose_last_run(run: LastRun | None) -> Diagnosis:
-    """Tell how the last request ended, how long it took, and how near its plan is to the best."""
+    """Return how the last request ended, how long it took, and how good its plan is."""
     if run is None:
         return Diagnosis("last run", Level.OK, "none yet", {})
     values = {"plan_id": run.plan_id, "seconds": f"{run.seconds:.3f}"}
@@ -112,23 +139,23 @@ def diagnose_last_run(run: LastRun | None) -> Diagnosis:
 
 
 def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
-    """Tell which cameras see nothing, and what became of the plan at the lenses."""
-    plan, blind = (run.plan, run.blind) if run else (None, [])
+    """Return which cameras see nothing, and how many lenses are in which status."""
+    plan, unused = (run.plan, run.cameras_seeing_nothing) if run else (None, [])
     values = {state.name.lower(): str(lenses[state]) for state in LensStatus}
-    values |= {"see nothing": " ".join(blind)}
+    values |= {"see nothing": " ".join(unused)}
     if plan is not None:
         values["cameras"] = str(len(plan.cameras))
     if lenses[LensStatus.FAILED] or lenses[LensStatus.DIFFERS]:
         failed, differ = lenses[LensStatus.FAILED], lenses[LensStatus.DIFFERS]
         bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
         return Diagnosis("cameras", Level.ERROR, bad, values)
-    if blind:
-        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(blind)}", values)
+    if unused:
+        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(unused)}", values)
     return Diagnosis("cameras", Level.OK, "all see the surface" if plan else "no plan yet", values)
 
 
 def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagnosis:
-    """Tell where runs are recorded, whether the last one was, and how much room is left."""
+    """Return where runs are recorded, whether the last one was, and how much space is left."""
     if directory is None:
         return Diagnosis("recorder", Level.OK, "off (parameter record_directory)", {})
     values = {"record_directory": str(directory), "runs to write": str(jobs)}
@@ -137,27 +164,27 @@ def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagno
         values["free bytes"] = str(free)
     if failure:
         return Diagnosis("recorder", Level.ERROR, f"not recorded: {failure}", values)
-    if free is not None and free < _LITTLE_DISK:
-        return Diagnosis("recorder", Level.WARN, f"only {free} bytes are left", values)
+    if free is not None and free < _LOW_DISK:
+        return Diagnosis("recorder", Level.WARN, f"only {free} bytes of disk space left", values)
     return Diagnosis("recorder", Level.OK, f"recording to {directory}", values)
 
 
 def diagnose_memory() -> Diagnosis:
-    """Tell what this process takes, and what is left to all (Linux)."""
+    """Return the memory that this process uses, and what is left on the machine (Linux)."""
     kilobytes = _proc("/proc/self/status", "VmRSS", "VmHWM")
     kilobytes |= _proc("/proc/meminfo", "MemTotal", "MemAvailable")
     values = {f"{name} [MB]": f"{size / 1024:.0f}" for name, size in kilobytes.items()}
     message = f"{kilobytes['VmRSS'] / 1024:.0f} MB" if "VmRSS" in kilobytes else "not known"
     available = kilobytes.get("MemAvailable", math.inf)
-    if available < _LITTLE_MEMORY * kilobytes.get("MemTotal", 0):
-        message += f"; only {available / 1024:.0f} MB are left to all on this machine"
+    if available < _LOW_MEMORY * kilobytes.get("MemTotal", 0):
+        message += f"; only {available / 1024:.0f} MB are available on this machine"
         return Diagnosis("memory", Level.WARN, message, values)
     return Diagnosis("memory", Level.OK, message, values)
 
 
 def _some(names: list[str]) -> str:
-    shown = ", ".join(names[:_MOST_NAMES])
-    more = len(names) - _MOST_NAMES
+    shown = ", ".join(names[:_MAX_NAMES])
+    more = len(names) - _MAX_NAMES
     return f"{shown} and {more} more" if more > 0 else shown
 
 
@@ -170,10 +197,10 @@ def _free_bytes(directory: Path) -> int | None:
 
 
 def _proc(path: str | os.PathLike[str], *names: str) -> dict[str, int]:
-    """Return some of the numbers that a file of Linux tells, kB; none where there is no such."""
+    """Return some values from a file of Linux's ``/proc``, kB; none where it does not exist."""
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except OSError:
         return {}
-    told = dict(line.split(":", 1) for line in lines if ":" in line)
-    return {name: int(told[name].split()[0]) for name in names if name in told}
+    values = dict(line.split(":", 1) for line in lines if ":" in line)
+    return {name: int(values[name].split()[0]) for name in names if name in values}

@@ -1,6 +1,6 @@
-"""A thing to plan with that comes by messages: the one in force, and what became of newer ones.
+"""The planner's inputs as they arrive: the one in force, and why newer ones were refused.
 
-Without ROS. All but :meth:`Input.receive` belongs to one thread.
+Without ROS. All but :meth:`InputSlot.receive` belongs to one thread.
 """
 
 from __future__ import annotations
@@ -10,88 +10,47 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import header_stamp
 from focus_planner.messages.reading import Optics
+from focus_planner.runtime.log import Log, ThrottledLog
 
-# Messages that came while a plan was made. Only the newest good one counts; a few older ones are
-# kept in case that it is refused.
+# Messages kept while a plan is being made. Only the newest valid one counts; a few older ones stay
+# as substitutes in case it is refused.
 _BACKLOG = 4
 _WITHOUT_HEADER = "shape_msgs/msg/Mesh"
 
-Said = TypeVar("Said")
+Content = TypeVar("Content")
 Value = TypeVar("Value")
 
 
-class Log(Protocol):
-    """What is needed of a logger."""
-
-    def warning(self, message: str) -> object:
-        """Report what the user should know."""
-
-    def error(self, message: str) -> object:
-        """Report what should not have happened."""
-
-
-class SparingLog:
-    """Tells of some in a row, then of one a second, and how many it left out.
-
-    A sender that sends what is refused does so again and again.
-
-    Parameters
-    ----------
-    log : Log
-    """
-
-    _IN_A_ROW = 10.0
-    _PER_SECOND = 1.0
-
-    def __init__(self, log: Log) -> None:
-        self._log = log
-        self._credit = self._IN_A_ROW
-        self._since: datetime | None = None
-        self._left_out = 0
-
-    def warning(self, message: str, at: datetime) -> None:
-        """Report what happened then, unless that is too much."""
-        passed = (at - (self._since or at)).total_seconds()
-        if passed >= 0:  # messages of one backlog are read from the newest on
-            self._credit = min(self._IN_A_ROW, self._credit + passed * self._PER_SECOND)
-            self._since = at
-        if self._credit < 1:
-            self._left_out += 1
-            return
-        more = f" ({self._left_out} more were not logged)" if self._left_out else ""
-        self._credit, self._left_out = self._credit - 1, 0
-        self._log.warning(message + more)
-
-
 @dataclass(frozen=True, eq=False)
-class Arrival(Generic[Said]):
-    """A message as it came; it is read later, on the planning thread.
+class Arrival(Generic[Content]):
+    """A message as received, to be parsed later on the planning thread.
 
     Attributes
     ----------
     topic, type_name : str
-        The topic's full name, and its type's.
+        Full name of the topic, and of its type.
     payload : bytes
-        Two messages of the same bytes say the same.
+        Messages of equal bytes have equal content.
     read : callable
-        Returns what the message says, given what it leaves out.
+        Returns the message's content, given the optics that it leaves out.
     at : datetime
+        When it was received.
     """
 
     topic: str
     type_name: str
     payload: bytes
-    read: Callable[[Optics], Said]
+    read: Callable[[Optics], Content]
     at: datetime = field(default_factory=lambda: datetime.now(timezone.utc))
 
     @property
     def stamp(self) -> tuple[int, int]:
-        """When its header says that it was measured or made: seconds, nanoseconds; or zero."""
+        """The header's stamp, seconds and nanoseconds; zero without a header."""
         return (0, 0) if self.type_name == _WITHOUT_HEADER else header_stamp(self.payload)
 
     def __str__(self) -> str:
@@ -99,25 +58,25 @@ class Arrival(Generic[Said]):
 
 
 @dataclass(frozen=True, eq=False)
-class AcceptedInput(Generic[Said, Value]):
-    """What became of a message that could be read."""
+class AcceptedInput(Generic[Content, Value]):
+    """A message that was parsed successfully, and what is planned with."""
 
-    arrival: Arrival[Said]
+    arrival: Arrival[Content]
     value: Value
 
 
 @dataclass(frozen=True)
 class InputState:
-    """What there is of an input, to be told.
+    """What is reported of an input.
 
     Attributes
     ----------
     name : str
     topic : str
-        That it came by; empty while there is none.
+        Where it was received; empty while none is in force.
     received : datetime or None
     stamp : tuple of int
-        When it was measured or made, by its header: seconds, nanoseconds; zero without one.
+        Its header's stamp, seconds and nanoseconds; zero without a header.
     refused : str
         Why a newer one is not in force; empty if there is none.
     """
@@ -129,16 +88,17 @@ class InputState:
     refused: str = ""
 
 
-class Input(Generic[Said, Value]):
-    """The last good one, and why a newer one is not in force.
+class InputSlot(Generic[Content, Value]):
+    """Holds the last valid input of a kind, and why newer ones were refused.
 
     Parameters
     ----------
     name : str
+        What it is, for messages: "surface" or "rig".
     sources : str
-        Where it may come from, for the message that there is none.
+        The topics that may provide it, for the message that there is none.
     make : callable
-        Makes what is planned with of what a message says; raises ``InputError``.
+        Turns a message's content into what is planned with; raises ``InputError``.
     log : Log
 
     Attributes
@@ -148,95 +108,95 @@ class Input(Generic[Said, Value]):
         The newest one, if it was refused only because it does not fit the other input.
     """
 
-    def __init__(self, name: str, sources: str, make: Callable[[Said], Value], log: Log) -> None:
+    def __init__(self, name: str, sources: str, make: Callable[[Content], Value], log: Log) -> None:
         self.name = name
-        self.in_force: AcceptedInput[Said, Value] | None = None
-        self.misfit: AcceptedInput[Said, Value] | None = None
+        self.in_force: AcceptedInput[Content, Value] | None = None
+        self.misfit: AcceptedInput[Content, Value] | None = None
         self._sources = sources
         self._make = make
         self._log = log
-        self._sparing = SparingLog(log)
-        self._inbox: deque[Arrival[Said]] = deque(maxlen=_BACKLOG)
-        self._refused: tuple[Arrival[Said], InputError] | None = None
-        self._told = False
-        self._waiting: Arrival[Said] | None = None
+        self._throttled_log = ThrottledLog(log)
+        self._inbox: deque[Arrival[Content]] = deque(maxlen=_BACKLOG)
+        self._refused: tuple[Arrival[Content], InputError] | None = None
+        self._objected = False
+        self._unusable: Arrival[Content] | None = None
 
-    def receive(self, arrival: Arrival[Said]) -> None:
-        """Keep a message until :meth:`newest`; any thread may call."""
+    def receive(self, arrival: Arrival[Content]) -> None:
+        """Keep a message for :meth:`newest`; safe to call from any thread."""
         self._inbox.append(arrival)
 
-    def newest(self, optics: Optics) -> AcceptedInput[Said, Value] | None:
-        """Return the newest that can be read and says anything new, refusing those after it."""
+    def newest(self, optics: Optics) -> AcceptedInput[Content, Value] | None:
+        """Return the newest valid message received, if it is news; refuse invalid ones after it."""
         backlog = [self._inbox.popleft() for _ in range(len(self._inbox))]
         for arrival in reversed(backlog):
-            held = self._read(arrival, optics)
-            if held is not None:
+            accepted = self._read(arrival, optics)
+            if accepted is not None:
                 break
         else:
             return None
-        if self.in_force and held.value == self.in_force.value:
-            self.put_in_force(held)
+        if self.in_force and accepted.value == self.in_force.value:
+            self.put_in_force(accepted)
             return None
-        return held
+        return accepted
 
-    def refuse(self, arrival: Arrival[Said], error: InputError) -> None:
-        """Remember, and log, why a message is not planned with."""
-        self._sparing.warning(f"refused the {self.name} {arrival}: {error}", arrival.at)
+    def refuse(self, arrival: Arrival[Content], error: InputError) -> None:
+        """Log why a message is not used, and keep the reason for :meth:`objection`."""
+        self._throttled_log.warning(f"refused the {self.name} {arrival}: {error}", arrival.at)
         if self._refused is None or arrival.at >= self._refused[0].at:
             self._refused = arrival, error
-            self._told = False
-        if self.in_force is None and (self._waiting is None or arrival.at >= self._waiting.at):
-            self._waiting = arrival
+            self._objected = False
+        if self.in_force is None and (self._unusable is None or arrival.at >= self._unusable.at):
+            self._unusable = arrival
 
-    def put_in_force(self, held: AcceptedInput[Said, Value]) -> None:
-        """Plan with this from now on; what was refused before it came is forgotten."""
-        self.in_force, self.misfit = held, None
-        if self._refused and held.arrival.at >= self._refused[0].at:
+    def put_in_force(self, accepted: AcceptedInput[Content, Value]) -> None:
+        """Plan with this from now on, and forget refusals of older messages."""
+        self.in_force, self.misfit = accepted, None
+        if self._refused and accepted.arrival.at >= self._refused[0].at:
             self._refused = None
 
     def read_again(self, optics: Optics) -> None:
-        """Read what is held again, with other optics.
+        """Parse the input in force again, with other optics.
 
-        What does not go with them is refused, and read again when the optics change once more.
+        If it is invalid with them it is refused, and parsed again when the optics next change.
         """
-        waiting = self.in_force.arrival if self.in_force else self._waiting
+        candidate = self.in_force.arrival if self.in_force else self._unusable
         self.in_force = None
-        if waiting:
-            self.in_force = self._read(waiting, optics)
-        if self.in_force and self._refused and self._refused[0] is waiting:
+        if candidate:
+            self.in_force = self._read(candidate, optics)
+        if self.in_force and self._refused and self._refused[0] is candidate:
             self._refused = None
         if self.misfit:
             self.misfit = self._read(self.misfit.arrival, optics)
 
     def objection(self) -> str | None:
-        """Return what a caller has to be told instead of a plan.
+        """Return why a caller gets no plan, or None.
 
-        That there is nothing to plan with, again and again; that the newest was refused and an
-        older one stays in force, once.
+        Without an input in force every caller is told so. If the newest was refused and an older
+        one stays in force, the next caller is told, once.
         """
         if self.in_force is None:
-            return str(InputError(self.name, self._sources, self._none()))
-        if self._refused is None or self._told:
+            return str(InputError(self.name, self._sources, self._missing()))
+        if self._refused is None or self._objected:
             return None
-        self._told = True
+        self._objected = True
         arrival, error = self._refused
         return (
             f"{error}. So the {self.name} {arrival} was refused, and the {self.name}"
             f" {self.in_force.arrival} stays in force: call again to plan with that one"
         )
 
-    def arrivals(self) -> list[Arrival[Said]]:
-        """Return what the next plan, or the lack of one, rests on.
+    def arrivals(self) -> list[Arrival[Content]]:
+        """Return the messages that the next answer depends on.
 
-        What is in force, and what was refused if the next caller is told so instead of a plan.
+        The one in force, and the refused one if the next caller will be told of it.
         """
         if self.in_force is None:
             return [self._refused[0]] if self._refused else []
-        objected = self._refused is not None and not self._told
-        return [self.in_force.arrival] + ([self._refused[0]] if objected and self._refused else [])
+        refused = [self._refused[0]] if self._refused and not self._objected else []
+        return [self.in_force.arrival, *refused]
 
     def reminder(self) -> str | None:
-        """Return what a caller has to be told with a plan: that the newest is not in it."""
+        """Return what a caller is told along with a plan that ignores a refused newer input."""
         if self.in_force is None or self._refused is None:
             return None
         return f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
@@ -250,29 +210,28 @@ class Input(Generic[Said, Value]):
         arrival = self.in_force.arrival
         return InputState(self.name, arrival.topic, arrival.at, arrival.stamp, refused)
 
-    def _none(self) -> str:
+    def _missing(self) -> str:
         if self._refused is None:
             return "none yet"
         arrival, error = self._refused
         return f"none that can be used: the {self.name} {arrival} was refused ({error})"
 
-    def _read(self, arrival: Arrival[Said], optics: Optics) -> AcceptedInput[Said, Value] | None:
-        """Return what a message says, None if it is refused."""
+    def _read(
+        self, arrival: Arrival[Content], optics: Optics
+    ) -> AcceptedInput[Content, Value] | None:
+        """Return the accepted message, or refuse it and return None."""
         if self.in_force and arrival.payload == self.in_force.arrival.payload:
             return AcceptedInput(arrival, self.in_force.value)
         try:
-            return self._made(arrival, optics)
+            return AcceptedInput(arrival, self._make(arrival.read(optics)))
         except InputError as error:
             self.refuse(arrival, error)
-        except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
+        except Exception as error:  # noqa: BLE001 - no message may end the node
             self._log.error(traceback.format_exc())
-            self.refuse(arrival, internal(self.name, error))
+            self.refuse(arrival, internal_input_error(self.name, error))
         return None
 
-    def _made(self, arrival: Arrival[Said], optics: Optics) -> AcceptedInput[Said, Value]:
-        return AcceptedInput(arrival, self._make(arrival.read(optics)))
 
-
-def internal(name: str, error: Exception) -> InputError:
-    """Return the refusal of what made this program fail."""
+def internal_input_error(name: str, error: Exception) -> InputError:
+    """Return the refusal of a message that made this program fail."""
     return InputError(name, "one that can be read", f"internal error: {error!r}", "see the log")

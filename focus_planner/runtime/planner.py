@@ -1,14 +1,15 @@
-"""What is in force, whether it fits, and planning on it; without ROS."""
+"""The surface and the rig in force, whether they fit each other, and planning with them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import ProgressCallback, never_stop
@@ -16,9 +17,17 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
-from focus_planner.runtime.inputs import AcceptedInput, Arrival, Input, Log, Said, Value, internal
+from focus_planner.runtime.inputs import (
+    AcceptedInput,
+    Arrival,
+    Content,
+    InputSlot,
+    Value,
+    internal_input_error,
+)
+from focus_planner.runtime.log import Log
 
-# Enough to tell whether a surface and a rig fit each other, too little to be noticed.
+# Enough samples to tell whether a surface and a rig fit each other, too few to cost time.
 _TRIAL = PlanRequest(method="closest", samples=500)
 
 AcceptedScene = AcceptedInput[Surface, Scene]
@@ -26,22 +35,22 @@ AcceptedRig = AcceptedInput[Rig, Rig]
 
 
 def internal_error(error: Exception) -> str:
-    """Return what a caller is told of what should not have happened."""
+    """Return what a caller is told of an error in this program."""
     return f"internal error: {error!r}; the planner's log has the details"
 
 
 class NotReady(Exception):  # noqa: N818 - nothing went wrong here
-    """There is nothing to plan with, or not what was sent last; its text is fit for the caller."""
+    """An input is missing, or the newest one was refused; its text is fit for the caller."""
 
 
 class Planner:
-    """Keeps the newest surface and rig that can be planned with, and plans.
+    """Keeps the newest valid surface and rig, and plans.
 
-    The newest of each replaces the one before it. One that cannot be read, or does not fit the
-    other input, is refused: the last good one stays in force, and the next caller, once, is told
-    so instead of being given a plan for something else. A surface and a rig that fit only each
-    other replace both. Where nothing good is in force the newest is taken, fit or not, and what
-    does not fit is reported to whoever wants a plan.
+    The newest of each replaces the one before it. One that is invalid, or does not fit the other
+    input, is refused: the last valid one stays in force, and the next caller, once, is told so
+    instead of being given a plan for something else. A surface and a rig that fit only each other
+    replace both. While nothing valid is in force the newest is taken, fit or not, and every caller
+    is told what does not fit.
 
     All but ``surface.receive`` and ``rig.receive`` belongs to one thread.
 
@@ -49,16 +58,16 @@ class Planner:
     ----------
     log : Log
     on_rig : callable
-        Told of every rig that comes into force.
+        Called with every rig that comes into force.
     warm_start : WarmStart, optional
-        Of a plan made elsewhere, for the first that is to start from one.
+        From a plan made elsewhere, for the first plan that asks for a warm start.
 
     Attributes
     ----------
-    surface, rig : Input
-        Where messages go in.
+    surface, rig : InputSlot
+        Receive the messages.
     warm_start : WarmStart or None
-        What a plan starts from that is to start from the last one.
+        What the last plan left for the next, if both ask for a warm start.
     """
 
     def __init__(
@@ -67,10 +76,10 @@ class Planner:
         on_rig: Callable[[Rig], None] = lambda _: None,
         warm_start: WarmStart | None = None,
     ) -> None:
-        self.surface: Input[Surface, Scene] = Input(
+        self.surface: InputSlot[Surface, Scene] = InputSlot(
             "surface", "a mesh on ~/mesh or a cloud on ~/cloud", Scene, log
         )
-        self.rig: Input[Rig, Rig] = Input(
+        self.rig: InputSlot[Rig, Rig] = InputSlot(
             "rig", "poses on ~/camera_poses or a rig on ~/rig", lambda rig: rig, log
         )
         self._log = log
@@ -80,13 +89,13 @@ class Planner:
         self.warm_start = warm_start
 
     def digest(self, optics: Optics) -> None:
-        """Take in what was received: read it, build the scene, see whether it fits."""
+        """Process what was received: parse it, build the scene, check whether it fits."""
         before = self.rig.in_force
         if optics != self._optics:
             self._read_rig_again(optics)
         scene, rig = self.surface.newest(optics), self.rig.newest(optics)
         if scene or rig:
-            self._settle(scene, rig)
+            self._accept(scene, rig)
         if self.rig.in_force and self.rig.in_force is not before:
             self._on_rig(self.rig.in_force.value)
 
@@ -98,17 +107,18 @@ class Planner:
         on_progress: ProgressCallback = never_stop,
         *,
         warm_start: bool = False,
-        answers: Sequence[int] | None = None,
+        stop_log: StopLog | None = None,
     ) -> tuple[SolvedPlan, Rig, str]:
-        """Return a plan for the newest surface and rig, that rig, and what is not the newest.
+        """Return a plan for the surface and the rig in force, that rig, and a reminder.
 
-        With ``warm_start`` it starts from the last one, if there was one. With ``answers`` it is
+        The reminder says which input is not the newest received, because that was refused. With
+        ``warm_start`` the plan starts from the last one, if there was one. With ``stop_log`` it is
         made again, as :func:`focus_planner.core.planning.plan_focus` says.
 
         Raises
         ------
         NotReady
-            If one of them is missing, or was refused since the last call.
+            If an input is missing, or was refused since the last call.
         InputError
             As :func:`focus_planner.core.planning.plan_focus`.
         """
@@ -121,26 +131,26 @@ class Planner:
         rig = self.rig.in_force.value
         start = self.warm_start if warm_start else None
         plan = plan_focus(
-            self.surface.in_force.value, rig, request, model, on_progress, start, answers
+            self.surface.in_force.value, rig, request, model, on_progress, start, stop_log
         )
         self.warm_start = plan.warm_start if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]
         return plan, rig, "; ".join(text for text in reminders if text)
 
     def arrivals(self) -> list[Arrival[Any]]:
-        """Return what a plan, or the lack of one, rests on, in the order of arrival."""
+        """Return the messages that the next answer depends on, in the order of arrival."""
         return sorted(self.surface.arrivals() + self.rig.arrivals(), key=lambda each: each.at)
 
     def _read_rig_again(self, optics: Optics) -> None:
-        """Read the rig with other optics, with which it may no longer, or at last, be usable."""
+        """Parse the rig with other optics, which may make it invalid, or valid at last."""
         before, self._optics = self.rig.in_force, optics
         self.rig.read_again(optics)
         self._fits = self._fits and self.rig.in_force is not None
         if before is None and self.rig.in_force:
-            self._settle(None, self.rig.in_force)
+            self._accept(None, self.rig.in_force)
 
-    def _settle(self, scene: AcceptedScene | None, rig: AcceptedRig | None) -> None:
-        """Put newcomers in force, or refuse them if older ones fit each other and they do not."""
+    def _accept(self, scene: AcceptedScene | None, rig: AcceptedRig | None) -> None:
+        """Put new inputs in force, or refuse them if they do not fit and older ones do."""
         error = None
         for pair in self._pairs(scene, rig):
             misfit = _misfit(*pair)
@@ -161,7 +171,7 @@ class Planner:
     def _pairs(
         self, scene: AcceptedScene | None, rig: AcceptedRig | None
     ) -> list[tuple[AcceptedScene, AcceptedRig]]:
-        """Return the pairs that newcomers can make, the one to prefer first."""
+        """Return the pairs that include a new input, by preference."""
         if scene and rig:
             pairs = [(scene, rig), (scene, self.rig.in_force), (self.surface.in_force, rig)]
         elif scene:
@@ -182,15 +192,15 @@ def _misfit(scene: AcceptedScene, rig: AcceptedRig) -> InputError | None:
         formulate_problem(scene.value, rig.value, _TRIAL)
     except InputError as error:
         return error
-    except Exception as error:  # noqa: BLE001 - whatever came, the node goes on
-        return internal("surface and rig", error)
+    except Exception as error:  # noqa: BLE001 - no message may end the node
+        return internal_input_error("surface and rig", error)
     return None
 
 
 def _refuse(
-    where: Input[Said, Value], newcomer: AcceptedInput[Said, Value] | None, error: InputError
+    slot: InputSlot[Content, Value], new: AcceptedInput[Content, Value] | None, error: InputError
 ) -> None:
-    """Refuse a newcomer that did not come into force."""
-    if newcomer and newcomer is not where.in_force:
-        where.misfit = newcomer
-        where.refuse(newcomer.arrival, error)
+    """Refuse a new input unless it is in force."""
+    if new and new is not slot.in_force:
+        slot.misfit = new
+        slot.refuse(new.arrival, error)

@@ -1,7 +1,7 @@
-"""Requests for plans: one is planned at a time, the others wait, end early, or are turned away.
+"""Requests for plans: one is planned at a time; the others wait, are ended early, or are rejected.
 
-Calls of the service and goals of the action are the same here, but that a call waits for a limited
-time and a goal may have to make way for the next.
+Calls of the service and goals of the action are treated alike, except that a call waits for a
+limited time only, and a goal may be preempted by the next.
 """
 
 from __future__ import annotations
@@ -17,54 +17,66 @@ from focus_planner.messages.writing import Fields
 from focus_planner.parameters.planner import Serving, Settings
 from focus_planner.runtime.reason import Reason
 
-#: What a caller is told that gets no plan.
+#: Answers to requests that end without a plan.
 MESSAGES = {
     Reason.INACTIVE: "the planner was deactivated",
     Reason.SHUTTING_DOWN: "the node is shutting down",
-    Reason.CANCELLED: "cancelled before its turn",
-    Reason.PREEMPTED: "a newer goal took its place before its turn",
+    Reason.CANCELLED: "cancelled before planning began",
+    Reason.PREEMPTED: "preempted by a newer goal before planning began",
 }
 
 
-def _nothing(*_: object) -> None:
+def _do_nothing(*_: object) -> None:
     """Do nothing."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a caller is answered, and what is left to do once that is sent."""
+    """How a request ended.
+
+    Attributes
+    ----------
+    reason : Reason
+        ``NONE`` if the plan is the one asked for.
+    message : str
+    plan : FocusPlan message or None
+    on_sent : callable
+        To be called once the caller has been sent its answer.
+    """
 
     reason: Reason
     message: str
     plan: Message | None = None
-    afterwards: Callable[[], object] = _nothing
+    on_sent: Callable[[], object] = _do_nothing
 
 
 @dataclass(eq=False)
 class Request:
-    """One request, with the parameters as they were when it came.
+    """A request for a plan, with the parameters as they were when it arrived.
 
-    It is answered once, by whoever is first: the planning thread, or what ends it before.
+    It is answered exactly once, by the planning thread or by whatever ends it before; any thread
+    may call its methods.
 
     Parameters
     ----------
     asked : dict
-        The fields of the service's request or the action's goal.
+        Fields of the service's request or the action's goal.
     settings : Settings
     plan_id : str
     answer : callable
-        Called with the outcome, once, from any thread.
+        Called once with the outcome, from any thread.
     waits_until : float
-        By :func:`time.perf_counter`, for its turn; inf for a goal, which waits as long as it takes.
-    tell : callable
-        Called on the planning thread with feedback, as fields.
+        Deadline for planning to begin, by :func:`time.perf_counter`; inf for a goal, which waits
+        for its turn however long that takes.
+    send_feedback : callable
+        Called on the planning thread with the fields of a feedback message.
 
     Attributes
     ----------
-    started : float
-        By :func:`time.perf_counter`.
+    arrived : float
+        When it arrived, by :func:`time.perf_counter`.
     at : int
-        Nanoseconds since the epoch.
+        When it arrived, nanoseconds since the epoch.
     """
 
     asked: Fields
@@ -72,13 +84,13 @@ class Request:
     plan_id: str
     answer: Callable[[Outcome], None]
     waits_until: float = math.inf
-    tell: Callable[[Fields], None] = _nothing
-    started: float = field(default_factory=time.perf_counter)
+    send_feedback: Callable[[Fields], None] = _do_nothing
+    arrived: float = field(default_factory=time.perf_counter)
     at: int = field(default_factory=time.time_ns)
-    _stop: Reason = Reason.NONE
-    _begun: bool = False
-    _settled: bool = False
-    _answered: bool = False
+    _stop_reason: Reason = Reason.NONE
+    _has_begun: bool = False
+    _is_committed: bool = False
+    _is_answered: bool = False
     _lock: Lock = field(default_factory=Lock)
 
     @property
@@ -87,145 +99,145 @@ class Request:
         return math.isinf(self.waits_until)
 
     @property
-    def goes_on(self) -> bool:
-        """Whether nobody wants it to end."""
-        return self._stop is Reason.NONE
+    def stop_requested(self) -> bool:
+        """Whether planning should stop at the next step."""
+        return self._stop_reason is not Reason.NONE
 
     @property
-    def begun(self) -> bool:
-        """Whether its turn has come."""
-        return self._begun
+    def has_begun(self) -> bool:
+        """Whether its planning has begun."""
+        return self._has_begun
+
+    @property
+    def is_answered(self) -> bool:
+        """Whether it has been answered."""
+        return self._is_answered
 
     def begin(self) -> bool:
-        """Take its turn; return whether it still wants it."""
+        """Begin planning; return False if the request has been answered already."""
         with self._lock:
-            self._begun = not self._answered
-            return self._begun
+            self._has_begun = not self._is_answered
+            return self._has_begun
 
     def stop(self, reason: Reason, outcome: Outcome | None = None) -> bool:
-        """End it: at once if its turn has not come, else with its best plan so far.
+        """End it: at once if planning has not begun, else with the best plan so far.
 
         Parameters
         ----------
         reason : Reason
         outcome : Outcome, optional
-            What it is answered if its turn has not come.
+            The answer if planning has not begun; by default that of :data:`MESSAGES`.
 
         Returns
         -------
         bool
-            Whether that was in time.
+            False if it came too late to have an effect.
         """
         with self._lock:
-            if self._settled or self._answered:
+            if self._is_committed or self._is_answered:
                 return False
-            if self.goes_on:
-                self._stop = reason
-            if self._begun:
+            if not self.stop_requested:
+                self._stop_reason = reason
+            if self._has_begun:
                 return True
-            self._answered = self._settled = True
+            self._is_answered = self._is_committed = True
         self.answer(outcome or Outcome(reason, MESSAGES[reason]))
         return True
 
-    def drop(self, reason: Reason) -> None:
-        """End it without a plan, whether its turn has come or not.
+    def abort(self, reason: Reason) -> None:
+        """Answer it without a plan, whether planning has begun or not.
 
-        One whose plan is about to be published, or answered, keeps it.
+        A request whose plan is about to be published is left to be answered with that.
         """
         with self._lock:
-            if self._settled or self._answered:
+            if self._is_committed or self._is_answered:
                 return
-            # Whoever wanted it to end with a plan is overruled.
-            self._stop = reason
-            self._answered = self._settled = True
+            # Overrides an earlier stop, which would have returned the best plan so far.
+            self._stop_reason = reason
+            self._is_answered = self._is_committed = True
         self.answer(Outcome(reason, MESSAGES[reason]))
 
-    def settle(self) -> Reason:
-        """Return why it was ended, if it was; it cannot be from now on."""
+    def commit(self) -> Reason:
+        """Return why it was stopped, if it was; from now on it cannot be."""
         with self._lock:
-            self._settled = True
-            return self._stop
+            self._is_committed = True
+            return self._stop_reason
 
     def finish(self, outcome: Outcome) -> bool:
-        """Answer it; return whether nobody has before."""
+        """Answer it; return False if it has been answered already."""
         with self._lock:
-            if self._answered:
+            if self._is_answered:
                 return False
-            self._answered = self._settled = True
+            self._is_answered = self._is_committed = True
         self.answer(outcome)
         return True
 
-    @property
-    def answered(self) -> bool:
-        """Whether it has its answer."""
-        return self._answered
-
 
 class Requests:
-    """Those that have no answer yet, in the order in which they came."""
+    """The unanswered requests, in order of arrival."""
 
     def __init__(self) -> None:
         self._open: list[Request] = []
 
     @property
     def open(self) -> list[Request]:
-        """All of them."""
-        self._open = [request for request in self._open if not request.answered]
+        """The unanswered requests."""
+        self._open = [request for request in self._open if not request.is_answered]
         return self._open
 
     @property
     def waiting(self) -> int:
         """How many wait for their turn."""
-        return sum(not request.begun for request in self.open)
+        return sum(not request.has_begun for request in self.open)
 
     @property
     def planned(self) -> Request | None:
-        """The one whose turn it is."""
-        return next((request for request in self.open if request.begun), None)
+        """The one being planned."""
+        return next((request for request in self.open if request.has_begun), None)
 
     def admit_goal(self, serving: Serving) -> bool:
-        """Return whether another goal may come, and end those that it takes the place of."""
+        """Return whether another goal is accepted; if so, stop those that it preempts."""
         if serving.overlap == "refuse":
             return not self.open
-        makes_way = [r for r in self.open if r.is_goal and serving.overlap == "preempt"]
-        stays = [r for r in self.open if not r.begun and r not in makes_way]
-        if len(stays) >= serving.max_waiting:
+        preempted = [r for r in self.open if r.is_goal and serving.overlap == "preempt"]
+        waiting = [r for r in self.open if not r.has_begun and r not in preempted]
+        if len(waiting) >= serving.max_waiting:
             return False
-        for request in makes_way:
+        for request in preempted:
             request.stop(Reason.PREEMPTED)
         return True
 
     def add(self, request: Request) -> bool:
-        """Have a request wait for its turn; return whether it does, or was turned away."""
+        """Queue a request; return False if it was rejected because too many calls wait."""
         if not request.is_goal and self.waiting >= request.settings.serving.max_waiting:
-            return not self._turn_away(request)
+            return not self._reject(request)
         self.open.append(request)
         return True
 
-    def turn_away_late(self) -> None:
-        """Answer the calls that have waited long enough that the planner is busy."""
+    def reject_overdue(self) -> None:
+        """Reject the calls that have waited too long."""
         now = time.perf_counter()
         for request in self.open:
-            if now > request.waits_until and not request.begun:
-                self._turn_away(request)
+            if now > request.waits_until and not request.has_begun:
+                self._reject(request)
 
-    def drop(self, reason: Reason) -> None:
-        """End all of them without a plan."""
+    def abort_all(self, reason: Reason) -> None:
+        """Answer all of them without a plan."""
         for request in self.open:
-            request.drop(reason)
+            request.abort(reason)
 
-    def _turn_away(self, request: Request) -> bool:
-        return request.stop(Reason.BUSY, Outcome(Reason.BUSY, self._busy(request)))
+    def _reject(self, request: Request) -> bool:
+        return request.stop(Reason.BUSY, Outcome(Reason.BUSY, self._busy_message(request)))
 
-    def _busy(self, request: Request) -> str:
+    def _busy_message(self, request: Request) -> str:
         planned = self.planned
-        what = "others" if planned is None else f"{planned.plan_id} since {_since(planned)}"
-        waiting = sum(not other.begun and other.at < request.at for other in self.open)
+        what = "other requests" if planned is None else f"{planned.plan_id} ({_age(planned)})"
+        ahead = sum(not other.has_begun and other.at < request.at for other in self.open)
         return (
-            f"busy: planning {what}, waiting before this one: {waiting}; call again, or send a"
-            " goal to ~/plan, which waits for its turn"
+            f"busy: planning {what}, requests ahead of this one: {ahead}; call again later, or"
+            " send a goal to ~/plan, which waits for its turn"
         )
 
 
-def _since(request: Request) -> str:
-    return f"{time.perf_counter() - request.started:.1f} s"
+def _age(request: Request) -> str:
+    return f"requested {time.perf_counter() - request.arrived:.1f} s ago"

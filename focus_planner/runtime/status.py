@@ -1,4 +1,4 @@
-"""What a planner tells of itself: states, ages, its last run."""
+"""What a planner reports of itself: its state, its inputs and their ages, its last run."""
 
 from __future__ import annotations
 
@@ -11,15 +11,7 @@ from focus_planner.core.planning.plan import CameraStatus, FocusPlan
 from focus_planner.messages.writing import Fields, datetime_stamp, time_to_fields
 from focus_planner.runtime.inputs import Arrival, InputState
 
-
-def plan_input_to_fields(arrival: Arrival[Any], asked: datetime) -> Fields:
-    """Return what an input was, and how old when a plan on it was asked for."""
-    return {
-        "topic": arrival.topic,
-        "received": time_to_fields(datetime_stamp(arrival.at)),
-        "stamp": time_to_fields(arrival.stamp),
-        "age": (asked - arrival.at).total_seconds(),
-    }
+_NO_SURFACE, _NO_RIG = InputState("surface"), InputState("rig")
 
 
 @dataclass(frozen=True)
@@ -30,7 +22,7 @@ class LastRun:
     ----------
     plan_id : str
     message : str
-        What its caller was told.
+        The answer to its caller.
     plan : FocusPlan or None
     seconds : float
         From the request to its answer.
@@ -42,19 +34,65 @@ class LastRun:
     seconds: float
 
     @property
-    def blind(self) -> list[str]:
-        """The cameras that see nothing."""
+    def cameras_seeing_nothing(self) -> list[str]:
+        """Their names."""
         cameras = self.plan.cameras if self.plan else ()
         return [each.name for each in cameras if each.status is CameraStatus.SEES_NOTHING]
 
 
+@dataclass(frozen=True)
+class Snapshot:
+    """The inputs and the last run, as of one moment."""
+
+    surface: InputState = _NO_SURFACE
+    rig: InputState = _NO_RIG
+    last_run: LastRun | None = None
+
+
+@dataclass(frozen=True)
+class PlannerReport:
+    """A planner, as of one moment.
+
+    Attributes
+    ----------
+    state : str
+        Of the managed node's life cycle.
+    planning : str
+        ``plan_id`` of the request being planned; empty if there is none.
+    waiting : int
+        How many requests wait for their turn.
+    snapshot : Snapshot
+    recording_failure : str
+        Why the last run is not recorded; empty if it is, or need not be.
+    runs_to_write : int
+        How many jobs the recorder has.
+    """
+
+    state: str
+    planning: str = ""
+    waiting: int = 0
+    snapshot: Snapshot = Snapshot()
+    recording_failure: str = ""
+    runs_to_write: int = 0
+
+
 def without_problem(plan: FocusPlan) -> FocusPlan:
-    """Return a plan without the problem that was solved, which takes much room."""
+    """Return a plan without the problem that was solved for it, which takes much memory."""
     return FocusPlan(**{each.name: getattr(plan, each.name) for each in fields(FocusPlan)})
 
 
+def plan_input_to_fields(arrival: Arrival[Any], requested: datetime) -> Fields:
+    """Return a ``PlanInput`` message: an input, and its age when a plan on it was requested."""
+    return {
+        "topic": arrival.topic,
+        "received": time_to_fields(datetime_stamp(arrival.at)),
+        "stamp": time_to_fields(arrival.stamp),
+        "age": (requested - arrival.at).total_seconds(),
+    }
+
+
 def input_to_fields(state: InputState, now: datetime) -> Fields:
-    """Return what there is of an input, and how old it is."""
+    """Return an ``InputStatus`` message: an input and its age."""
     received = state.received
     return {
         "topic": state.topic,

@@ -108,8 +108,11 @@ def test_rig_cylinder_takes_a_lens_of_certain_distances(
         ("--radius -1", "radius: expected a number above 0"),
         ("--bottom 2 --top 1", "top: expected at least bottom"),
         ("--radius nan", "radius: expected a number"),
-        ("--f-number 8", "lens: expected f_number and circle_of_confusion together"),
-        ("--f-number 8 --circle-of-confusion 3e-5 --hyperfocal-distance 9", "values of both"),
+        ("--f-number 8", "lens: expected both f_number and circle_of_confusion"),
+        (
+            "--f-number 8 --circle-of-confusion 3e-5 --hyperfocal-distance 9",
+            "circle_of_confusion, got both",
+        ),
         ("--min-focus 3 --max-focus 2", "lens.min_focus: expected at most max_focus"),
         ("--colour red", "unrecognized arguments: --colour red"),
     ],
@@ -165,7 +168,7 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
         seen.append(request)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("focus_planner.core.planning.plan_focus", plan_focus)
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
     options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
     options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01"
@@ -318,7 +321,7 @@ def test_a_bad_mesh_is_refused(
 @pytest.mark.parametrize(
     ("name", "content", "telling"),
     [
-        ("bad.ply", "not a mesh at all\n", "bad.ply: expected a whole ply file"),
+        ("bad.ply", "not a mesh at all\n", "bad.ply: expected a complete ply file"),
         ("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangle"),
         ("bad.xyz", "# x y z\n", "an empty cloud"),
         ("bad.txt", "hello\n", "got '.txt'"),
@@ -338,7 +341,7 @@ def test_what_is_no_surface_is_refused(
     [
         (with_camera(orientation=[0, 0, 0, 0]), "cameras[1]: camera cam_0_01: orientation"),
         (with_camera(orientation=[0, 0, 0, float("nan")]), "expected a unit quaternion"),
-        (with_camera(position=[0, 0, float("nan")]), "position: expected finite metres"),
+        (with_camera(position=[0, 0, float("nan")]), "position: expected finite coordinates"),
         (with_camera(position=[0.0, 0.0, 0.9]), "1 of 12 inside it (cam_0_01)"),
         (with_camera(name="cam_0_00"), "unique camera names"),
         (with_camera(lense={}), "did you mean lens?"),
@@ -430,7 +433,7 @@ def test_too_little_memory_is_told(
     def run_out(*_: Any, **__: Any) -> None:
         raise MemoryError("Unable to allocate 7 PiB")
 
-    monkeypatch.setattr("focus_planner.core.planning.plan_focus", run_out)
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus.plan_focus", run_out)
     fails_in_one_line(capsys, plan(), "not enough memory")
 
 

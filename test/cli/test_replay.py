@@ -30,7 +30,7 @@ from testing.runs import (
     REQUEST,
     RIG,
     TORUS,
-    begun,
+    beginning_with,
     partial_copy,
     record,
     record_failure,
@@ -179,7 +179,7 @@ def test_what_differs_is_1_and_told(here: Path, capsys: Any) -> None:
 
 
 def failed_run(folder: Path) -> Path:
-    beginning = begun(replace(REQUEST, depth_tolerance=9.0))
+    beginning = beginning_with(replace(REQUEST, depth_tolerance=9.0))
     with pytest.raises(InputError) as told:
         solved(beginning)
     inputs = inputs_of(beginning, TORUS, RIG)
@@ -202,7 +202,7 @@ def test_what_fails_as_it_did_is_0(here: Path, capsys: Any) -> None:
         ("runs/none", "runs/none: expected a recorded run, got no such folder or file"),
         ("runs/good/metadata.yaml", "metadata.yaml: expected a recorded run, got "),
         ("a" * 300, "expected a recorded run, got File name too long"),
-        ("empty", "empty: expected the folder of a run, with one .mcap file, got a folder without"),
+        ("empty", "empty: expected the folder of a run with one .mcap file, got a folder without"),
         ("runs/cut.partial", "cut.partial: expected a whole run, got a partial one: "),
     ],
 )
@@ -366,7 +366,7 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     out, err = capsys.readouterr()
     assert err == ""
     assert out.splitlines()[0] == "good planned"
-    assert "note: the recording says no circle of confusion: " in out
+    assert "note: the recording has no circle of confusion: " in out
     rows = {
         cells[1].strip(): [cell.strip() for cell in cells[2:-1]]
         for cells in (line.split("│") for line in out.splitlines() if line.startswith("│"))

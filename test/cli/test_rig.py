@@ -150,7 +150,9 @@ def test_guesses_are_told(here: Path, capsys: Any) -> None:
     write_transforms(Path("tf.txt"), suffix="")
     rig, notes = made(capsys, "transforms", "tf.txt")
     first, second = notes.splitlines()
-    assert first.startswith("focus_planner: note: taken for body frames, x forward, by their names")
+    assert first.startswith(
+        "focus_planner: note: assumed from their names to be body frames, x forward"
+    )
     assert second == (
         "focus_planner: note: all cameras have the paper's image; --camera-info or --image says"
         " theirs"
@@ -188,7 +190,7 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         ("colmap model --scale big", "argument --scale: invalid float value: 'big'"),
         ("colmap model --transform tf.txt", "tf.txt: expected 16 numbers"),
         ("colmap model --images x", "images: expected some that match x"),
-        ("colmap model --f-number 8", "lens: expected f_number and circle_of_confusion together"),
+        ("colmap model --f-number 8", "lens: expected both f_number and circle_of_confusion"),
         ("colmap", "the following arguments are required: FOLDER"),
         ("transforms none", "none: expected a list of transforms, got no such file"),
         ("transforms tf.txt --root x", "tf.txt: root: expected one of hall, "),

@@ -18,7 +18,7 @@ from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
-from testing.images import varied
+from testing.intrinsics import varied
 from testing.messages import lens_tables
 
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,12}", fullmatch=True) | st.sampled_from(
@@ -128,7 +128,7 @@ def test_what_is_not_given_is_the_papers(tmp_path: Path) -> None:
 
 
 def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
-    own = camera_with(intrinsics="{width: 640}", lens="{min_focus: 0.4}")
+    own = camera_with(image="{width: 640}", lens="{min_focus: 0.4}")
     rig = load_rig(
         write(
             tmp_path,
@@ -142,9 +142,9 @@ def test_a_camera_overrides_keys_of_image_and_lens(tmp_path: Path) -> None:
 def test_images_may_be_distorted_binned_and_read_in_part(tmp_path: Path) -> None:
     shared = "{distortion_model: plumb_bob, distortion: [-1e-1, 0, 0, 0], binning: [2, 2]}"
     cameras = (
-        camera_with(intrinsics="{region: [8, 4, 100, 50], binning: [1, 1]}"),
-        camera_with(intrinsics='{distortion_model: "", distortion: []}').replace("a,", "b,"),
-        camera_with(intrinsics="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
+        camera_with(image="{region: [8, 4, 100, 50], binning: [1, 1]}"),
+        camera_with(image='{distortion_model: "", distortion: []}').replace("a,", "b,"),
+        camera_with(image="{distortion: [0.1, 0, 0, 0, 1]}").replace("a,", "c,"),
     )
     text = f"image: {shared}\ncameras: [{', '.join(cameras)}]"
     images = [camera.intrinsics for camera in load_rig(write(tmp_path, text)).cameras]
@@ -251,7 +251,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, .nan, 0]')}]",
-            r"cameras\[0\]: camera a: position: expected finite metres",
+            r"cameras\[0\]: camera a: position: expected finite coordinates",
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, 0]')}]",
@@ -263,10 +263,10 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (f"cameras: [{CAMERA.replace('a,', '1a,')}]", r"cameras\[0\]: camera name: .*got '1a'"),
         (f"cameras: [{CAMERA.replace('a,', 'yes,')}]", r"cameras\[0\]: camera name: .*got True"),
-        (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected f_number and circle"),
+        (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected both f_number and circle"),
         (
             f"lens: {{f_number: 8, hyperfocal_distance: 9}}\ncameras: [{CAMERA}]",
-            "lens: expected hyperfocal_distance, or .*got values of both",
+            "lens: expected either hyperfocal_distance or .*got both",
         ),
         (
             f"lens: {{focal_length: -1}}\ncameras: [{CAMERA}]",
@@ -296,7 +296,10 @@ def test_a_camera_overrides_what_its_lens_takes(
             f"lens: {{min_focus: 9, table: {TABLE}}}\ncameras: [{CAMERA}]",
             r"yaml: lens\.table: expected distances from min_focus \(9 m\) .*, got 0.4 to 2 m",
         ),
-        (f"image: {{width: 9}}\nimage: {{}}\ncameras: [{CAMERA}]", "line 2, .* image stands twice"),
+        (
+            f"image: {{width: 9}}\nimage: {{}}\ncameras: [{CAMERA}]",
+            "line 2, .* duplicate key image",
+        ),
         (
             f"lens: {{focus_steps: 2.5, min_focus: 1}}\ncameras: [{CAMERA}]",
             r"lens\.focus_steps: expected a whole number",
@@ -320,7 +323,7 @@ def test_a_camera_overrides_what_its_lens_takes(
             r"yaml: image\.binning: expected a list of numbers, got 2",
         ),
         (
-            f"cameras: [{camera_with(intrinsics='{region: [0, 0, 1.5, 2]}')}]",
+            f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",
             r"cameras\[0\]: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
         ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),

@@ -40,7 +40,7 @@ class FakeDriver:
         self.reading = lambda value: value
         self.cancelled = 0
 
-    def is_there(self):
+    def is_available(self):
         return self.there
 
     async def _answer(self):
@@ -69,11 +69,11 @@ class FakeDriver:
         return self.reading(self.values[name])
 
 
-def control(driver, profile="camera_ros", patience=QUICK, **settings):
+def control(driver, profile="camera_ros", timeouts=QUICK, **settings):
     """Return a control, and the list that its reports go to."""
     reports, clock = [], itertools.count(1)
     made = LensControl(
-        driver, PROFILES[profile], reports.append, lambda: (next(clock), 0), patience, **settings
+        driver, PROFILES[profile], reports.append, lambda: (next(clock), 0), timeouts, **settings
     )
     return made, reports
 
@@ -85,13 +85,13 @@ async def until(condition):
         await asyncio.sleep(0.002)
 
 
-def obeyed(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
+def applied(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
     """Return the reports of orders, each given once the last one has a verdict."""
 
     async def run():
         lens, reports = control(driver, **settings)
         for order in orders:
-            lens.obey(order)
+            lens.apply(order)
             await until(
                 lambda order=order: any(
                     r.plan_id == order.plan_id and r.status in settled for r in reports
@@ -105,7 +105,7 @@ def obeyed(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
 
 def test_sent_and_verified():
     driver = FakeDriver()
-    sent, verified = obeyed(driver, ORDER)
+    sent, verified = applied(driver, ORDER)
     assert driver.set == [("AfMode", 0), ("LensPosition", 2.0)]
     assert (sent.plan_id, sent.status, sent.planned_distance) == ("plan 1", SENT, 0.5)
     assert (sent.unit, sent.sent_value, sent.sent_at) == ("dioptres", 2.0, (1, 0))
@@ -119,14 +119,14 @@ def test_sent_and_verified():
 def test_autofocus_is_left_alone_where_there_is_none():
     driver = FakeDriver()
     del driver.values["AfMode"]
-    assert obeyed(driver, ORDER)[-1].status is VERIFIED
+    assert applied(driver, ORDER)[-1].status is VERIFIED
     assert driver.set == [("LensPosition", 2.0)]
 
 
 def test_whole_values_by_a_table():
     driver = FakeDriver(focus_absolute=0, focus_auto=True)
     table = LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0))
-    reports = obeyed(driver, ORDER, profile="v4l2_camera", table=table)
+    reports = applied(driver, ORDER, profile="v4l2_camera", table=table)
     assert driver.set == [("focus_auto", False), ("focus_absolute", 100)]
     assert type(driver.set[1][1]) is int
     assert (reports[-1].status, reports[-1].unit) == (VERIFIED, "steps")
@@ -137,18 +137,18 @@ def test_a_slow_lens_is_waited_for():
     driver = FakeDriver()
     positions = iter([0.5, 1.0, 1.5])
     driver.reading = lambda value: next(positions, value)
-    assert [report.status for report in obeyed(driver, ORDER)] == [SENT, VERIFIED]
+    assert [report.status for report in applied(driver, ORDER)] == [SENT, VERIFIED]
     assert driver.reads == 4
 
 
 def test_it_is_first_read_after_the_settle_time():
     driver = FakeDriver()
-    patience = replace(QUICK, settle_time=0.05, verify_timeout=0.0)
+    timeouts = replace(QUICK, settle_time=0.05, verify_timeout=0.0)
     reading, asleep = [], []
 
     async def run():
-        lens, reports = control(driver, patience=patience)
-        lens.obey(ORDER)
+        lens, reports = control(driver, timeouts=timeouts)
+        lens.apply(ORDER)
         await until(lambda: reports)
         asleep.append(asyncio.get_running_loop().time())
         await until(lambda: driver.reads)
@@ -163,62 +163,64 @@ def test_it_is_first_read_after_the_settle_time():
 def test_a_lens_elsewhere_differs(wrong):
     driver = FakeDriver()
     driver.reading = lambda _: wrong
-    report = obeyed(driver, ORDER)[-1]
+    report = applied(driver, ORDER)[-1]
     assert report.status is DIFFERS
     assert report.read_value == pytest.approx(wrong, nan_ok=True)
     assert report.message.startswith(
         f"/cam/camera: expected LensPosition = 2, read {wrong:g}; the lens is slow"
     )
-    assert obeyed(FakeDriver(), ORDER, tolerance=Tolerance(0.2))[-1].status is VERIFIED
+    assert applied(FakeDriver(), ORDER, tolerance=Tolerance(0.2))[-1].status is VERIFIED
 
 
 def test_nothing_to_read_differs():
     driver = FakeDriver()
     driver.reading = lambda _: None
-    report = obeyed(driver, ORDER)[-1]
+    report = applied(driver, ORDER)[-1]
     assert report.status is DIFFERS
     assert math.isnan(report.read_value)
-    assert "expected a number for LensPosition read back, got none" in report.message
+    assert "expected to read back a number for LensPosition, got none" in report.message
 
 
 @pytest.mark.parametrize(
-    ("reason", "text"), [("out of range", "out of range"), ("", "it gives no reason")]
+    ("reason", "text"), [("out of range", "out of range"), ("", "no reason given")]
 )
 def test_a_refused_value_fails_and_is_told(reason, text):
     driver = FakeDriver()
     driver.refuses["LensPosition"] = reason
-    (report,) = obeyed(driver, ORDER)
+    (report,) = applied(driver, ORDER)
     assert (report.status, report.sent_value, report.sent_at) == (FAILED, 2.0, (1, 0))
-    assert report.message == f"/cam/camera refuses LensPosition = 2.0: {text}"
+    assert report.message == f"/cam/camera refused LensPosition = 2.0: {text}"
     assert math.isnan(report.read_value)
 
 
 def test_autofocus_that_cannot_be_ended_fails():
     driver = FakeDriver()
     driver.refuses["AfMode"] = "read-only"
-    (report,) = obeyed(driver, ORDER)
-    assert report.message == "/cam/camera refuses AfMode = 0: read-only"
+    (report,) = applied(driver, ORDER)
+    assert report.message == "/cam/camera refused AfMode = 0: read-only"
     assert driver.set == []
     assert math.isnan(report.sent_value)
 
 
 def test_a_driver_without_the_parameter_fails():
     driver = FakeDriver()
-    (report,) = obeyed(
+    (report,) = applied(
         driver,
         ORDER,
         profile="v4l2_camera",
         table=LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0)),
     )
     assert report.status is FAILED
-    assert "expected a driver with parameter focus_absolute, got one without" in report.message
+    assert (
+        "expected a driver with the parameter focus_absolute, got one without it" in report.message
+    )
 
 
 def test_not_a_plan_fails_and_nothing_is_sent():
     driver = FakeDriver()
-    (report,) = obeyed(driver, FocusOrder("plan 1", 0.0, planned=False))
+    (report,) = applied(driver, FocusOrder("plan 1", 0.0, planned=False))
     assert report.status is FAILED
-    assert "not a plan" in report.message
+    assert "not from a plan" in report.message
     assert driver.set == []
 
 
@@ -228,7 +230,7 @@ def test_a_missing_driver_fails_once_and_is_told_when_it_comes():
 
     async def run():
         lens, reports = control(driver)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: reports)
         await asyncio.sleep(0.2)
         driver.there = True
@@ -239,8 +241,7 @@ def test_a_missing_driver_fails_once_and_is_told_when_it_comes():
     reports = asyncio.run(run())
     assert [report.status for report in reports] == [FAILED, SENT, VERIFIED]
     assert reports[0].message == (
-        "/cam/camera: expected a running driver, found none; start it, it is told as soon as it is"
-        " there"
+        "/cam/camera: expected a running driver, found none; start it, and the value will be sent"
     )
 
 
@@ -250,7 +251,7 @@ def test_a_driver_that_is_found_late_is_no_failure():
 
     async def run():
         lens, reports = control(driver)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await asyncio.sleep(0.01)
         driver.there = True
         await until(lambda: len(reports) == 2)
@@ -266,7 +267,7 @@ def test_a_silent_driver_fails_and_is_tried_again():
 
     async def run():
         lens, reports = control(driver)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: reports)
         await asyncio.sleep(0)  # the second is cancelled just now
         assert driver.cancelled == 2  # one retry
@@ -279,15 +280,15 @@ def test_a_silent_driver_fails_and_is_tried_again():
 
     reports = asyncio.run(run())
     assert reports[0].status is FAILED
-    assert "expected an answer from list_parameters within 0.05 s, got none" in reports[0].message
+    assert "expected a response from list_parameters within 0.05 s, got none" in reports[0].message
 
 
 def test_a_driver_that_dies_under_way_keeps_what_it_was_told():
     driver = FakeDriver()
 
     async def run():
-        lens, reports = control(driver, patience=replace(QUICK, settle_time=0.02))
-        lens.obey(ORDER)
+        lens, reports = control(driver, timeouts=replace(QUICK, settle_time=0.02))
+        lens.apply(ORDER)
         await until(lambda: reports)
         driver.there, driver.silent = False, True
         await until(lambda: reports[-1].status is FAILED)
@@ -310,7 +311,7 @@ def test_a_driver_that_restarts_is_told_again(refused):
 
     async def run():
         lens, reports = control(driver)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: reports and reports[-1].status in (VERIFIED, FAILED))
         driver.there = False
         await asyncio.sleep(0.03)
@@ -327,10 +328,10 @@ def test_a_newer_plan_replaces_one_under_way():
     newer = FocusOrder("plan 2", 0.25)
 
     async def run():
-        lens, reports = control(driver, patience=replace(QUICK, verify_timeout=60.0))
-        lens.obey(ORDER)
+        lens, reports = control(driver, timeouts=replace(QUICK, verify_timeout=60.0))
+        lens.apply(ORDER)
         await until(lambda: reports)
-        lens.obey(newer)
+        lens.apply(newer)
         await until(lambda: reports[-1].status is VERIFIED)
         await asyncio.sleep(0.05)
         lens.stop()
@@ -345,13 +346,13 @@ def test_the_same_order_again_is_read_and_not_sent():
 
     async def run():
         lens, reports = control(driver)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: len(reports) == 2)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: len(reports) == 3)
         sent = list(driver.set)
         driver.values["LensPosition"] = 1.0
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: len(reports) == 5)
         lens.stop()
         return sent, reports
@@ -368,10 +369,10 @@ def test_the_same_order_again_does_not_disturb_one_under_way():
     driver.silent = True
 
     async def run():
-        lens, reports = control(driver, patience=replace(QUICK, timeout=5.0))
-        lens.obey(ORDER)
+        lens, reports = control(driver, timeouts=replace(QUICK, timeout=5.0))
+        lens.apply(ORDER)
         await asyncio.sleep(0.01)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await asyncio.sleep(0.01)
         assert driver.cancelled == 0
         driver.silent = False
@@ -386,8 +387,8 @@ def test_a_verified_lens_that_moves_is_told_again():
     driver = FakeDriver()
 
     async def run():
-        lens, reports = control(driver, patience=replace(QUICK, watch_period=0.03))
-        lens.obey(ORDER)
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        lens.apply(ORDER)
         await until(lambda: len(reports) == 2)
         await until(lambda: driver.reads > 3)
         assert len(reports) == 2  # looking is not news
@@ -404,8 +405,8 @@ def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
     driver.reading = lambda _: 1.0
 
     async def run():
-        lens, reports = control(driver, patience=replace(QUICK, watch_period=0.03))
-        lens.obey(ORDER)
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        lens.apply(ORDER)
         await until(lambda: reports and reports[-1].status is DIFFERS)
         driver.reading = lambda value: value
         await until(lambda: reports[-1].status is VERIFIED)
@@ -418,7 +419,7 @@ def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
     assert [name for name, _ in driver.set] == ["AfMode", "LensPosition"]
 
 
-def test_a_bug_is_told_and_the_next_order_is_obeyed():
+def test_a_bug_is_told_and_the_next_order_is_applied():
     driver = FakeDriver()
 
     def broken(_):
@@ -428,10 +429,10 @@ def test_a_bug_is_told_and_the_next_order_is_obeyed():
 
     async def run():
         lens, reports = control(driver)
-        lens.obey(ORDER)
+        lens.apply(ORDER)
         await until(lambda: reports and reports[-1].status is FAILED)
         driver.reading = lambda value: value
-        lens.obey(FocusOrder("plan 2", 0.25))
+        lens.apply(FocusOrder("plan 2", 0.25))
         await until(lambda: reports[-1].status is VERIFIED)
         lens.stop()
         return reports

@@ -42,7 +42,7 @@ CALIBRATED = LensTable("dioptres", distances=(0.5, math.inf), values=(2.2, 0.1))
         (CAMERA_ROS, CALIBRATED, 0.1 + 1.25 * 1.05, DIOPTRES),
     ],
 )
-def test_what_a_driver_is_told_of_a_distance(profile, table, value, unit):
+def test_the_value_sent_for_a_distance(profile, table, value, unit):
     command = command_for(FocusOrder("a", 0.8), profile, table)
     assert command.value == pytest.approx(value)
     assert isinstance(command.value, int if profile.whole else float)
@@ -50,7 +50,7 @@ def test_what_a_driver_is_told_of_a_distance(profile, table, value, unit):
 
 
 @pytest.mark.parametrize(
-    ("profile", "unit", "value", "told"),
+    ("profile", "unit", "value", "expected"),
     [
         (V4L2, "focus_absolute", 61.7, (62, "focus_absolute")),
         (CAMERA_ROS, DIOPTRES, 1.3, (1.3, DIOPTRES)),
@@ -59,13 +59,13 @@ def test_what_a_driver_is_told_of_a_distance(profile, table, value, unit):
         (IN_METRES, DIOPTRES, 1.3, (0.8, METRES)),
     ],
 )
-def test_the_planners_device_value_counts_in_the_drivers_unit(profile, unit, value, told):
+def test_the_planners_device_value_is_used_if_in_the_drivers_unit(profile, unit, value, expected):
     order = FocusOrder("a", 0.8, device_value=value, device_unit=unit)
     command = command_for(order, profile)
-    assert (command.value, command.unit) == told
+    assert (command.value, command.unit) == expected
 
 
-def test_the_planners_value_goes_before_the_adapters_table():
+def test_the_planners_value_precedes_the_adapters_table():
     order = FocusOrder("a", 0.8, device_value=63.0, device_unit="steps")
     assert command_for(order, V4L2, STEPS).value == 63
 
@@ -77,7 +77,7 @@ def test_the_planners_value_goes_before_the_adapters_table():
             FocusOrder("", 0.0, planned=False),
             CAMERA_ROS,
             None,
-            "status: expected that of a plan, got STATUS_UNKNOWN; this is not a plan",
+            "status: expected a planned status, got STATUS_UNKNOWN; this is not from a plan",
         ),
         *(
             (
@@ -86,7 +86,7 @@ def test_the_planners_value_goes_before_the_adapters_table():
                 None,
                 (
                     f"focus_distance: expected a distance above 0 m, got {distance:g}; this is not"
-                    " a plan"
+                    " from a plan"
                 ),
             )
             for distance in (0.0, -1.0, math.inf, math.nan)
@@ -122,11 +122,11 @@ def test_the_planners_value_goes_before_the_adapters_table():
             FocusOrder("a", 0.4),
             V4L2,
             STEPS,
-            "focus distance: expected metres from 0.5 to inf, which the lens table has, got 0.4",
+            "focus distance: expected 0.5 to inf m, the range of the lens table, got 0.4",
         ),
     ],
 )
-def test_what_no_driver_can_be_told(order, profile, table, error):
+def test_orders_that_have_no_value(order, profile, table, error):
     with pytest.raises(InputError) as raised:
         command_for(order, profile, table)
     assert str(raised.value) == error
@@ -147,7 +147,7 @@ def test_what_no_driver_can_be_told(order, profile, table, error):
         (LensCommand(60, "steps"), 50, CALIBRATED, math.nan),
     ],
 )
-def test_the_distance_of_what_was_read_back(command, value, table, distance):
+def test_the_distance_of_a_value_read_back(command, value, table, distance):
     assert distance_of(command, value, table) == pytest.approx(distance, nan_ok=True)
 
 
@@ -171,11 +171,11 @@ def test_a_table_in_dioptres_calibrates():
         (Tolerance(), 1.6, 1.600000023841858, True),  # as 32 bits have it
     ],
 )
-def test_what_verifies(tolerance, sent, read, accepted):
+def test_values_within_the_tolerance_are_accepted(tolerance, sent, read, accepted):
     assert tolerance.accepts(sent, read) is accepted
 
 
-def test_drivers_are_told_what_ends_autofocus():
+def test_autofocus_is_switched_off_first():
     assert CAMERA_ROS.manual == (("AfMode", 0),)
     assert dict(V4L2.manual) == {"focus_automatic_continuous": False, "focus_auto": False}
 
@@ -188,7 +188,7 @@ def test_drivers_are_told_what_ends_autofocus():
         (0.0, "", FocusOrder("a", 0.8)),  # a message of an older definition
     ],
 )
-def test_orders_of_messages(value, unit, order):
+def test_orders_from_messages(value, unit, order):
     message = SimpleNamespace(
         plan_id="a", status=1, focus_distance=0.8, device_value=value, device_unit=unit
     )
@@ -196,7 +196,7 @@ def test_orders_of_messages(value, unit, order):
     assert not order_from_message(SimpleNamespace(**(vars(message) | {"status": 0}))).planned
 
 
-def test_reports_are_messages():
+def test_reports_become_messages():
     report = LensReport(
         "a", LensStatus.DIFFERS, 0.8, "steps", 60.0, (3, 4), 61.0, (5, 6), 0.79, "off by one"
     )
@@ -217,7 +217,7 @@ def test_statuses_are_those_of_the_message():
         assert getattr(message, f"STATUS_{status.name}") == status
 
 
-def test_what_was_not_said_is_nan_and_zero():
+def test_missing_values_are_nan_and_zero():
     fields = report_to_fields(LensReport("a", LensStatus.FAILED, 0.8), "cam", (1, 2))
     assert all(math.isnan(fields[name]) for name in ("sent_value", "read_value", "read_distance"))
     assert fields["sent_at"] == fields["read_at"] == {"sec": 0, "nanosec": 0}

@@ -13,7 +13,7 @@ def lens(position=0.0, stuck=False, **mechanics):
     return MovingLens(LensMechanics(0.0, 10.0, **mechanics), position, stuck)
 
 
-def test_without_speed_or_latency_it_is_there_at_once():
+def test_without_speed_or_latency_it_arrives_at_once():
     moving = lens()
     assert moving.position(0.0) == 0.0
     moving.command(4.0, 1.0)
@@ -30,7 +30,7 @@ def test_it_moves_at_its_speed_after_the_latency():
     assert moving.position(101.5) == 2.0
 
 
-def test_one_that_jumps_waits_for_the_latency():
+def test_a_lens_that_jumps_waits_for_the_latency():
     moving = lens(latency=0.5)
     moving.command(4.0, 10.0)
     assert [moving.position(time) for time in (10.0, 10.4, 10.5)] == [0.0, 0.0, 4.0]
@@ -44,7 +44,7 @@ def test_a_command_during_a_movement_starts_where_the_lens_is():
     assert moving.position(9.0) == 1.0
 
 
-def test_backlash_is_seen_after_movements_downwards_only():
+def test_backlash_appears_after_moving_down_only():
     moving = lens(backlash=0.5)
     for command, position in [
         (4.0, 4.0),
@@ -64,7 +64,7 @@ def test_backlash_does_not_lead_beyond_the_travel():
     assert moving.position(0.0) == 10.0
 
 
-def test_backlash_like_small_steps_of_a_lens_between_two_stops():
+def test_backlash_agrees_with_small_steps_of_a_lens_between_two_stops():
     """The motor has two stops, ``backlash`` apart, and the lens lies between them."""
     generator = np.random.default_rng(1)
     moving, motor, slow = lens(backlash=0.7), 0.0, 0.0
@@ -85,7 +85,7 @@ def test_the_motor_takes_steps_from_the_low_end():
     assert LensMechanics(1.0, 2.0).quantise(1.14) == 1.14
 
 
-def test_one_that_is_stuck_stays():
+def test_a_stuck_lens_does_not_move():
     moving = lens(position=3.0, stuck=True, speed=1.0, backlash=1.0)
     moving.command(9.0, 0.0)
     assert moving.position(100.0) == 3.0
@@ -101,7 +101,7 @@ def test_one_that_is_stuck_stays():
         ({"step": 11.0}, "step: expected less than the lens's travel, got 11"),
     ],
 )
-def test_mechanics_that_cannot_be(change, error):
+def test_impossible_mechanics(change, error):
     with pytest.raises(InputError) as raised:
         LensMechanics(**({"low": 0.0, "high": 10.0} | change))
     assert str(raised.value) == error

@@ -16,11 +16,11 @@ from rosbags.rosbag2 import Reader
 from focus_planner.core.validation import InputError
 from focus_planner.recording.bag import being_written
 from focus_planner.recording.run import read_run
-from testing.made_up_runs import ending, input_messages, run_id, said
+from testing.made_up_runs import ending, input_messages, run_id, without_definitions
 
 KILLS = 13  # of each kind
 LONGEST = 0.4  # seconds
-INPUTS = said(input_messages(points=2000))
+INPUTS = without_definitions(input_messages(points=2000))
 ROOT = Path(__file__).parents[2]
 
 
@@ -38,26 +38,28 @@ class Writers:
         self._expect("ready")
 
     def start(self, how, directory):
-        """Start one; return its number, and what it said before."""
+        """Start one; return its number, and what it without_definitions before."""
         self._process.stdin.write(f"{how} {directory}\n")
         self._process.stdin.flush()
-        said = []
+        without_definitions = []
         while True:
-            said.append(self._line())
-            if said[-1][0] == "writing":
-                return int(said.pop()[1]), said
+            without_definitions.append(self._line())
+            if without_definitions[-1][0] == "writing":
+                return int(without_definitions.pop()[1]), without_definitions
 
-    def wait_for_solving(self, said):
-        while not any(words[0] == "solving" for words in said):
-            said.append(self._line())
+    def wait_for_solving(self, without_definitions):
+        while not any(words[0] == "solving" for words in without_definitions):
+            without_definitions.append(self._line())
 
-    def kill(self, pid, said):
+    def kill(self, pid, without_definitions):
         """Kill one; return the numbers of the runs that had been solving."""
         os.kill(pid, signal.SIGKILL)
-        while said[-1:] != [["killed"]]:
-            said.append(self._line())
-        assert {words[0] for words in said} <= {"solving", "killed"}, said
-        return {int(words[1]) for words in said if words[0] == "solving"}
+        while without_definitions[-1:] != [["killed"]]:
+            without_definitions.append(self._line())
+        assert {words[0] for words in without_definitions} <= {"solving", "killed"}, (
+            without_definitions
+        )
+        return {int(words[1]) for words in without_definitions if words[0] == "solving"}
 
     def close(self):
         self._process.stdin.close()
@@ -112,7 +114,7 @@ def test_a_kill_at_any_moment_leaves_whole_runs_and_partial_ones(how, writers, t
 def check_whole(path, number, how):
     run = read_run(path)
     assert run.fault == ""
-    assert said(run.inputs) == INPUTS
+    assert without_definitions(run.inputs) == INPUTS
     assert run.beginning.run_id == path.name
     if how == "writer":
         assert run.ending == ending(number)
@@ -135,7 +137,7 @@ def check_partial(path, number, solving):
         assert not solving, run
         assert "\n" not in str(run)
         return
-    assert said(run.inputs) == INPUTS
+    assert without_definitions(run.inputs) == INPUTS
     assert run.beginning.run_id == run_id(number)
     assert (run.ending is None) is (run.fault != "")
 

@@ -14,7 +14,7 @@ import pytest
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
 from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.run import answered_plan, beginning_messages, ending_messages
+from focus_planner.recording.run import beginning_messages, ending_messages, plan_message
 from testing import made_up_runs as made_up
 from testing import runs
 from testing.made_up_runs import PLANNER, plan_payload, run_id
@@ -32,7 +32,7 @@ def write(directory, number, *, published=True, whole=True, planner=PLANNER, pla
     for message in beginning_messages(begun):
         bag.add(message)
     if plan:
-        bag.add(answered_plan(begun, plan_payload(number), published=published))
+        bag.add(plan_message(begun, plan_payload(number), published=published))
     bag.flush()
     if not whole:
         bag.abandon()
@@ -157,7 +157,7 @@ def test_a_plan_that_is_no_message_is_passed_over(tmp_path):
     begun = made_up.beginning(2)
     bag = BagWriter()
     bag.open(tmp_path / run_id(2))
-    bag.add(answered_plan(begun, plan_payload(2)[:30], published=True))
+    bag.add(plan_message(begun, plan_payload(2)[:30], published=True))
     bag.close()
     assert last(tmp_path) == 1
 

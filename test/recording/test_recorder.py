@@ -24,7 +24,7 @@ from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.run import inputs_of, read_run
-from testing.runs import PLANNER, RIG, TORUS, Log, begun, record, solved
+from testing.runs import PLANNER, RIG, TORUS, Log, beginning_with, record, solved
 
 NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 STEPS = [Progress("em", k, 700.0 - k) for k in range(4)]
@@ -44,7 +44,7 @@ def recorder(log):
 
 @pytest.fixture(scope="module")
 def expected():
-    return solved(begun())
+    return solved(beginning_with())
 
 
 def begin(recorder, folder, beginning, **how):
@@ -87,7 +87,7 @@ class FullDisk:
 
 
 def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_path, monkeypatch):
-    beginning = begun()
+    beginning = beginning_with()
     sync = BagWriter.sync
 
     def slow_sync(bag):
@@ -103,7 +103,7 @@ def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_pat
         return True
 
     run = begin(recorder, tmp_path, beginning)
-    plan = solved(beginning, on_progress=run.on_progress(on_progress))
+    plan = solved(beginning, on_progress=run.wrap_callback(on_progress))
     assert len(heard) == 1
     assert [m.payload for m in heard[0].inputs] == [
         m.payload for m in inputs_of(beginning, TORUS, RIG)
@@ -118,9 +118,9 @@ def test_all_inputs_are_on_disk_before_anything_is_solved(recorder, log, tmp_pat
 
 def test_the_progress_of_a_long_run_is_written_while_it_goes(recorder, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "_SECONDS_BETWEEN_WRITES", 0.05)
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
-    on_progress = run.on_progress(never_stop)
+    on_progress = run.wrap_callback(never_stop)
     for step in STEPS:
         assert on_progress(step)
         time.sleep(0.06)
@@ -136,10 +136,10 @@ def test_the_progress_of_a_long_run_is_written_while_it_goes(recorder, tmp_path,
 
 
 def test_no_step_of_a_short_run_is_lost_or_waited_for(recorder, tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     told = []
-    on_progress = run.on_progress(lambda progress: told.append(progress) or len(told) < 3)
+    on_progress = run.wrap_callback(lambda progress: told.append(progress) or len(told) < 3)
     assert [on_progress(step) for step in STEPS] == [True, True, False, False]
     assert told == STEPS
     run.finish(False, "").result(30)
@@ -147,7 +147,7 @@ def test_no_step_of_a_short_run_is_lost_or_waited_for(recorder, tmp_path):
 
 
 def test_the_end_comes_after_the_answer(recorder, tmp_path, expected):
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     began = time.perf_counter()
     done = run.finish(True, "told", expected, RIG, (5, 6))
@@ -157,12 +157,12 @@ def test_the_end_comes_after_the_answer(recorder, tmp_path, expected):
     done.result(30)
     ending = read_run(run.path).ending
     assert (ending.success, ending.message, ending.stamp) == (True, "told", (5, 6))
-    assert ending.answers == expected.answers
+    assert ending.stop_log == expected.stop_log
     assert [f.stage for f in ending.fingerprints][-1] == "costs"
 
 
 def test_a_plan_that_is_kept_late_is_in_the_run(recorder, log, tmp_path, expected, monkeypatch):
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     recorder.do_now(lambda: time.sleep(0.5), lambda _: None)
     payload = serialize(PLAN, plan_to_fields(expected, "world", (5, 6), beginning.run_id))
@@ -177,7 +177,7 @@ def test_a_plan_that_is_kept_late_is_in_the_run(recorder, log, tmp_path, expecte
 
 
 def test_a_plan_that_cannot_be_kept_costs_the_recording(recorder, log, tmp_path, expected):
-    run = begin(recorder, tmp_path, begun())
+    run = begin(recorder, tmp_path, beginning_with())
     recorder.do_now(lambda: None, lambda _: None).result(30)
     run._bag.add = raise_no_space
     run.keep_plan(b"")
@@ -189,7 +189,7 @@ def test_a_plan_that_cannot_be_kept_costs_the_recording(recorder, log, tmp_path,
 
 
 def test_a_run_may_begin_while_the_last_one_is_written(recorder, log, tmp_path, expected):
-    runs = [begin(recorder, tmp_path, begun()) for _ in range(3)]
+    runs = [begin(recorder, tmp_path, beginning_with()) for _ in range(3)]
     for run in runs:
         run.finish(True, "", expected, RIG)
     waited(lambda: all(run.path for run in runs))
@@ -198,7 +198,7 @@ def test_a_run_may_begin_while_the_last_one_is_written(recorder, log, tmp_path, 
 
 
 def test_prepared_inputs_are_those_of_the_run(recorder, tmp_path):
-    one, other = begun(), begun()
+    one, other = beginning_with(), beginning_with()
     inputs = inputs_of(one, TORUS, RIG)
     recorder.prepare(tmp_path, inputs[:1])
     recorder.prepare(tmp_path, inputs)
@@ -229,7 +229,7 @@ def prepared(recorder, folder, inputs):
 
 
 def test_large_inputs_are_written_when_they_come_and_become_the_runs(large, recorder, tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     inputs = inputs_of(beginning, TORUS, RIG)
     there = prepared(recorder, tmp_path, inputs)
     assert there.name.endswith(".partial")
@@ -251,7 +251,7 @@ def test_large_inputs_are_written_when_they_come_and_become_the_runs(large, reco
 
 @pytest.mark.parametrize("why", ["other inputs", "another folder", "deleted"])
 def test_what_was_prepared_for_another_run_is_not_used(large, recorder, tmp_path, why):
-    beginning = begun()
+    beginning = beginning_with()
     inputs = inputs_of(beginning, TORUS, RIG)
     there = prepared(recorder, tmp_path, inputs[:1] if why == "other inputs" else inputs)
     if why == "deleted":
@@ -265,7 +265,7 @@ def test_what_was_prepared_for_another_run_is_not_used(large, recorder, tmp_path
 
 
 def test_what_the_dead_prepared_is_deleted_and_what_the_living_did_is_not(large, log, tmp_path):
-    inputs = inputs_of(begun(), TORUS, RIG)
+    inputs = inputs_of(beginning_with(), TORUS, RIG)
     living, dead = Recorder(log), Recorder(log)
     of_the_living = prepared(living, tmp_path, inputs)
     of_the_dead = tmp_path / f".{new_run_id()}.partial"
@@ -280,7 +280,7 @@ def test_what_the_dead_prepared_is_deleted_and_what_the_living_did_is_not(large,
 
 
 def test_what_cannot_be_prepared_is_tried_again_by_the_run(large, recorder, log, tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     inputs = inputs_of(beginning, TORUS, RIG)
     folder = tmp_path / "file"
     folder.write_text("")
@@ -299,7 +299,7 @@ def test_a_full_disk_leaves_nothing_that_was_prepared(large, recorder, tmp_path,
 
     with monkeypatch.context() as patch:
         patch.setattr(BagWriter, "sync", full)
-        recorder.prepare(tmp_path, inputs_of(begun(), TORUS, RIG))
+        recorder.prepare(tmp_path, inputs_of(beginning_with(), TORUS, RIG))
         recorder.do_later(lambda: None, lambda _: None).result(30)
     assert list(tmp_path.iterdir()) == []
 
@@ -313,7 +313,7 @@ def test_markers_are_written_only_where_they_are_wanted(tmp_path):
 
 
 def test_a_run_that_failed_has_no_plan_and_no_markers(recorder, tmp_path):
-    run = begin(recorder, tmp_path, begun(), markers=True)
+    run = begin(recorder, tmp_path, beginning_with(), markers=True)
     run.finish(False, "no plan").result(30)
     topics = {message.topic for message in read_bag(run.path).messages}
     assert not topics & {"/focus_planner/markers", "/focus_planner/focus_plan"}
@@ -329,7 +329,7 @@ def check_lost(run, log, reason):
 
 
 def plan_with(run, beginning, expected):
-    plan = solved(beginning, on_progress=run.on_progress(never_stop))
+    plan = solved(beginning, on_progress=run.wrap_callback(never_stop))
     assert same_plan(plan, expected)
     run.finish(True, plan.summary(), plan, RIG).result(30)
 
@@ -340,7 +340,7 @@ def test_where_nothing_can_be_written_only_the_run_is_lost(
 ):
     (tmp_path / "file").write_text("no folder")
     folder = tmp_path / place
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, folder, beginning)
     plan_with(run, beginning, expected)
     reason = "Not a directory" if "file" in place else "No such file or directory"
@@ -351,7 +351,7 @@ def test_where_nothing_can_be_written_only_the_run_is_lost(
 
 @pytest.mark.parametrize("suffix", ["", ".partial"])
 def test_nothing_is_overwritten(recorder, log, tmp_path, expected, suffix):
-    beginning = begun()
+    beginning = beginning_with()
     there = tmp_path / (beginning.run_id + suffix)
     there.mkdir()
     (there / "mine").write_text("mine")
@@ -367,7 +367,7 @@ def test_a_disk_that_is_full_at_the_beginning_costs_no_plan(
     recorder, log, tmp_path, expected, monkeypatch
 ):
     monkeypatch.setattr("focus_planner.recording.bag.os.fsync", raise_no_space)
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     plan_with(run, beginning, expected)
     check_lost(run, log, "No space left on device")
@@ -377,7 +377,7 @@ def test_a_disk_that_is_full_at_the_beginning_costs_no_plan(
 def test_a_disk_that_has_no_room_for_the_inputs_costs_no_plan(
     recorder, log, tmp_path, expected, monkeypatch
 ):
-    beginning = begun()
+    beginning = beginning_with()
     opened = Path.open
 
     def full(path, *mode):
@@ -391,11 +391,11 @@ def test_a_disk_that_has_no_room_for_the_inputs_costs_no_plan(
 
 def test_a_disk_that_is_full_later_costs_no_plan(recorder, log, tmp_path, expected, monkeypatch):
     monkeypatch.setattr(module, "_SECONDS_BETWEEN_WRITES", 0.0)
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     run._on_disk.result(30)
     monkeypatch.setattr("focus_planner.recording.bag._Stream.write", raise_no_space)
-    on_progress = run.on_progress(never_stop)
+    on_progress = run.wrap_callback(never_stop)
     assert all(on_progress(step) for step in STEPS)
     waited(lambda: run.failure)
     plan_with(run, beginning, expected)
@@ -409,7 +409,7 @@ def test_a_disk_that_is_full_later_costs_no_plan(recorder, log, tmp_path, expect
 def test_a_disk_that_is_full_in_the_end_costs_no_plan(
     recorder, log, tmp_path, expected, monkeypatch, where
 ):
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     run._on_disk.result(30)
     monkeypatch.setattr(f"focus_planner.recording.{where}", raise_no_space)
@@ -423,9 +423,9 @@ def test_the_next_run_is_recorded_when_there_is_room_again(
 ):
     with monkeypatch.context() as full:
         full.setattr("focus_planner.recording.bag.os.fsync", raise_no_space)
-        lost = begin(recorder, tmp_path, begun())
+        lost = begin(recorder, tmp_path, beginning_with())
         lost.finish(True, "", expected, RIG).result(30)
-    run = begin(recorder, tmp_path, begun())
+    run = begin(recorder, tmp_path, beginning_with())
     run.finish(True, "", expected, RIG).result(30)
     assert run.failure == ""
     assert read_run(run.path).fault == ""
@@ -437,7 +437,7 @@ def test_a_mistake_in_recording_costs_no_plan(recorder, log, tmp_path, expected,
         raise ValueError("oh no")
 
     monkeypatch.setattr(module, "fingerprints", mistaken)
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     plan_with(run, beginning, expected)
     check_lost(run, log, "ValueError('oh no')")
@@ -446,9 +446,9 @@ def test_a_mistake_in_recording_costs_no_plan(recorder, log, tmp_path, expected,
 def test_who_is_told_to_stop_does_not_wait_for_a_disk_that_hangs(recorder, tmp_path, monkeypatch):
     hanging = threading.Event()
     monkeypatch.setattr(BagWriter, "sync", lambda _: hanging.wait(30))
-    run = begin(recorder, tmp_path, begun())
+    run = begin(recorder, tmp_path, beginning_with())
     asked = []
-    on_progress = run.on_progress(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
+    on_progress = run.wrap_callback(lambda _: asked.append(time.perf_counter()) or len(asked) < 3)
     began = time.perf_counter()
     assert not on_progress(Progress("solving", 0, float("nan")))
     assert time.perf_counter() - began < 2.0
@@ -461,10 +461,10 @@ def test_who_is_told_to_stop_does_not_wait_for_a_disk_that_hangs(recorder, tmp_p
 def test_who_is_not_told_to_stop_does_wait(recorder, tmp_path, monkeypatch):
     hanging = threading.Event()
     monkeypatch.setattr(BagWriter, "sync", lambda _: hanging.wait(30))
-    run = begin(recorder, tmp_path, begun())
+    run = begin(recorder, tmp_path, beginning_with())
     threading.Timer(0.4, hanging.set).start()
     began = time.perf_counter()
-    assert run.on_progress(never_stop)(Progress("solving", 0, float("nan")))
+    assert run.wrap_callback(never_stop)(Progress("solving", 0, float("nan")))
     assert time.perf_counter() - began > 0.3
     assert run._on_disk.done()
     run.finish(False, "no plan").result(30)
@@ -473,7 +473,7 @@ def test_who_is_not_told_to_stop_does_wait(recorder, tmp_path, monkeypatch):
 def test_after_it_is_closed_nothing_begins(log, tmp_path, expected):
     recorder = Recorder(log)
     assert recorder.close(30)
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     plan_with(run, beginning, expected)
     check_lost(run, log, "the planner is shutting down")
@@ -484,7 +484,7 @@ def test_after_it_is_closed_nothing_begins(log, tmp_path, expected):
 
 def test_what_ends_after_it_is_closed_is_left_partial(log, tmp_path, expected):
     recorder = Recorder(log)
-    beginning = begun()
+    beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     assert recorder.close(30)
     plan_with(run, beginning, expected)
@@ -496,7 +496,7 @@ def test_what_ends_after_it_is_closed_is_left_partial(log, tmp_path, expected):
 
 def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
     recorder = Recorder(log)
-    run = begin(recorder, tmp_path, begun())
+    run = begin(recorder, tmp_path, beginning_with())
     run.finish(True, "", expected, RIG)
     assert not recorder.close(0.0)
     assert recorder.close(30)
@@ -505,21 +505,21 @@ def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
 
 # --- a disk that is really full ----------------------------------------------------------------
 
+ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import json, resource, signal, sys
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
-from focus_planner.messages.parameters import Recording
+from focus_planner.parameters.planner import Recording
 from focus_planner.recording.recorder import Recorder
 from testing.runs import *
 log = Log()
-beginning = begun()
+beginning = beginning_with()
 solved(beginning)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
 recorder = Recorder(log)
-run = recorder.begin(Recording(Path(sys.argv[2])), inputs_of(beginning, TORUS, RIG), beginning)
-plan = solved(beginning, watch=run.watch(go_on))
+run = recorder.begin(Recording(Path(sys.argv[1])), inputs_of(beginning, TORUS, RIG), beginning)
+plan = solved(beginning, on_progress=run.wrap_callback(never_stop))
 run.finish(True, plan.summary(), plan, RIG)
 assert recorder.close(30)
 print(json.dumps([plan.cost, run.failure, log.errors]))
@@ -533,7 +533,7 @@ def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     limit = str(int(share * file.stat().st_size))
     folder = tmp_path / "cut"
     words = [sys.executable, "-W", "error", "-c", PROGRAM, str(folder), limit]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stderr == ""
     cost, failure, errors = json.loads(done.stdout)
     assert cost == expected.cost

@@ -15,7 +15,7 @@ from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import prune
 from focus_planner.recording.run import inputs_of
-from testing.runs import RIG, TORUS, Log, begun, record
+from testing.runs import RIG, TORUS, Log, beginning_with, record
 
 
 def name_of(number):
@@ -185,7 +185,7 @@ def test_every_finished_run_deletes_what_is_too_much(tmp_path):
     log = Log()
     recorder = Recorder(log)
     for _ in range(2):
-        beginning = begun(request)
+        beginning = beginning_with(request)
         run = recorder.begin(
             Recording(folder, max_runs=2), inputs_of(beginning, TORUS, RIG), beginning
         )
@@ -201,7 +201,7 @@ def test_what_cannot_be_deleted_is_told_and_costs_nothing(tmp_path, monkeypatch)
     old = fake(folder, 1)
     log = Log()
     recorder = Recorder(log)
-    beginning = begun()
+    beginning = beginning_with()
     run = recorder.begin(Recording(folder, max_runs=1), [], beginning)
     with monkeypatch.context() as patch:
 

@@ -165,7 +165,7 @@ def test_cancelled_before_its_turn_it_has_no_plan(ready):
     assert second.cancel()
     status, reason, result = ended(second)
     assert (status, reason, result.success) == (CANCELED, Reason.CANCELLED, False)
-    assert result.message == "cancelled before its turn"
+    assert result.message == "cancelled before planning began"
     cancelled(first)
 
 
@@ -204,7 +204,7 @@ def test_a_goal_makes_way_for_the_next(ready, planner, folder, rig):
         first, second = planning(ready), sent(ready, **LONG)
         status, reason, result = ended(first)
         assert (status, reason, result.success) == (ABORTED, Reason.PREEMPTED, True)
-        assert "a newer goal took its place, the best plan until then, not published; opt" in (
+        assert "preempted by a newer goal, the best plan found by then, not published; opt" in (
             result.message
         )
         assert_fits(result.plan, rig)
@@ -231,7 +231,7 @@ def test_a_goal_is_refused_while_another_is_planned(ready, planner):
     with having(ready, overlap="refuse"):
         first = planning(ready)
         assert not ready.send_goal(**SHORT).accepted
-        planner.wait_for_log("rejected a goal: 1 requests are planned or wait, and overlap is ref")
+        planner.wait_for_log("rejected a goal: overlap is refuse, unanswered requests: 1")
         cancelled(first)
         assert ended(sent(ready, **SHORT))[0] == SUCCEEDED
 
@@ -253,7 +253,7 @@ def test_one_request_too_many_is_turned_away(ready):
         until(lambda: ready.status().waiting == 1)
         response = ready.plan(timeout=SOON, **SHORT)
         assert response.reason == Reason.BUSY
-        assert "waiting before this one: 1;" in response.message
+        assert "requests ahead of this one: 1;" in response.message
         assert not ready.send_goal(**SHORT).accepted
         cancelled(goal)
         assert ready.wait_for(waiting, SOON).success

@@ -81,7 +81,7 @@ def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
     state = orchestrator.wait_for("good", "near", FAILED)
     assert state.sent_value == 20.0
     assert math.isnan(state.read_value)
-    assert "/good/camera refuses LensPosition = 20.0: Parameter LensPosition out of range" in (
+    assert "/good/camera refused LensPosition = 20.0: Parameter LensPosition out of range" in (
         state.message
     )
 
@@ -126,7 +126,7 @@ def test_what_cannot_be_told_says_why(rig, orchestrator):
     orchestrator.plan("unknown", "a")
     assert "lens tables" in orchestrator.wait_for("unknown", "a", FAILED).message
     orchestrator.plan("unknown", "b", status=0)
-    assert "not a plan" in orchestrator.wait_for("unknown", "b", FAILED).message
+    assert "not from a plan" in orchestrator.wait_for("unknown", "b", FAILED).message
 
 
 def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(

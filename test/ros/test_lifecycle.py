@@ -97,7 +97,9 @@ def test_a_transition_that_does_not_fit_is_refused(client, planner, state):
         if name not in TRANSITIONS[state]:
             assert not client.change_state(name)
             assert not by_number(client, number)
-            planner.wait_for_log(rf"number {number}: the node is {state}, which has no such")
+            planner.wait_for_log(
+                f"refused the transition number {number}: not possible in state {state}"
+            )
     assert client.state() == state
     until(lambda: client.status().state == state)
     assert "Traceback" not in planner.log
@@ -108,7 +110,7 @@ def test_inactive_it_answers_that_it_is(client, planner):
     response = client.plan(timeout=SOON)
     assert (response.success, response.reason) == (False, Reason.INACTIVE)
     assert response.message == (
-        f"the planner is inactive; activate it, as with: ros2 lifecycle set {planner.name} activate"
+        f"the planner is inactive; activate it: ros2 lifecycle set {planner.name} activate"
     )
     assert not client.send_goal(**SHORT).accepted
     planner.wait_for_log("rejected a goal: the planner is not active")
@@ -246,7 +248,7 @@ def test_shut_down_while_it_plans_it_tells_everybody_and_then_ends_well(start_pl
         assert client.state() == "finalized"
         assert ended(goal)[1] is Reason.INACTIVE
         assert client.wait_for(waiting, SOON).reason == Reason.INACTIVE
-        assert client.plan(timeout=SOON).message == "the planner is shut down; start it again"
+        assert client.plan(timeout=SOON).message == "the planner has been shut down; start it again"
         assert not client.change_state("configure")
     interrupted(planner)
 
@@ -320,7 +322,7 @@ def test_killed_in_any_state_it_comes_back_with_its_last_plan(start_again, body,
     planner = start_again(*MANAGED)
     with PlannerClient(planner.name) as client:
         bring(client, "inactive")
-        planner.wait_for_log(f"the last plan, {plan.plan_id}, is in force again, from its record")
+        planner.wait_for_log(f"restored the last plan, {plan.plan_id}, from its record")
         assert_has(client, plan, rig)
         kill(planner)
     planner = start_again()
@@ -402,5 +404,5 @@ def test_bad_parameters_are_told_when_it_is_configured(tmp_path):
         assert planner.stop() == 0
     assert f"qos_overrides./{name}/rig.subscription: expected history, depth" in planner.log
     assert "forever" in planner.log
-    assert re.search("the last plan cannot be looked for: .*File name too long", planner.log)
+    assert re.search("cannot look for the last plan: .*File name too long", planner.log)
     assert "Traceback" not in planner.log

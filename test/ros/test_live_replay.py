@@ -87,7 +87,7 @@ def runs(client, folder, body, rig):
 @pytest.fixture
 def impatient(monkeypatch):
     """A client that soon gives up."""
-    monkeypatch.setattr("focus_planner.ros.client._PATIENCE", 0.5)
+    monkeypatch.setattr("focus_planner.ros.client._TIMEOUT", 0.5)
     monkeypatch.setattr(PlannerClient.wait_for_node, "__defaults__", (0.5,))
 
 
@@ -259,7 +259,7 @@ def test_lens_tables_reach_the_node_without_their_file(live, of_live, capsys):
 def test_what_no_message_can_say_is_refused_in_one_line(live, capsys):
     assert command(BAGS / "files_importance", "--node", live.name) == 2
     line = one_line(capsys)
-    assert "a mesh with normals or importance of its vertices; replay it without --live" in line
+    assert "one with normals or importance per vertex; replay it without --live" in line
 
 
 def test_a_run_that_started_from_another_is_refused_in_one_line(runs, live, capsys):

@@ -322,7 +322,7 @@ BAD_INPUTS = {
     "an empty cloud message": (lambda *_: ("cloud", PointCloud2()), "header.frame_id"),
     "no poses": (poses(no_poses), "rig: expected at least one camera, got none"),
     "a zero quaternion": (poses(zero_quaternion), "cam_003: orientation: .*never set"),
-    "a pose with NaN": (poses(nan_position), "cam_003: position: expected finite metres"),
+    "a pose with NaN": (poses(nan_position), "cam_003: position: expected finite coordinates"),
     "poses in another frame": (poses(wrong_frame), "'world' .*, got 'base_link'"),
     "poses in millimetres": (poses(in_millimetres), "camera poses are probably in millimetres"),
     "a camera inside the body": (poses(inside), r"1 of 32 inside it \(cam_003\)"),

@@ -8,7 +8,8 @@ from focus_planner_msgs.srv import PlanFocus
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.parameters.planner import Settings
 from focus_planner.ros.conversions import fields_from_ros
-from focus_planner.ros.planning_thread import Planning, PlanningHost
+from focus_planner.ros.planning_thread import PlanningThread
+from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Request
@@ -16,10 +17,10 @@ from focus_planner.runtime.requests import Request
 
 def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_ended(body):
     published, answers, answered = [], [], threading.Event()
-    planning = Planning(
+    planning = PlanningThread(
         PlanningHost(
             "/here",
-            getLogger(),
+            getLogger,
             lambda: Settings.from_values({}),
             lambda: (1, 2),
             len,
@@ -34,7 +35,7 @@ def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_en
         Settings.from_values({}),
         "a plan",
         lambda outcome: (answers.append(outcome), answered.set()),
-        tell=lambda _: planning.stop(),
+        send_feedback=lambda _: planning.stop(),
     )
     planning.plan(request)
     assert answered.wait(60)

@@ -262,7 +262,7 @@ def test_what_a_plan_rests_on_is_on_disk_while_it_is_solved(elsewhere, ready, bo
     (partial,) = until(lambda: elsewhere.exists() and list(elsewhere.glob(f"*{PARTIAL}/*.mcap")))
     run = until(lambda: readable(partial.parent))
     assert not call.done()
-    assert run.fault == "a file that is cut off"
+    assert run.fault == "a truncated file"
     assert run.inputs[0].payload == mesh_to_bytes(body)
     assert len(run.inputs) == 2
     assert ready.wait_for(call).success
@@ -572,7 +572,7 @@ def test_interrupted_while_it_plans_it_leaves_a_partial_run(start_planner, tmp_p
     assert_reproduced(read_run(tmp_path / done))
     (partial,) = tmp_path.glob(f"*{PARTIAL}")
     run = read_run(partial)
-    assert run.fault == "a file that is cut off"
+    assert run.fault == "a truncated file"
     assert run.inputs[0].payload == mesh_to_bytes(body)
     assert len(run.inputs) == 2
     assert run.beginning.asked["samples"] == 20_000

@@ -18,7 +18,7 @@ def test_arguments_that_are_not_for_ros_end_it_with_one_line():
     assert ended.returncode == 2
     assert ended.stderr == (
         "planner_node: arguments: expected none but those after --ros-args, got --frame-id x;"
-        " parameters are given as --ros-args -p name:=value\n"
+        " give parameters as --ros-args -p name:=value\n"
     )
 
 

@@ -307,7 +307,7 @@ def test_inactive_it_is_told(ready, planner):
     status = told(ready, lambda status: status.state == "inactive")
     assert status.plan_id == plan_id
     told_of = level_of(ready, planner, "planner", WARN)
-    assert told_of.message == "inactive: plans nothing"
+    assert told_of.message == "inactive: not planning"
     assert ready.change_state("activate")
     told(ready, lambda status: status.state == "active")
     level_of(ready, planner, "planner", OK)

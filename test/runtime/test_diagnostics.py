@@ -1,4 +1,4 @@
-"""What monitors are told: every level and every text."""
+"""Diagnostics: every level and every text."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ import pytest
 from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import deserialize, serialize
+from focus_planner.parameters.planner import Settings
 from focus_planner.runtime import diagnostics as module
 from focus_planner.runtime.diagnostics import (
     Diagnosis,
     Level,
+    diagnose,
     diagnose_cameras,
     diagnose_input,
     diagnose_last_run,
@@ -27,7 +29,7 @@ from focus_planner.runtime.diagnostics import (
     diagnose_recorder,
 )
 from focus_planner.runtime.inputs import InputState
-from focus_planner.runtime.status import LastRun
+from focus_planner.runtime.status import LastRun, PlannerReport, Snapshot
 from testing.made_up_runs import ending
 
 NOW = datetime(2025, 1, 1, 12, 0, 10, tzinfo=timezone.utc)
@@ -41,7 +43,7 @@ def run(plan=PLAN, message="em, cost 1.0"):
     return LastRun("a name", message, plan, 1.25)
 
 
-def blind(*places, cameras=3):
+def seeing_nothing(*places, cameras=3):
     """A plan whose cameras at these places see nothing."""
     status = dict.fromkeys(places, CameraStatus.SEES_NOTHING)
     camera = PLAN.cameras[0]
@@ -54,7 +56,7 @@ def blind(*places, cameras=3):
     )
 
 
-def told(diagnosis):
+def reported(diagnosis):
     return diagnosis.level, diagnosis.message
 
 
@@ -78,14 +80,14 @@ def test_it_is_a_status_of_the_node():
     [
         ("active", "", (Level.OK, "active, idle")),
         ("active", "a name", (Level.OK, "active, planning a name")),
-        ("inactive", "", (Level.WARN, "inactive: plans nothing")),
-        ("unconfigured", "", (Level.WARN, "unconfigured: plans nothing")),
+        ("inactive", "", (Level.WARN, "inactive: not planning")),
+        ("unconfigured", "", (Level.WARN, "unconfigured: not planning")),
     ],
 )
 def test_the_planner(state, planning, expected):
     diagnosis = diagnose_planner(state, planning, 3)
     assert diagnosis.name == "planner"
-    assert told(diagnosis) == expected
+    assert reported(diagnosis) == expected
     assert diagnosis.values == {"state": state, "planning": planning, "waiting requests": "3"}
 
 
@@ -109,7 +111,7 @@ def test_the_planner(state, planning, expected):
 )
 def test_an_input(state, max_age, expected):
     diagnosis = diagnose_input(state, NOW, max_age)
-    assert told(diagnosis) == expected
+    assert reported(diagnosis) == expected
     assert diagnosis.name == state.name
     assert diagnosis.values["refused"] == state.refused
 
@@ -131,9 +133,9 @@ def test_the_age_of_an_input():
 
 
 def test_the_last_run():
-    assert told(diagnose_last_run(None)) == (Level.OK, "none yet")
+    assert reported(diagnose_last_run(None)) == (Level.OK, "none yet")
     diagnosis = diagnose_last_run(run())
-    assert told(diagnosis) == (Level.OK, "em, cost 1.0")
+    assert reported(diagnosis) == (Level.OK, "em, cost 1.0")
     assert diagnosis.values["seconds"] == "1.250"
     assert diagnosis.values["cost"] == f"{PLAN.cost:.3f}"
     assert diagnosis.values["gap"] == ""
@@ -145,7 +147,7 @@ def test_the_last_run():
 
 def test_a_run_without_a_plan():
     diagnosis = diagnose_last_run(run(None, "surface: none yet"))
-    assert told(diagnosis) == (Level.WARN, "no plan: surface: none yet")
+    assert reported(diagnosis) == (Level.WARN, "no plan: surface: none yet")
     assert diagnosis.values == {"plan_id": "a name", "seconds": "1.250"}
 
 
@@ -158,9 +160,9 @@ def test_a_run_without_a_plan():
         (None, NONE, (Level.OK, "no plan yet")),
         (run(None), NONE, (Level.OK, "no plan yet")),
         (run(), Counter({LensStatus.VERIFIED: 3}), (Level.OK, "all see the surface")),
-        (run(blind(1)), NONE, (Level.WARN, "see nothing: cam_1")),
+        (run(seeing_nothing(1)), NONE, (Level.WARN, "see nothing: cam_1")),
         (
-            run(blind(1)),
+            run(seeing_nothing(1)),
             Counter({LensStatus.FAILED: 1}),
             (Level.ERROR, "lenses that failed: 1, that differ from the plan: 0"),
         ),
@@ -172,12 +174,12 @@ def test_a_run_without_a_plan():
     ],
 )
 def test_cameras(run_, lenses, expected):
-    assert told(diagnose_cameras(run_, lenses)) == expected
+    assert reported(diagnose_cameras(run_, lenses)) == expected
 
 
-def test_of_many_blind_cameras_some_are_named():
+def test_of_many_cameras_that_see_nothing_some_are_named():
     diagnosis = diagnose_cameras(
-        run(blind(*range(20), cameras=30)), Counter({LensStatus.UNREPORTED: 30})
+        run(seeing_nothing(*range(20), cameras=30)), Counter({LensStatus.UNREPORTED: 30})
     )
     some = ", ".join(f"cam_{k}" for k in range(8))
     assert diagnosis.message == f"see nothing: {some} and 12 more"
@@ -201,13 +203,13 @@ def free(monkeypatch):
 
 def test_no_recorder():
     diagnosis = diagnose_recorder(None, "", 0)
-    assert told(diagnosis) == (Level.OK, "off (parameter record_directory)")
+    assert reported(diagnosis) == (Level.OK, "off (parameter record_directory)")
 
 
 def test_a_recorder_that_works(free, tmp_path):
     free(10**9)
     diagnosis = diagnose_recorder(tmp_path / "not" / "yet", "", 2)
-    assert told(diagnosis) == (Level.OK, f"recording to {tmp_path}/not/yet")
+    assert reported(diagnosis) == (Level.OK, f"recording to {tmp_path}/not/yet")
     assert diagnosis.values["runs to write"] == "2"
     assert diagnosis.values["free bytes"] == str(10**9)
 
@@ -215,18 +217,18 @@ def test_a_recorder_that_works(free, tmp_path):
 def test_a_recorder_that_fails(free, tmp_path):
     free(10)
     diagnosis = diagnose_recorder(tmp_path, "run a in b: No space", 0)
-    assert told(diagnosis) == (Level.ERROR, "not recorded: run a in b: No space")
+    assert reported(diagnosis) == (Level.ERROR, "not recorded: run a in b: No space")
 
 
 def test_a_disk_that_is_nearly_full(free, tmp_path):
     free(99_999_999)
-    assert told(diagnose_recorder(tmp_path, "", 0)) == (
+    assert reported(diagnose_recorder(tmp_path, "", 0)) == (
         Level.WARN,
-        "only 99999999 bytes are left",
+        "only 99999999 bytes of disk space left",
     )
 
 
-def test_a_disk_that_does_not_tell(monkeypatch, tmp_path):
+def test_a_disk_of_unknown_free_space(monkeypatch, tmp_path):
     def fail(_):
         raise PermissionError
 
@@ -237,7 +239,7 @@ def test_a_disk_that_does_not_tell(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["a" * 300, "null\0"])
-def test_a_directory_that_cannot_be_does_no_harm(name):
+def test_an_impossible_directory_does_no_harm(name):
     assert diagnose_recorder(Path("/", name), "", 0).level is Level.OK
 
 
@@ -253,23 +255,51 @@ def test_memory():
     ("available", "expected"),
     [
         (50_000, (Level.OK, "200 MB")),
-        (49_000, (Level.WARN, "200 MB; only 48 MB are left to all on this machine")),
+        (49_000, (Level.WARN, "200 MB; only 48 MB are available on this machine")),
     ],
 )
 def test_little_memory(monkeypatch, available, expected):
     numbers = {"VmRSS": 204_800, "VmHWM": 300_000, "MemTotal": 10**6, "MemAvailable": available}
     monkeypatch.setattr(module, "_proc", lambda _, *names: {name: numbers[name] for name in names})
-    assert told(diagnose_memory()) == expected
+    assert reported(diagnose_memory()) == expected
 
 
-def test_without_proc_nothing_is_known_of_memory(monkeypatch):
+def test_without_proc_memory_is_unknown(monkeypatch):
     monkeypatch.setattr(module, "_proc", lambda *_: {})
-    assert told(diagnose_memory()) == (Level.OK, "not known")
+    assert reported(diagnose_memory()) == (Level.OK, "not known")
 
 
-def test_what_is_told_fits_the_message():
-    diagnosis = diagnose_cameras(run(blind(0)), NONE)
+def test_a_diagnosis_fits_the_message():
+    diagnosis = diagnose_cameras(run(seeing_nothing(0)), NONE)
     fields = diagnosis.to_fields("/planner") | {"level": diagnosis.level}
     kind = "diagnostic_msgs/msg/DiagnosticStatus"
     message = deserialize(kind, serialize(kind, fields))
     assert {each.key: each.value for each in message.values} == diagnosis.values
+
+
+def test_every_part_of_a_planner_is_diagnosed(tmp_path):
+    settings = Settings.from_values({"max_input_age": 2.0, "record_directory": str(tmp_path)})
+    report = PlannerReport(
+        "active", "a name", 1, Snapshot(SURFACE, NOTHING, run()), "run a: No space", 3
+    )
+    found = list(diagnose(report, Counter({LensStatus.SENT: 3}), settings, NOW))
+    assert [diagnosis.name for diagnosis in found] == [
+        "planner",
+        "surface",
+        "rig",
+        "last run",
+        "cameras",
+        "recorder",
+        "memory",
+    ]
+    messages = [reported(diagnosis) for diagnosis in found]
+    assert messages[:6] == [
+        (Level.OK, "active, planning a name"),
+        (Level.WARN, "2.5 s old, more than max_input_age (2 s)"),
+        (Level.WARN, "none yet"),
+        (Level.OK, "em, cost 1.0"),
+        (Level.OK, "all see the surface"),
+        (Level.ERROR, "not recorded: run a: No space"),
+    ]
+    assert found[4].values["sent"] == "3"
+    assert found[5].values["runs to write"] == "3"

@@ -28,29 +28,29 @@ def step(stage="em", cost=math.nan, bound=None):
     return Progress(stage, 1, cost, bound)
 
 
-def test_every_stage_is_told_at_once(clock):
+def test_every_new_stage_is_sent_at_once(clock):
     feedback = Feedback(math.inf)
     stages = ["fresh", "visibility", "solving", "em"]
     assert [feedback.fields(step(stage))["stage"] for stage in stages] == stages
 
 
-def test_within_a_stage_ten_a_second_are_told(clock):
-    feedback, told = Feedback(math.inf), 0
+def test_within_a_stage_ten_a_second_are_sent(clock):
+    feedback, sent = Feedback(math.inf), 0
     for k in range(1001):
         clock.now = 100.0 + k / 500
-        told += feedback.fields(step()) is not None
-    assert 19 <= told <= 21
+        sent += feedback.fields(step()) is not None
+    assert 19 <= sent <= 21
 
 
-def test_stages_that_alternate_are_told_ten_times_a_second(clock):
-    feedback, told = Feedback(math.inf), 0
+def test_alternating_stages_are_sent_ten_times_a_second(clock):
+    feedback, sent = Feedback(math.inf), 0
     for k in range(1001):
         clock.now = 100.0 + k / 500
-        told += feedback.fields(step(("prices", "k_view", "branching")[k % 3])) is not None
-    assert 19 <= told <= 23
+        sent += feedback.fields(step(("prices", "k_view", "branching")[k % 3])) is not None
+    assert 19 <= sent <= 23
 
 
-def test_what_was_not_told_counts(clock):
+def test_steps_that_are_not_sent_count(clock):
     feedback = Feedback(math.inf)
     feedback.fields(step(cost=9.0, bound=1.0))
     assert feedback.fields(step(cost=5.0, bound=3.0)) is None
@@ -60,7 +60,7 @@ def test_what_was_not_told_counts(clock):
     assert (fields["cost"], fields["lower_bound"]) == (5.0, 3.0)
 
 
-def test_cost_and_bound_are_not_known_at_first(clock):
+def test_cost_and_bound_are_unknown_at_first(clock):
     fields = Feedback(math.inf).fields(step("visibility"))
     assert math.isnan(fields["cost"])
     assert math.isnan(fields["lower_bound"])
@@ -72,7 +72,7 @@ def test_a_step_without_a_cost_leaves_it(clock):
     assert feedback.fields(step("prices"))["cost"] == 4.0
 
 
-def test_the_part_done_is_that_of_the_time_budget(clock):
+def test_progress_is_the_elapsed_part_of_the_time_budget(clock):
     feedback = Feedback(4.0)
     parts = []
     for seconds in (0.0, 1.0, 3.0, 4.0, 9.0):
@@ -81,7 +81,7 @@ def test_the_part_done_is_that_of_the_time_budget(clock):
     assert parts == [0.0, 0.25, 0.75, 1.0, 1.0]
 
 
-def test_without_a_time_budget_the_part_done_is_not_known(clock):
+def test_without_a_time_budget_progress_is_unknown(clock):
     feedback = Feedback(math.inf)
     clock.now += 5.0
     assert math.isnan(feedback.fields(step())["progress"])

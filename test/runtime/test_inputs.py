@@ -1,4 +1,4 @@
-"""What is told of an input; what becomes of messages is in test_planner."""
+"""The reported state of an input; how messages are handled is in test_planner."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, serialize
-from focus_planner.runtime.inputs import Arrival, Input, InputState
+from focus_planner.runtime.inputs import Arrival, InputSlot, InputState
 from testing.messages import Log
 
 AT = datetime(2025, 1, 1, 10, 0, 0, tzinfo=timezone.utc)
@@ -20,11 +20,11 @@ def header(seconds, nanoseconds):
     return {"header": {"frame_id": "world", "stamp": {"sec": seconds, "nanosec": nanoseconds}}}
 
 
-def arrival(said="one", seconds=0, topic="/planner/rig", kind=RIG, payload=None):
+def arrival(content="one", seconds=0, topic="/planner/rig", kind=RIG, payload=None):
     def read(_):
-        if isinstance(said, Exception):
-            raise said
-        return said
+        if isinstance(content, Exception):
+            raise content
+        return content
 
     payload = serialize(RIG, header(5 + seconds, 6)) if payload is None else payload
     return Arrival(topic, kind, payload, read, AT + timedelta(seconds=seconds))
@@ -32,21 +32,21 @@ def arrival(said="one", seconds=0, topic="/planner/rig", kind=RIG, payload=None)
 
 @pytest.fixture
 def rig():
-    return Input("rig", "a rig on ~/rig", lambda said: said, Log())
+    return InputSlot("rig", "a rig on ~/rig", lambda content: content, Log())
 
 
-def digested(where, *arrivals):
+def digested(slot, *arrivals):
     """Receive messages, and put the newest good one in force as the planner does."""
     for each in arrivals:
-        where.receive(each)
-    held = where.newest(Optics())
-    if held is not None:
-        where.put_in_force(held)
-    return where.state
+        slot.receive(each)
+    accepted = slot.newest(Optics())
+    if accepted is not None:
+        slot.put_in_force(accepted)
+    return slot.state
 
 
 @pytest.mark.parametrize("kind", [CLOUD, POSES, RIG])
-def test_the_stamp_is_that_of_the_header(kind):
+def test_the_stamp_is_the_headers(kind):
     payload = serialize(kind, header(1_700_000_000, 999_999_999))
     assert arrival(kind=kind, payload=payload).stamp == (1_700_000_000, 999_999_999)
     swapped = b"\x00\x00\x00\x00" + bytes.fromhex("0000000500000006")
@@ -67,14 +67,14 @@ def test_at_first_there_is_nothing(rig):
     assert rig.state == InputState("rig")
 
 
-def test_what_is_in_force_is_told(rig):
+def test_the_state_is_of_the_input_in_force(rig):
     assert digested(rig, arrival()) == InputState("rig", "/planner/rig", AT, (5, 6))
     state = digested(rig, arrival("other", 3, "/planner/camera_poses"))
     later = AT + timedelta(seconds=3)
     assert state == InputState("rig", "/planner/camera_poses", later, (8, 6))
 
 
-def test_what_is_refused_is_told_until_a_good_one_comes(rig):
+def test_a_refusal_is_reported_until_a_valid_input_arrives(rig):
     assert digested(rig, arrival(BAD)) == InputState("rig", refused=str(BAD))
     assert digested(rig, arrival("one", 1)).refused == ""
     state = digested(rig, arrival(BAD, 2))
@@ -84,7 +84,7 @@ def test_what_is_refused_is_told_until_a_good_one_comes(rig):
     assert digested(rig, arrival("other", 3)).refused == ""
 
 
-def test_the_same_again_is_as_old_as_it_last_came(rig):
+def test_a_repeated_message_renews_the_age(rig):
     digested(rig, arrival())
     payload = serialize(RIG, header(5, 6))
     state = digested(rig, arrival(seconds=9, payload=payload))

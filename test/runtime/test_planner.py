@@ -1,4 +1,4 @@
-"""What is in force, what is refused, and who is told: without a node."""
+"""Which inputs are in force, which are refused, and what callers are told: without a node."""
 
 from __future__ import annotations
 
@@ -50,23 +50,23 @@ class Bench:
         self.planner = Planner(self.log, self.rigs.append)
         self._now = datetime(2025, 1, 1, tzinfo=timezone.utc)
 
-    def _arrival(self, topic, said, payload):
+    def _arrival(self, topic, content, payload):
         self._now += timedelta(seconds=1)
 
         def read(optics):
-            if isinstance(said, Exception):
-                raise said
-            return said(optics) if callable(said) else said
+            if isinstance(content, Exception):
+                raise content
+            return content(optics) if callable(content) else content
 
-        return Arrival(topic, "a type", payload or str(id(said)).encode(), read, self._now)
+        return Arrival(topic, "a type", payload or str(id(content)).encode(), read, self._now)
 
-    def surface(self, said, payload=None, *, digest=True):
-        self.planner.surface.receive(self._arrival("~/mesh", said, payload))
+    def surface(self, content, payload=None, *, digest=True):
+        self.planner.surface.receive(self._arrival("~/mesh", content, payload))
         if digest:
             self.planner.digest(Optics())
 
-    def rig(self, said, payload=None, *, digest=True):
-        self.planner.rig.receive(self._arrival("~/rig", said, payload))
+    def rig(self, content, payload=None, *, digest=True):
+        self.planner.rig.receive(self._arrival("~/rig", content, payload))
         if digest:
             self.planner.digest(Optics())
 
@@ -115,12 +115,12 @@ def test_the_newest_surface_and_rig_are_planned_for(ready):
     assert ready.rigs == [RIG, other_rig]
 
 
-def test_what_came_during_a_plan_is_taken_in_by_the_next(ready):
+def test_input_received_during_a_plan_counts_for_the_next(ready):
     ready.surface(OTHER, digest=False)
     assert same(ready.plan(), OTHER, RIG)
 
 
-def test_a_refused_surface_is_told_once_and_the_last_good_one_stays(ready):
+def test_a_refused_surface_is_reported_once_and_the_last_valid_one_stays(ready):
     ready.surface(BAD)
     assert ready.log.warnings == [f"refused the surface received on ~/mesh at 00:00:03 UTC: {BAD}"]
     with pytest.raises(NotReady) as refused:
@@ -132,7 +132,7 @@ def test_a_refused_surface_is_told_once_and_the_last_good_one_stays(ready):
     assert same(ready.plan(), BOX, RIG)
 
 
-def test_without_a_good_one_every_caller_is_told(bench):
+def test_without_a_valid_input_every_caller_is_told(bench):
     bench.rig(RIG)
     bench.surface(BAD)
     for _ in range(2):
@@ -140,19 +140,19 @@ def test_without_a_good_one_every_caller_is_told(bench):
             bench.plan()
 
 
-def test_a_good_surface_after_a_refused_one_needs_no_word(ready):
+def test_a_valid_surface_after_a_refused_one_is_not_mentioned(ready):
     ready.surface(BAD)
     ready.surface(OTHER)
     assert same(ready.plan(), OTHER, RIG)
 
 
-def test_the_one_in_force_sent_again_after_a_refused_one_needs_no_word(ready):
+def test_the_one_in_force_sent_again_after_a_refused_one_is_not_mentioned(ready):
     ready.surface(BAD)
     ready.surface(BOX)
     assert same(ready.plan(), BOX, RIG)
 
 
-def test_both_refusals_are_told_at_once(ready):
+def test_both_refusals_are_reported_at_once(ready):
     ready.surface(BAD)
     ready.rig(InputError("rig", "one", "none"))
     with pytest.raises(NotReady, match=r"mesh: expected.* call again .*\. rig: expected one, got"):
@@ -160,7 +160,7 @@ def test_both_refusals_are_told_at_once(ready):
     assert same(ready.plan(), BOX, RIG)
 
 
-def test_of_a_backlog_the_newest_good_one_counts_and_the_bad_one_after_it_is_told(ready):
+def test_of_a_backlog_the_newest_valid_one_counts_and_an_invalid_newer_one_is_reported(ready):
     ready.surface(box(0.2), digest=False)
     ready.surface(OTHER, digest=False)
     ready.surface(BAD, digest=False)
@@ -169,7 +169,7 @@ def test_of_a_backlog_the_newest_good_one_counts_and_the_bad_one_after_it_is_tol
     assert same(ready.plan(), OTHER, RIG)
 
 
-def test_what_comes_while_another_is_read_is_not_lost(ready):
+def test_a_message_received_while_another_is_parsed_is_not_lost(ready):
     def slow(_):
         ready.surface(OTHER, digest=False)
         return box(0.2)
@@ -221,7 +221,7 @@ def test_a_surface_and_a_rig_that_fit_only_each_other_replace_both(ready, rig_fi
     assert same(ready.plan(), FAR_BOX, FAR_RIG)
 
 
-def test_they_do_so_in_one_backlog_as_well(ready):
+def test_a_surface_and_a_rig_in_one_backlog_replace_both(ready):
     ready.surface(FAR_BOX, digest=False)
     ready.rig(FAR_RIG, digest=False)
     assert same(ready.plan(), FAR_BOX, FAR_RIG)
@@ -235,7 +235,7 @@ def test_of_a_backlog_the_half_that_fits_is_taken(ready):
     assert same(ready.plan(), OTHER, RIG)
 
 
-def test_what_never_fitted_is_reported_until_something_better_comes(bench):
+def test_a_pair_that_never_fitted_is_reported_until_a_better_one_arrives(bench):
     bench.surface(BOX)
     bench.rig(FAR_RIG)
     assert "do not fit each other" in bench.log.warnings[0]
@@ -285,7 +285,7 @@ def test_tables_are_given_to_the_rig_in_force(bench):
     assert bench.plan().cameras[0].device_unit is None
 
 
-def test_a_rig_that_tables_contradict_is_not_planned_with_until_they_do_not(bench):
+def test_a_rig_that_contradicts_the_tables_is_not_used_until_they_change(bench):
     bench.surface(BOX)
     bench.rig(completed(Lens(max_focus=2.0)))
     bad = with_tables("s", distances=(3.0, 4.0), values=(0.0, 1.0))
@@ -310,7 +310,7 @@ def test_a_rig_that_tables_contradict_is_not_planned_with_until_they_do_not(benc
     assert same(bench.plan(bad), BOX, RIG)
 
 
-def test_a_rig_that_was_refused_for_its_tables_is_taken_with_others(bench):
+def test_a_rig_refused_because_of_tables_is_accepted_with_others(bench):
     bench.surface(BOX)
     bench.planner.digest(bad := with_tables("m", camera="x"))
     bench.planner.rig.receive(bench._arrival("~/rig", completed(), None))
@@ -322,7 +322,7 @@ def test_a_rig_that_was_refused_for_its_tables_is_taken_with_others(bench):
     assert bench.reminder() == ""
 
 
-def test_whatever_a_surface_raises_it_is_refused(ready):
+def test_a_surface_that_raises_anything_is_refused(ready):
     ready.surface(RuntimeError("no idea"))
     with pytest.raises(NotReady, match=r"internal error: RuntimeError\('no idea'\)"):
         ready.plan()
@@ -335,7 +335,7 @@ def what_shows_its_start(plan):
     return plan.cameras, plan.lower_bound
 
 
-def test_a_warm_start_is_from_the_last_plan_for_which_it_was_wanted(ready):
+def test_a_warm_start_is_from_the_last_plan_that_asked_for_one(ready):
     first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
 
     def planned(request, warm_start):
@@ -359,7 +359,7 @@ def test_a_warm_start_is_from_the_last_plan_for_which_it_was_wanted(ready):
     check(planned(first, warm_start=True), OTHER, first, None)
 
 
-def test_a_request_that_fails_leaves_the_plan_to_start_from(ready):
+def test_a_request_that_fails_keeps_the_warm_start(ready):
     first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
     one = ready.planner.plan(first, Optics(), warm_start=True)[0]
     with pytest.raises(InputError, match="depth_tolerance: expected"):
@@ -369,15 +369,15 @@ def test_a_request_that_fails_leaves_the_plan_to_start_from(ready):
     assert what_shows_its_start(two) == what_shows_its_start(expected)
 
 
-def test_the_watch_is_asked(ready):
-    told = []
+def test_progress_is_reported(ready):
+    steps = []
     ready.planner.plan(
-        REQUEST, Optics(), on_progress=lambda progress: told.append(progress) or True
+        REQUEST, Optics(), on_progress=lambda progress: steps.append(progress) or True
     )
-    assert told
+    assert steps
 
 
-def test_whoever_plans_while_the_newest_is_refused_is_reminded(ready):
+def test_a_plan_without_the_newest_input_comes_with_a_reminder(ready):
     assert ready.reminder() == ""
     ready.surface(BAD)
     with pytest.raises(NotReady):
@@ -394,7 +394,7 @@ def arrived(bench):
     return [(arrival.topic, arrival.payload) for arrival in bench.planner.arrivals()]
 
 
-def test_what_a_plan_rests_on_is_what_is_in_force_in_the_order_of_arrival(bench):
+def test_a_plan_depends_on_the_inputs_in_force_in_order_of_arrival(bench):
     assert arrived(bench) == []
     bench.rig(RIG, b"rig")
     assert arrived(bench) == [("~/rig", b"rig")]
@@ -404,7 +404,7 @@ def test_what_a_plan_rests_on_is_what_is_in_force_in_the_order_of_arrival(bench)
     assert arrived(bench) == [("~/rig", b"rig"), ("~/mesh", b"other")]
 
 
-def test_what_an_objection_rests_on_is_what_was_refused_too(ready):
+def test_an_objection_depends_on_the_refused_input_too(ready):
     before = arrived(ready)
     ready.surface(BAD, b"bad")
     assert arrived(ready) == [*before, ("~/mesh", b"bad")]
@@ -416,7 +416,7 @@ def test_what_an_objection_rests_on_is_what_was_refused_too(ready):
     assert arrived(ready) == before
 
 
-def test_without_a_good_one_every_objection_rests_on_the_bad_one(bench):
+def test_without_a_valid_input_every_objection_depends_on_the_invalid_one(bench):
     bench.surface(BAD, b"bad")
     for _ in range(2):
         assert arrived(bench) == [("~/mesh", b"bad")]
@@ -424,7 +424,7 @@ def test_without_a_good_one_every_objection_rests_on_the_bad_one(bench):
             bench.plan()
 
 
-def test_a_first_plan_may_start_from_one_made_elsewhere(ready):
+def test_the_first_plan_may_start_from_one_made_elsewhere(ready):
     first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
     one = plan_focus(Scene(BOX), RIG, first)
     planner = Planner(Log(), warm_start=one.warm_start)
@@ -436,10 +436,10 @@ def test_a_first_plan_may_start_from_one_made_elsewhere(ready):
     assert planner.warm_start.prices is two.prices
 
 
-def test_a_plan_is_made_again_from_its_answers(ready):
+def test_a_plan_is_made_again_from_its_stop_log(ready):
     steps = iter([True] * 3 + [False] * 99)
     ended = ready.planner.plan(REQUEST, Optics(), on_progress=lambda _: next(steps))[0]
-    again = ready.planner.plan(REQUEST, Optics(), answers=ended.answers)[0]
+    again = ready.planner.plan(REQUEST, Optics(), stop_log=ended.stop_log)[0]
     assert again.cameras == ended.cameras
     assert not ended.converged
     assert not again.converged

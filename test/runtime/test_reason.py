@@ -28,7 +28,7 @@ def test_reasons_are_those_of_the_service_and_of_the_action(answer):
     assert {reason.name: reason.value for reason in Reason} == constants(answer, "REASON_")
 
 
-def test_what_becomes_of_a_lens_is_that_of_its_message():
+def test_lens_statuses_are_those_of_the_message():
     assert {lens.name: lens.value for lens in LensStatus} == constants(LensState, "STATUS_")
 
 

@@ -26,9 +26,9 @@ def test_the_age_of_an_input_is_since_it_was_received():
     assert math.isnan(age_of(InputState("rig"), NOW))
 
 
-def test_an_input_is_told_with_its_times():
-    told = input_to_fields(STATE, NOW)
-    assert told == {
+def test_an_input_is_reported_with_its_times():
+    fields = input_to_fields(STATE, NOW)
+    assert fields == {
         "topic": "/planner/rig",
         "received": {"sec": 100, "nanosec": 250_000_000},
         "stamp": {"sec": 7, "nanosec": 8},
@@ -38,7 +38,7 @@ def test_an_input_is_told_with_its_times():
 
 
 @pytest.mark.parametrize("state", [STATE, InputState("rig"), InputState("rig", refused="all")])
-def test_what_is_told_of_an_input_fits_the_message(state):
+def test_the_report_of_an_input_fits_the_message(state):
     kind = "focus_planner_msgs/msg/InputStatus"
     message = deserialize(kind, serialize(kind, input_to_fields(state, NOW)))
     assert (message.topic, message.refused) == (state.topic, state.refused)
@@ -54,10 +54,10 @@ def test_a_plan_is_kept_without_its_problem():
         assert getattr(kept, field.name) == getattr(plan, field.name)
 
 
-def test_blind_cameras_are_those_of_the_plan():
+def test_cameras_seeing_nothing_are_those_of_the_plan():
     plan = ending().plan
-    assert LastRun("a name", "", plan, 1.0).blind == []
-    assert LastRun("a name", "", None, 1.0).blind == []
+    assert LastRun("a name", "", plan, 1.0).cameras_seeing_nothing == []
+    assert LastRun("a name", "", None, 1.0).cameras_seeing_nothing == []
     first, *others = plan.cameras
     some = replace(plan, cameras=(replace(first, status=CameraStatus.SEES_NOTHING), *others))
-    assert LastRun("a name", "", some, 1.0).blind == [first.name]
+    assert LastRun("a name", "", some, 1.0).cameras_seeing_nothing == [first.name]

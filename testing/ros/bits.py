@@ -1,4 +1,4 @@
-"""Messages to compare: a NaN in them is equal to itself; what fills gaps in bytes is not seen."""
+"""Comparison of messages: NaN equals NaN, and padding bytes are ignored."""
 
 
 def bits(message):

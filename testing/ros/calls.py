@@ -1,4 +1,4 @@
-"""What is asked of a running node, and waited for."""
+"""Calls to a running node, and waiting for conditions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def set_(client, **parameters):
 
 
 def until(condition):
-    """Wait for it, and return it."""
+    """Wait until the condition holds, and return its value."""
     end = time.monotonic() + PATIENCE
     while not (found := condition()):
         assert time.monotonic() < end, "it never came"
@@ -42,5 +42,5 @@ def until(condition):
 
 
 def what_counts(plan):
-    """All of a plan but its name and its times."""
+    """All of a plan except its id and times."""
     return replace(plan_from_message(plan), solve_seconds=0.0, total_seconds=0.0)

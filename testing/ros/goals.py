@@ -1,4 +1,4 @@
-"""Goals of ~/plan: long ones, cancelled ones, and what is heard of them."""
+"""Goals of ~/plan: long and cancelled ones, and their feedback."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SOON = 20.0
 
 
 class Heard:
-    """Feedback as it comes, and when."""
+    """Feedback as it arrives, with times."""
 
     def __init__(self):
         self.messages = []
@@ -67,14 +67,14 @@ def planning(client, **goal):
 
 
 def ended(goal):
-    """The status, the reason and the result of a goal that ends soon."""
+    """The status, reason and result of a goal that ends soon."""
     status, result = goal.result(SOON)
     assert result.success == bool(result.plan.plan_id)
     return status, Reason(result.reason), result
 
 
 def cancelled(goal):
-    """Cancel a goal that is planned; return its plan."""
+    """Cancel a goal that is being planned; return its plan."""
     assert goal.cancel()
     status, reason, result = ended(goal)
     assert (status, reason) == (CANCELED, Reason.CANCELLED)

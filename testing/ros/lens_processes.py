@@ -1,4 +1,4 @@
-"""Processes of the lens nodes, and what is said to them and heard of them."""
+"""Lens nodes in processes of their own, and an orchestrator that talks to them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class LensProcess(PlannerProcess):
 
 
 class Orchestrator:
-    """Publishes foci as the planner does, and hears what becomes of them."""
+    """Publishes focus distances as the planner does, and receives the lens states."""
 
     def __init__(self, context, planner="/focus_planner"):
         self._planner = planner

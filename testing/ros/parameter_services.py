@@ -1,4 +1,4 @@
-"""What the standard parameter services say of a node in another process."""
+"""Standard parameter services of a node in another process."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ PATIENCE = 30
 
 
 def call(node, service_type, name, request):
-    """Call a service from a node that nobody else spins, and return the response."""
+    """Call a service from a node that is not being spun, and return the response."""
     client = node.create_client(service_type, name)
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)

@@ -1,4 +1,4 @@
-"""What a running node records, and what it is sent to be recorded."""
+"""Runs that a running node records, and the inputs sent to it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ TYPES = {"mesh": MESH, "cloud": CLOUD, "camera_poses": POSES, "rig": RIG}
 
 
 def whole(folder):
-    """Return the finished runs by name, which is by time."""
+    """Return the finished runs in the order of time."""
     found = sorted(folder.iterdir()) if folder.exists() else []
     return {path.name: path for path in found if not path.name.endswith(PARTIAL)}
 
 
 def recorded(client, folder, **request):
-    """Call for a plan; return the answer and its run."""
+    """Request a plan; return the response and its run."""
     before = whole(folder).keys()
     answer = client.plan(**request)
     (name,) = until(lambda: whole(folder).keys() - before)

@@ -7,7 +7,7 @@ from focus_planner import Lens, cylinder_rig
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.problem.cells import UNITS
 from focus_planner.core.problem.gains import gains_of
-from focus_planner.core.solvers import SOLVERS, Options
+from focus_planner.core.solvers import SOLVERS
 from testing import reference
 from testing.problems import body, problem_of, random_problem, ring_mask, tiny_problem
 
@@ -15,7 +15,7 @@ SHALLOW = Lens(0.05, 40.0)
 
 
 class Log:
-    """A watch that remembers, and stops the bound after some rounds."""
+    """A callback that remembers, and stops the bound after some rounds."""
 
     def __init__(self, rounds=np.inf):
         self.progress, self.rounds = [], rounds
@@ -67,7 +67,7 @@ def test_the_gap_is_near_enough():
     rounds = []
     for gap in (0.0, 0.1, 0.3, 1.0):
         log = Log()
-        bound = lower_bound(problem, plan.cost, plan.cost, Options(gap=gap), log)
+        bound = lower_bound(problem, plan.cost, plan.cost, gap, on_progress=log)
         rounds.append(len(log.progress))
         assert bound.lower_bound <= plan.cost
         if gap >= 0.1:
@@ -76,7 +76,7 @@ def test_the_gap_is_near_enough():
     assert rounds[-1] == 1 < rounds[0]
 
 
-def test_the_watch_is_told_the_plans_cost_and_may_end_it():
+def test_the_callback_gets_the_plans_cost_and_may_stop():
     problem = random_problem(1, 300, 20, visible=ring_mask(300, 20), lens=SHALLOW)
     plan = SOLVERS["em"](problem)
     whole = Log()
@@ -102,12 +102,12 @@ def test_prices_that_proved_it_prove_it_again_at_once():
     plan = SOLVERS["k_view"](problem)
     cold_log, warm_log = Log(), Log()
     cold = lower_bound(problem, plan.cost, plan.cost, on_progress=cold_log)
-    warm = lower_bound(problem, plan.cost, plan.cost, Options(prices=cold.prices), warm_log)
+    warm = lower_bound(problem, plan.cost, plan.cost, start=cold.prices, on_progress=warm_log)
     assert warm_log.progress[0].lower_bound >= cold.lower_bound - 1e-9
     assert warm.lower_bound >= cold.lower_bound - 1e-9
     assert len(warm_log.progress) < len(cold_log.progress)
     # Bad prices are a bad start, and no more.
-    worse = lower_bound(problem, plan.cost, plan.cost, Options(prices=0 * cold.prices))
+    worse = lower_bound(problem, plan.cost, plan.cost, start=0 * cold.prices)
     assert 0.99 * cold.lower_bound < worse.lower_bound <= plan.cost
 
 

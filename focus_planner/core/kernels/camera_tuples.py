@@ -1,4 +1,4 @@
-"""Which cameras are worth moving together, and which tuples may move at the same time."""
+"""Which cameras are worth moving together, and which tuples can move at the same time."""
 
 from __future__ import annotations
 
@@ -7,25 +7,30 @@ from numba import prange
 
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
+#: More than any sample's cost, in units: the cost with a camera that does not see it.
+NEVER = np.int64(2**44)
+
 
 @parallel_kernel
-def count_common(camera_offsets, seen, sample_offsets, camera_index, low, counts):
+def count_common(by_camera, by_sample, low, counts):
     """Fill ``counts`` (B, C): how many samples camera ``low + row`` and each other both see."""
+    camera_offsets, seen, _, _, _ = by_camera
+    sample_offsets, camera, _, _, _ = by_sample
     for row in prange(len(counts)):
         c = low + row
         counts[row] = 0
         for j in range(camera_offsets[c], camera_offsets[c + 1]):
             p = seen[j]
             for q in range(sample_offsets[p], sample_offsets[p + 1]):
-                counts[row, camera_index[q]] += 1
+                counts[row, camera[q]] += 1
         counts[row, c] = 0
 
 
 @parallel_kernel
 def strongest(offsets, neighbours, shared, most):
-    """Return (C, most) each camera's neighbours that share most with it, -1 where it has fewer.
+    """Return (C, most) the neighbours that share most samples with each camera, -1 beyond the last.
 
-    Of equal ones the first.
+    Ties go to the first.
     """
     cameras = len(offsets) - 1
     found = np.full((cameras, most), -1, dtype=np.int32)
@@ -47,7 +52,7 @@ def colour(tuples, reach_offsets, reach):
     """Return a colour per tuple such that tuples of one colour do not reach each other.
 
     A tuple reaches its cameras and, for each of them, ``reach[reach_offsets[c] : ...]``. Greedy,
-    in the tuples' order: each takes the first colour free.
+    in the tuples' order: each takes the first free colour.
     """
     words = 4
     cameras = len(reach_offsets) - 1
@@ -74,11 +79,11 @@ def colour(tuples, reach_offsets, reach):
 
 
 @kernel
-def _next_sample(members, camera_offsets, seen, heads):
+def _next_sample(members, offsets, seen, heads):
     """Return the least sample at the heads of the members' lists, -1 at their ends."""
     least = -1
     for m in range(len(members)):
-        if heads[m] < camera_offsets[members[m] + 1]:
+        if heads[m] < offsets[members[m] + 1]:
             p = seen[heads[m]]
             if least < 0 or p < least:
                 least = p
@@ -86,63 +91,57 @@ def _next_sample(members, camera_offsets, seen, heads):
 
 
 @parallel_kernel
-def count_shared(tuples, camera_offsets, seen):
-    """Return (T,) how many samples at least two cameras of each tuple see."""
-    counts = np.zeros(len(tuples), dtype=np.int64)
-    for t in prange(len(tuples)):
-        members = tuples[t]
-        heads = camera_offsets[members]
-        p = _next_sample(members, camera_offsets, seen, heads)
+def count_shared(cameras, offsets, seen):
+    """Return (T,) how many samples at least two cameras of each tuple see.
+
+    ``cameras`` (T, k) are the tuples, ``offsets`` and ``seen`` the pairs' samples by camera.
+    """
+    counts = np.zeros(len(cameras), dtype=np.int64)
+    for t in prange(len(cameras)):
+        members = cameras[t]
+        heads = offsets[members]
+        p = _next_sample(members, offsets, seen, heads)
         while p >= 0:
             seeing = 0
             for m in range(len(members)):
-                if heads[m] < camera_offsets[members[m] + 1] and seen[heads[m]] == p:
+                if heads[m] < offsets[members[m] + 1] and seen[heads[m]] == p:
                     heads[m] += 1
                     seeing += 1
             if seeing > 1:
                 counts[t] += 1
-            p = _next_sample(members, camera_offsets, seen, heads)
+            p = _next_sample(members, offsets, seen, heads)
     return counts
 
 
-@parallel_kernel
-def list_shared(
-    tuples,
-    camera_offsets,
-    seen,
-    seen_base,
-    seen_first,
-    seen_last,
-    never,
-    offsets,
-    samples,
-    bases,
-    firsts,
-    lasts,
-):
-    """Fill the samples that :func:`count_shared` counted, and what they are to each camera.
+@kernel
+def _list_shared(t, tuples, by_camera):
+    """Fill the shared samples of tuple t."""
+    offsets, seen, base, first, last = by_camera
+    bases, firsts, lasts = tuples.bases, tuples.firsts, tuples.lasts
+    members, at = tuples.cameras[t], tuples.shared_offsets[t]
+    heads = offsets[members]
+    while at < tuples.shared_offsets[t + 1]:
+        p = _next_sample(members, offsets, seen, heads)
+        seeing = 0
+        for m in range(len(members)):
+            j = heads[m]
+            if j < offsets[members[m] + 1] and seen[j] == p:
+                bases[at, m], firsts[at, m], lasts[at, m] = base[j], first[j], last[j]
+                heads[m] += 1
+                seeing += 1
+            else:
+                bases[at, m], firsts[at, m], lasts[at, m] = NEVER, 1, 0
+        if seeing > 1:
+            tuples.samples[at] = p
+            at += 1
 
-    A camera that does not see the sample gets the base cost ``never`` and an empty range.
+
+@parallel_kernel
+def list_shared(tuples, low, high, by_camera):
+    """Fill the samples that tuples ``low`` to ``high`` share, and what they are to each camera.
+
+    There are as many as :func:`count_shared` returned. A camera that does not see the sample gets
+    the base cost ``NEVER`` and an empty range.
     """
-    for t in prange(len(tuples)):
-        members = tuples[t]
-        heads = camera_offsets[members]
-        at = offsets[t]
-        while at < offsets[t + 1]:
-            p = _next_sample(members, camera_offsets, seen, heads)
-            seeing = 0
-            for m in range(len(members)):
-                j = heads[m]
-                if j < camera_offsets[members[m] + 1] and seen[j] == p:
-                    bases[at, m], firsts[at, m], lasts[at, m] = (
-                        seen_base[j],
-                        seen_first[j],
-                        seen_last[j],
-                    )
-                    heads[m] += 1
-                    seeing += 1
-                else:
-                    bases[at, m], firsts[at, m], lasts[at, m] = never, 1, 0
-            if seeing > 1:
-                samples[at] = p
-                at += 1
+    for t in prange(low, high):
+        _list_shared(t, tuples, by_camera)

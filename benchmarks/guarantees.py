@@ -1,4 +1,4 @@
-"""What the node promises, put to the test: the node in its own process, and a table of outcomes."""
+"""Testing the node's guarantees: a node in a process of its own, and a table of outcomes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Cameras = tuple[object, ...]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was done, how often, what came of it, and whether that is what is promised."""
+    """What was tested, how often, the outcome, and whether it is as guaranteed."""
 
     what: str
     times: int
@@ -36,7 +36,7 @@ class Outcome:
 
 
 def report(console: Console, title: str, tests: list[Callable[[], Outcome]]) -> bool:
-    """Do the tests, print their outcomes; return whether every promise was kept."""
+    """Run the tests and print their outcomes; return whether every guarantee held."""
     table = Table("what was done", "times", "what came of it", "kept", title=title)
     kept = True
     for test in tests:
@@ -60,7 +60,7 @@ def _outcome(test: Callable[[], Outcome]) -> Outcome:
 
 
 class Node(PlannerProcess):
-    """The node in a process of its own, whose memory and log are looked at."""
+    """A node in a process of its own, with access to its memory use and log."""
 
     @property
     def pid(self) -> int:
@@ -77,16 +77,16 @@ class Node(PlannerProcess):
 
     @property
     def peak(self) -> float:
-        """The most resident memory so far, MiB."""
+        """Peak resident memory so far, MiB."""
         return self._status("VmHWM")
 
     @property
     def faults(self) -> list[str]:
-        """Lines of the log that should not be there."""
+        """Unexpected lines of the log."""
         return [line for line in self.log.splitlines() if _FAULT.search(line)]
 
     def kill(self) -> None:
-        """End it as the kernel does."""
+        """Kill it with SIGKILL."""
         self.signal(signal.SIGKILL)
         self.wait()
 
@@ -97,7 +97,7 @@ class Node(PlannerProcess):
 
 @contextmanager
 def own_graph() -> Iterator[Path]:
-    """Keep to this machine, and apart from other graphs; yield a folder, logs are in ``log``."""
+    """Use a ROS graph of its own on this machine; yield a folder, with logs in ``log``."""
     os.environ.setdefault("ROS_DOMAIN_ID", "89")
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     folder = Path(tempfile.mkdtemp(prefix="focus_planner_"))
@@ -110,7 +110,7 @@ def own_graph() -> Iterator[Path]:
 
 @contextmanager
 def running(name: str, **parameters: object) -> Iterator[Node]:
-    """Run a node; it must end well."""
+    """Run a node, which must exit cleanly."""
     node = Node(f"{name}_{os.getpid()}", *arguments(**parameters))
     try:
         yield node
@@ -129,11 +129,11 @@ def _text(value: object) -> str:
 
 
 def cameras_for(surface: Mesh, rig: Rig, **request: object) -> Cameras:
-    """Return what the library plans."""
+    """Return the plan made by the library."""
     return plan_focus(Scene(surface), rig, PlanRequest(**request)).cameras  # type: ignore[arg-type]
 
 
 def cameras_of(message: object) -> Cameras:
-    """Return what a plan that came says."""
+    """Return the contents of a received plan."""
     plan: FocusPlan = plan_from_message(message)
     return plan.cameras

@@ -54,14 +54,7 @@ def test_common_samples_are_counted(cameras, share):
     counts = np.full((cameras, cameras), -1, dtype=np.int32)
     middle = cameras // 2  # rows come in blocks
     for rows, low in ((counts[:middle], 0), (counts[middle:], middle)):
-        kernels.count_common(
-            problem.camera_offsets,
-            problem.cells.seen,
-            problem.sample_offsets,
-            problem.camera_index,
-            low,
-            rows,
-        )
+        kernels.count_common(problem.pairs_by_camera, problem.pairs_by_sample, low, rows)
     expected = np.zeros((cameras, cameras))
     for seen in reference.table(problem).seen:
         for c, d in itertools.permutations(seen, 2):
@@ -84,20 +77,11 @@ def test_shared_samples_are_those_that_two_cameras_see(k):
     samples = np.empty(offsets[-1], dtype=np.int32)
     bases = np.empty((offsets[-1], k), dtype=np.int64)
     firsts, lasts = np.empty((2, offsets[-1], k), dtype=np.int32)
-    kernels.list_shared(
-        tuples,
-        problem.camera_offsets,
-        cells.seen,
-        cells.seen_base,
-        cells.seen_first,
-        cells.seen_last,
-        kernels.NEVER,
-        offsets,
-        samples,
-        bases,
-        firsts,
-        lasts,
-    )
+    batches = np.array([0, len(tuples)])
+    listed = kernels.CameraTuples(tuples, batches, offsets, samples, bases, firsts, lasts)
+    middle = len(tuples) // 3  # tuples come in parts
+    for low, high in ((0, middle), (middle, len(tuples))):
+        kernels.list_shared(listed, low, high, problem.pairs_by_camera)
     assert samples.tolist() == list(itertools.chain(*expected))
     pair = {
         (p, c): q

@@ -1,4 +1,4 @@
-"""Made-up images: of every model of distortion, binned, and read out in part."""
+"""Strategies for camera intrinsics: all distortion models, binning, regions of interest."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 
 from focus_planner.core.rig.camera import DISTORTION_COUNTS
 
-# Of lenses: what is calibrated is a few tenths at most, but for tangential terms and prisms.
+# Calibrated coefficients are a few tenths at most; those of tangential terms and prisms are less.
 _LARGE, _SMALL = st.floats(-0.4, 0.4), st.floats(-0.01, 0.01)
 _ORDER = "kkppkkkkssss"
 
 
 @st.composite
 def distortions(draw):
-    """A model and coefficients of it, of strong lenses."""
+    """A distortion model with coefficients of strong distortion."""
     model = draw(st.sampled_from(["", *DISTORTION_COUNTS]))
     if not model:
         return {}
@@ -28,7 +28,7 @@ def distortions(draw):
 
 @st.composite
 def regions(draw, width, height):
-    """A region of interest and a binning, for as many pixels."""
+    """A region of interest and a binning for an image of this size."""
     left, top = draw(st.integers(0, width - 1)), draw(st.integers(0, height - 1))
     part = draw(st.integers(1, width - left)), draw(st.integers(1, height - top))
     region = draw(st.sampled_from([None, (left, top, *part)]))
@@ -38,7 +38,7 @@ def regions(draw, width, height):
 
 
 @st.composite
-def varied(draw, images):
-    """One of the images, with distortion, binning and region."""
-    image = draw(images)
-    return replace(image, **draw(distortions()), **draw(regions(image.width, image.height)))
+def varied(draw, pinholes):
+    """One of the pinhole intrinsics, with distortion, binning and region."""
+    pinhole = draw(pinholes)
+    return replace(pinhole, **draw(distortions()), **draw(regions(pinhole.width, pinhole.height)))

@@ -1,4 +1,4 @@
-"""Requests for plans under threads, without a node."""
+"""Requests for plans, from several threads."""
 
 from __future__ import annotations
 
@@ -6,40 +6,40 @@ import re
 import threading
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
-from focus_planner_msgs.msg import FocusPlan
 
 from focus_planner.parameters.planner import OVERLAPS, Serving, Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Outcome, Request, Requests
 
-PLANNED = Outcome(Reason.NONE, "a plan", FocusPlan())
+PLANNED = Outcome(Reason.NONE, "a plan", SimpleNamespace(cost=1.0))
 SETTINGS = Settings.from_values({})
 QUEUE, PREEMPT, REFUSE = (Serving(overlap=overlap) for overlap in OVERLAPS)
 
 
-class Asked(Request):
-    """A request, with all that it was answered."""
+class RecordedRequest(Request):
+    """A request that keeps its answers."""
 
-    def __init__(self, **how):
+    def __init__(self, **options):
         self.answers = []
-        serving = how.pop("serving", QUEUE)
+        serving = options.pop("serving", QUEUE)
         settings = replace(SETTINGS, serving=serving)
-        super().__init__({}, settings, new_run_id(), self.answers.append, **how)
+        super().__init__({}, settings, new_run_id(), self.answers.append, **options)
 
     @property
     def reasons(self):
         return [outcome.reason for outcome in self.answers]
 
 
-def goal(**how):
-    return Asked(**how)
+def goal(**options):
+    return RecordedRequest(**options)
 
 
-def call(seconds=5.0, **how):
-    return Asked(waits_until=time.perf_counter() + seconds, **how)
+def call(seconds=5.0, **options):
+    return RecordedRequest(waits_until=time.perf_counter() + seconds, **options)
 
 
 def added(requests, *asked):
@@ -47,7 +47,7 @@ def added(requests, *asked):
     return asked
 
 
-def begun(request):
+def started(request):
     assert request.begin()
     return request
 
@@ -55,82 +55,82 @@ def begun(request):
 # --- one request -------------------------------------------------------------------------------
 
 
-def test_planned_it_is_answered_once():
-    request = begun(goal())
-    assert request.goes_on
-    assert request.settle() is Reason.NONE
+def test_a_planned_request_is_answered_once():
+    request = started(goal())
+    assert not request.stop_requested
+    assert request.commit() is Reason.NONE
     assert request.finish(PLANNED)
     assert not request.finish(PLANNED)
     assert request.answers == [PLANNED]
-    assert request.answered
+    assert request.is_answered
 
 
 @pytest.mark.parametrize(
     ("reason", "message"),
     [
-        (Reason.CANCELLED, "cancelled before its turn"),
-        (Reason.PREEMPTED, "a newer goal took its place before its turn"),
+        (Reason.CANCELLED, "cancelled before planning began"),
+        (Reason.PREEMPTED, "preempted by a newer goal before planning began"),
         (Reason.INACTIVE, "the planner was deactivated"),
         (Reason.SHUTTING_DOWN, "the node is shutting down"),
     ],
 )
-def test_ended_before_its_turn_it_is_answered_at_once(reason, message):
+def test_stopped_before_planning_began_it_is_answered_at_once(reason, message):
     request = goal()
     assert request.stop(reason)
     assert request.answers == [Outcome(reason, message)]
     assert not request.begin()
-    assert not request.begun
+    assert not request.has_begun
     assert not request.stop(Reason.CANCELLED)
-    request.drop(Reason.SHUTTING_DOWN)
+    request.abort(Reason.SHUTTING_DOWN)
     assert len(request.answers) == 1
 
 
-def test_ended_while_it_is_planned_it_waits_for_its_best_plan():
-    request = begun(goal())
+def test_stopped_while_it_is_planned_it_waits_for_the_best_plan():
+    request = started(goal())
     assert request.stop(Reason.CANCELLED)
-    assert not request.goes_on
+    assert request.stop_requested
     assert request.stop(Reason.PREEMPTED)
     assert request.answers == []
-    assert request.settle() is Reason.CANCELLED
+    assert request.commit() is Reason.CANCELLED
     assert not request.stop(Reason.CANCELLED)
     assert request.finish(replace(PLANNED, reason=Reason.CANCELLED))
     assert request.reasons == [Reason.CANCELLED]
 
 
-def test_dropped_while_it_is_planned_it_waits_for_nothing():
-    request = begun(goal())
+def test_aborted_while_it_is_planned_it_is_answered_at_once():
+    request = started(goal())
     request.stop(Reason.CANCELLED)
-    request.drop(Reason.INACTIVE)
+    request.abort(Reason.INACTIVE)
     assert request.answers == [Outcome(Reason.INACTIVE, "the planner was deactivated")]
-    assert request.settle() is Reason.INACTIVE
+    assert request.commit() is Reason.INACTIVE
     assert not request.finish(PLANNED)
     assert len(request.answers) == 1
 
 
-def test_a_plan_that_is_about_to_be_published_is_answered():
-    request = begun(goal())
-    assert request.settle() is Reason.NONE
+def test_a_committed_plan_is_answered():
+    request = started(goal())
+    assert request.commit() is Reason.NONE
     assert not request.stop(Reason.CANCELLED)
-    request.drop(Reason.SHUTTING_DOWN)
+    request.abort(Reason.SHUTTING_DOWN)
     assert request.answers == []
     assert request.finish(PLANNED)
     assert request.answers == [PLANNED]
 
 
-def test_ended_after_its_answer_it_stays_as_it_is():
-    request = begun(goal())
+def test_after_its_answer_it_cannot_be_stopped():
+    request = started(goal())
     request.finish(PLANNED)
     assert not request.stop(Reason.CANCELLED)
-    request.drop(Reason.INACTIVE)
-    assert request.goes_on
+    request.abort(Reason.INACTIVE)
+    assert not request.stop_requested
     assert request.answers == [PLANNED]
 
 
-def test_feedback_goes_to_who_asked():
-    told = []
-    goal(tell=told.append).tell({"stage": "em"})
-    assert told == [{"stage": "em"}]
-    call().tell({"stage": "em"})
+def test_feedback_goes_to_the_caller():
+    sent = []
+    goal(send_feedback=sent.append).send_feedback({"stage": "em"})
+    assert sent == [{"stage": "em"}]
+    call().send_feedback({"stage": "em"})
 
 
 def race(*jobs):
@@ -151,7 +151,7 @@ def race(*jobs):
 def plan(request, published):
     """What the planning thread does with a request."""
     if request.begin():
-        reason = request.settle()
+        reason = request.commit()
         if reason not in {Reason.INACTIVE, Reason.SHUTTING_DOWN}:
             published.append(request)
         request.finish(replace(PLANNED, reason=reason))
@@ -162,10 +162,10 @@ def plan(request, published):
     [
         lambda request: request.stop(Reason.CANCELLED),
         lambda request: request.stop(Reason.BUSY, Outcome(Reason.BUSY, "busy")),
-        lambda request: request.drop(Reason.INACTIVE),
+        lambda request: request.abort(Reason.INACTIVE),
     ],
 )
-def test_at_the_same_moment_it_is_answered_once_and_as_it_was_published(end):
+def test_concurrently_ended_it_is_answered_once_and_as_it_was_published(end):
     for _ in range(200):
         request, published = goal(), []
         race(lambda r=request, p=published: plan(r, p), *[lambda r=request: end(r)] * 2)
@@ -176,12 +176,12 @@ def test_at_the_same_moment_it_is_answered_once_and_as_it_was_published(end):
 # --- many --------------------------------------------------------------------------------------
 
 
-def test_who_is_planned_and_who_waits_is_known():
+def test_planned_and_waiting_requests_are_known():
     requests = Requests()
     assert (requests.planned, requests.waiting, requests.open) == (None, 0, [])
     first, second, third = added(requests, goal(), call(), goal())
     assert (requests.planned, requests.waiting) == (None, 3)
-    begun(first)
+    started(first)
     assert (requests.planned, requests.waiting) == (first, 2)
     second.stop(Reason.CANCELLED)
     assert (requests.waiting, requests.open) == (1, [first, third])
@@ -203,63 +203,63 @@ def test_goals_queue_up_to_the_limit():
     assert requests.admit_goal(serving)
 
 
-def test_goals_make_way_for_the_next_and_calls_do_not():
+def test_goals_are_preempted_by_the_next_and_calls_are_not():
     requests = Requests()
     planned, waiting, waiting_call = added(requests, goal(), goal(), call())
-    begun(planned)
+    started(planned)
     assert requests.admit_goal(PREEMPT)
-    assert not planned.goes_on
+    assert planned.stop_requested
     assert planned.answers == []
     assert waiting.reasons == [Reason.PREEMPTED]
-    assert waiting_call.goes_on
-    assert planned.settle() is Reason.PREEMPTED
+    assert not waiting_call.stop_requested
+    assert planned.commit() is Reason.PREEMPTED
 
 
-def test_a_call_that_is_planned_goes_on_when_a_goal_comes():
+def test_a_call_being_planned_is_not_stopped_by_a_goal():
     requests = Requests()
     (planned,) = added(requests, call())
-    begun(planned)
+    started(planned)
     assert requests.admit_goal(PREEMPT)
-    assert planned.goes_on
+    assert not planned.stop_requested
 
 
-def test_none_makes_way_for_a_goal_that_has_no_room():
+def test_a_goal_that_is_rejected_preempts_none():
     requests, serving = Requests(), replace(PREEMPT, max_waiting=1)
     (planned,) = added(requests, goal())
-    begun(planned)
+    started(planned)
     (waiting,) = added(requests, call(serving=serving))
     assert not requests.admit_goal(serving)
-    assert planned.goes_on
+    assert not planned.stop_requested
     waiting.finish(PLANNED)
     assert requests.admit_goal(serving)
-    assert not planned.goes_on
+    assert planned.stop_requested
 
 
-def test_goals_that_make_way_leave_room():
+def test_preempted_goals_make_room():
     requests, serving = Requests(), replace(PREEMPT, max_waiting=1)
     planned, waiting = added(requests, goal(), goal())
-    begun(planned)
+    started(planned)
     assert requests.admit_goal(serving)
-    assert waiting.answered
+    assert waiting.is_answered
 
 
 @pytest.mark.parametrize("other", [goal, call])
-def test_a_goal_is_refused_while_there_is_another_request(other):
+def test_with_overlap_refuse_a_goal_is_rejected_beside_any_request(other):
     requests = Requests()
     assert requests.admit_goal(REFUSE)
     (one,) = added(requests, other())
     assert not requests.admit_goal(REFUSE)
-    begun(one)
+    started(one)
     assert not requests.admit_goal(REFUSE)
-    assert one.goes_on
+    assert not one.stop_requested
     one.finish(PLANNED)
     assert requests.admit_goal(REFUSE)
 
 
-def test_a_call_too_many_is_told_at_once_that_the_planner_is_busy():
+def test_a_call_too_many_is_rejected_at_once():
     requests, serving = Requests(), Serving(max_waiting=1)
     (planned,) = added(requests, goal())
-    begun(planned)
+    started(planned)
     (waiting,) = added(requests, call(serving=serving))
     another = call(serving=serving)
     assert not requests.add(another)
@@ -267,36 +267,38 @@ def test_a_call_too_many_is_told_at_once_that_the_planner_is_busy():
     assert outcome.reason is Reason.BUSY
     assert outcome.plan is None
     assert re.fullmatch(
-        rf"busy: planning {planned.plan_id} since \d+\.\d s, waiting before this one: 1; call"
-        r" again, or send a goal to ~/plan, which waits for its turn",
+        rf"busy: planning {planned.plan_id} \(requested \d+\.\d s ago\), requests ahead of this"
+        r" one: 1; call again later, or send a goal to ~/plan, which waits for its turn",
         outcome.message,
     )
     assert requests.open == [planned, waiting]
 
 
-def test_a_call_that_waits_too_long_is_told_that_the_planner_is_busy():
+def test_a_call_that_waits_too_long_is_rejected():
     requests = Requests()
     planned, late, patient, waiting = added(requests, call(0.0), call(0.0), call(60.0), goal())
-    begun(planned)
-    requests.turn_away_late()
+    started(planned)
+    requests.reject_overdue()
     assert late.reasons == [Reason.BUSY]
-    assert "waiting before this one: 0;" in late.answers[0].message
+    assert "requests ahead of this one: 0;" in late.answers[0].message
     assert requests.open == [planned, patient, waiting]
     assert not late.begin()
 
 
-def test_between_two_plans_a_late_call_is_told_of_others():
+def test_between_two_plans_an_overdue_call_is_told_of_other_requests():
     requests = Requests()
     _, late = added(requests, goal(), call(0.0))
-    requests.turn_away_late()
-    assert late.answers[0].message.startswith("busy: planning others, waiting before this one: 1;")
+    requests.reject_overdue()
+    assert late.answers[0].message.startswith(
+        "busy: planning other requests, requests ahead of this one: 1;"
+    )
 
 
-def test_all_are_dropped_at_once():
+def test_all_are_aborted_at_once():
     requests = Requests()
     asked = added(requests, goal(), call(), goal())
-    begun(asked[0])
-    requests.drop(Reason.SHUTTING_DOWN)
+    started(asked[0])
+    requests.abort_all(Reason.SHUTTING_DOWN)
     assert [each.reasons for each in asked] == [[Reason.SHUTTING_DOWN]] * 3
     assert requests.open == []
-    assert asked[0].settle() is Reason.SHUTTING_DOWN
+    assert asked[0].commit() is Reason.SHUTTING_DOWN

@@ -51,35 +51,23 @@ def test_a_camera_without_a_focus_distance_holds_nothing_in_focus():
     np.testing.assert_allclose(costs, bases.min(axis=1) + 1 / 3)
 
 
-@pytest.mark.parametrize("ties", [False, True])
-def test_focus_room_keeps_each_cameras_own_samples_in_focus(ties):
-    kept = 0
-    for seed in range(20):
-        problem = random_problem(seed, 30, 3, ties=ties)
-        table = reference.table(problem)
-        focus = np.random.default_rng(seed).uniform(0.5, 0.8, 3)
-        _, best = evaluate(problem, focus)
-        near, far = np.full((2, 3), np.nan)
-        kernels.focus_room(
-            problem.sample_offsets,
-            problem.camera_index,
-            problem.focus_near,
-            problem.focus_far,
-            focus,
-            best,
-            near,
-            far,
-        )
-        for c in range(3):
-            own = [
-                (seen.near, seen.far)
-                for p, seen in table.of_camera(c).items()
-                if best[p] == c and seen.near <= focus[c] <= seen.far
-            ]
-            if own:
-                kept += 1
-                assert near[c] == max(start for start, _ in own)
-                assert far[c] == min(end for _, end in own)
-            else:
-                assert np.isnan([near[c], far[c]]).all()
-    assert kept > 20
+def test_pairs_are_resorted_by_sample_cameras_ascending():
+    random = np.random.default_rng(0)
+    seen = random.random((6, 40)) < 0.4  # cameras × samples
+    _, sample = np.nonzero(seen)
+    camera_offsets = np.concatenate([[0], np.cumsum(seen.sum(axis=1))])
+    sample_offsets = np.zeros(41, dtype=np.int64)
+    by_sample, by_camera = kernels.sort_by_sample(
+        camera_offsets, sample.astype(np.int32), sample_offsets
+    )
+    expected_sample, expected_camera = np.nonzero(seen.T)
+    np.testing.assert_array_equal(by_sample, expected_sample)
+    np.testing.assert_array_equal(by_camera, expected_camera)
+    np.testing.assert_array_equal(sample_offsets, np.cumsum([0, *seen.sum(axis=0)]))
+
+
+def test_pairs_are_found_by_camera_in_their_own_order():
+    camera = np.random.default_rng(0).integers(0, 5, 200).astype(np.int32)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(camera, minlength=7))])
+    expected = np.argsort(camera, kind="stable")
+    np.testing.assert_array_equal(kernels.sort_by_camera(camera, offsets), expected)

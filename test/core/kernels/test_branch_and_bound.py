@@ -1,6 +1,4 @@
-"""Confined bounds against sums by hand, and what is cut off against all plans there are."""
-
-from dataclasses import dataclass
+"""Confined bounds against sums by hand; what is cut off, against all plans there are."""
 
 import numpy as np
 import pytest
@@ -13,23 +11,6 @@ from testing.problems import random_problem, ring_mask, tiny_problem, with_threa
 REACH, STEPS = 3, 40
 
 
-@dataclass
-class Nodes:
-    """B nodes as the kernel takes and changes them."""
-
-    bounds: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    price: np.ndarray
-    score: np.ndarray
-    split: np.ndarray
-    cell: np.ndarray
-
-    @property
-    def arrays(self):
-        return self.bounds, self.low, self.high, self.price, self.score, self.split, self.cell
-
-
 def by_sample(gains):
     offsets, camera, gain = [0], [], []
     cameras = np.repeat(np.arange(gains.camera_count), np.diff(gains.offsets))
@@ -38,7 +19,12 @@ def by_sample(gains):
         camera.extend(cameras[of_sample])
         gain.extend(gains.gain[of_sample])
         offsets.append(len(camera))
-    return np.array(offsets), np.array(camera, dtype=np.int32), np.array(gain, dtype=np.int64)
+    return kernels.GainsBySample(
+        np.array(offsets),
+        np.array(camera, dtype=np.int32),
+        np.array(gain, dtype=np.int64),
+        gains.most,
+    )
 
 
 def random_nodes(gains, random, count):
@@ -56,23 +42,24 @@ def random_nodes(gains, random, count):
             first[b], last[b] = np.sort(random.integers(low[b, c], high[b, c] + 1, 2))
     score, split, cell = np.zeros_like(low, dtype=np.int64), 0 * low, 0 * low - 1
     bounds = [reference.confined_bound(gains, *node) for node in zip(price, low, high, strict=True)]
-    return Nodes(np.array(bounds), low, high, price, score, split, cell), camera, first, last
-
-
-def confine(gains, nodes, camera, first, last, wide, near, goal, steps=STEPS):
-    kernels.confine(
+    return (
+        kernels.Nodes(np.array(bounds), low, high, price, score, split, cell),
         camera,
         first,
         last,
-        wide,
-        np.cumsum([0] + [len(some) for some in near]),
-        np.concatenate(near).astype(np.int32),
-        *gains.pairs,
-        *by_sample(gains),
-        gains.most,
-        REACH,
-        *nodes.arrays,
+    )
+
+
+def confine(gains, nodes, camera, first, last, wide, near, goal, steps=STEPS):
+    offsets = np.cumsum([0] + [len(some) for some in near])
+    kernels.confine(
+        kernels.Cuts(camera, first, last, wide),
+        kernels.Neighbourhoods(offsets, np.concatenate(near).astype(np.int32)),
+        gains.by_camera,
+        by_sample(gains),
+        nodes,
         goal,
+        REACH,
         steps,
     )
 
@@ -106,15 +93,15 @@ def test_bounds_are_exact_and_nothing_better_than_the_goal_is_cut_off():
         confine(gains, nodes, camera, first, last, wide, random_near(gains, random), goal)
         for b in range(3):
             plans = gain_of_each(gains, low[b], high[b])
-            if nodes.bounds[b] <= goal:
-                assert max(plans.values()) <= max(nodes.bounds[b], 0)
+            if nodes.bound[b] <= goal:
+                assert max(plans.values()) <= max(nodes.bound[b], 0)
                 continue
-            assert nodes.bounds[b] == reference.confined_bound(
+            assert nodes.bound[b] == reference.confined_bound(
                 gains, nodes.price[b], nodes.low[b], nodes.high[b]
             )
             start = reference.confined_bound(gains, before[b], low[b], high[b])
-            assert max(plans.values()) <= nodes.bounds[b] <= start
-            lowered += nodes.bounds[b] < start
+            assert max(plans.values()) <= nodes.bound[b] <= start
+            lowered += nodes.bound[b] < start
             assert (nodes.low[b] >= low[b]).all()
             assert (nodes.high[b] <= high[b]).all()
             for cell, gain in plans.items():
@@ -137,7 +124,7 @@ def test_a_split_leaves_cells_on_both_sides():
         confine(
             gains, nodes, camera, first, last, np.ones(2, bool), random_near(gains, random), goal
         )
-        for b in np.flatnonzero(nodes.bounds > goal):
+        for b in np.flatnonzero(nodes.bound > goal):
             low, high, has = nodes.low[b], nodes.high[b], nodes.low[b] <= nodes.high[b]
             assert (nodes.cell[b][~has] == -1).all()
             assert (nodes.cell[b][has] >= 0).all()
@@ -155,14 +142,14 @@ def test_only_the_prices_and_ranges_of_near_cameras_change():
     nodes, *_ = random_nodes(gains, random, 1)
     nodes.low[:], nodes.high[:] = reference.all_cells(gains)
     nodes.price[:] = gains.most // 2
-    nodes.bounds[:] = reference.confined_bound(gains, nodes.price[0])
-    before = [array.copy() for array in nodes.arrays]
+    nodes.bound[:] = reference.confined_bound(gains, nodes.price[0])
+    before = [array.copy() for array in nodes]
     near = [np.array([c, (c + 1) % 6]) for c in range(6)]
     camera, last = np.array([2]), np.array([int(nodes.high[0, 2]) // 2])
     confine(gains, nodes, camera, 0 * last, last, np.array([False]), near, 0)
-    assert nodes.bounds[0] < before[0][0]
+    assert nodes.bound[0] < before[0][0]
     far = [0, 1, 4, 5]
-    for now, was in list(zip(nodes.arrays, before, strict=True))[1:3]:
+    for now, was in list(zip(nodes, before, strict=True))[1:3]:
         np.testing.assert_array_equal(now[0, far], was[0, far])
     seen = np.unique(
         np.concatenate([gains.sample[gains.offsets[c] : gains.offsets[c + 1]] for c in (2, 3)])
@@ -180,11 +167,11 @@ def test_each_node_for_itself(threads):
     wide = camera < 0
     alone = []
     for b in range(6):
-        node = Nodes(*(array[b : b + 1].copy() for array in nodes.arrays))
+        node = kernels.Nodes(*(array[b : b + 1].copy() for array in nodes))
         confine(gains, node, *(a[b : b + 1] for a in (camera, first, last, wide)), near, 0)
         alone.append(node)
     with_threads(threads, lambda: confine(gains, nodes, camera, first, last, wide, near, 0))
-    for name in Nodes.__dataclass_fields__:
+    for name in kernels.Nodes._fields:
         np.testing.assert_array_equal(
             getattr(nodes, name), np.concatenate([getattr(node, name) for node in alone])
         )
@@ -197,10 +184,22 @@ def test_steps_end_at_the_goal():
         nodes, *_, first, last = random_nodes(gains, np.random.default_rng(0), 1)
         nodes.low[:], nodes.high[:] = reference.all_cells(gains)
         nodes.price[:] = 0
-        nodes.bounds[:] = reference.confined_bound(gains, nodes.price[0])
+        nodes.bound[:] = reference.confined_bound(gains, nodes.price[0])
         root, wide = np.array([-1]), np.array([True])
         confine(gains, nodes, root, first, last, wide, near, goal, 1000)
-        bounds.append((nodes.bounds[0], goal))
+        bounds.append((nodes.bound[0], goal))
     assert bounds[0][0] <= bounds[0][1]
     assert 0.8 * bounds[0][1] < bounds[0][0]
     assert bounds[1][0] < bounds[0][0]
+
+
+def test_gains_are_sorted_by_sample():
+    for seed in range(50):
+        gains = gains_of(tiny_problem(seed))
+        expected = by_sample(gains)
+        found = kernels.GainsBySample(
+            *(np.full_like(array, -1) for array in expected[:3]), gains.most
+        )
+        kernels.gains_by_sample(gains.by_camera, found)
+        for array, other in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(array, other)

@@ -1,4 +1,4 @@
-"""Against the same in whole numbers, one by one; sums and bounds in test/core/proof."""
+"""Against the same in whole numbers, one by one; sums and bounds in test/core/bounds."""
 
 import numpy as np
 from hypothesis import given
@@ -9,40 +9,15 @@ from focus_planner.core.problem.gains import gains_of
 from testing.problems import tiny_problem
 
 
-def test_gains_are_counted_and_listed_camera_by_camera():
-    for seed in range(200):
-        problem = tiny_problem(seed)
-        cells, gains = problem.cells, gains_of(problem)
-        out = [int(unseen) for unseen in cells.unseen]
-        sharp = list(out)
-        pairs = {c: [] for c in range(problem.camera_count)}
-        for p in range(problem.sample_count):
-            seen = range(problem.sample_offsets[p], problem.sample_offsets[p + 1])
-            if seen:
-                out[p] = min(int(cells.base[q]) for q in seen) + int(cells.focus[p])
-                sharp[p] = out[p]
-            for q in seen:
-                if cells.first[q] <= cells.last[q] and cells.base[q] < out[p]:
-                    sharp[p] = min(sharp[p], int(cells.base[q]))
-                    pair = (p, out[p] - cells.base[q], cells.first[q], cells.last[q])
-                    pairs[problem.camera_index[q]].append(pair)
-        assert gains.out == sum(out)
-        np.testing.assert_array_equal(gains.most, np.subtract(out, sharp))
-        counts = [len(pairs[c]) for c in range(problem.camera_count)]
-        np.testing.assert_array_equal(np.diff(gains.offsets), counts)
-        listed = zip(gains.sample, gains.gain, gains.first, gains.last, strict=True)
-        assert list(listed) == [pair for c in pairs for pair in pairs[c]]
-
-
 def test_active_pairs_gain_more_than_what_is_within_reach():
     left_out = 0
     for seed in range(200):
         gains, random = gains_of(tiny_problem(seed)), np.random.default_rng(seed)
         price = (random.random(len(gains.most)) * gains.most).astype(np.int64)
         reach = gains.most // 8
-        active = tuple(np.empty_like(array) for array in gains.pairs)
+        active = kernels.GainsByCamera(*(np.empty_like(array) for array in gains.by_camera))
         floor = np.full(len(gains.most), -1, dtype=np.int64)
-        kernels.activate(*gains.pairs, price, reach, *active, floor)
+        kernels.activate(gains.by_camera, price, reach, active, floor)
         at, highest = 0, np.zeros_like(floor)
         for c in range(gains.camera_count):
             assert active[0][c] == at
@@ -50,7 +25,7 @@ def test_active_pairs_gain_more_than_what_is_within_reach():
                 p = gains.sample[j]
                 if gains.gain[j] > price[p] - reach[p]:
                     assert [array[at] for array in active[1:]] == [
-                        array[j] for array in gains.pairs[1:]
+                        array[j] for array in gains.by_camera[1:]
                     ]
                     at += 1
                 else:

@@ -2,38 +2,13 @@ import numpy as np
 import pytest
 
 from focus_planner.core import kernels
-from focus_planner.core.problem.cells import UNITS
 from testing import reference
 from testing.problems import random_problem
 
 
-def assign(problem, cell):
-    cells, best = problem.cells, np.empty(problem.sample_count, dtype=np.int32)
-    units = kernels.assign(
-        problem.sample_offsets,
-        problem.camera_index,
-        cells.base,
-        cells.focus,
-        cells.first,
-        cells.last,
-        cell,
-        best,
-    )
-    return int(units), best
-
-
 def stab(problem, best, cell):
     cells = problem.cells
-    return kernels.stab(
-        problem.camera_offsets,
-        cells.seen,
-        cells.seen_first,
-        cells.seen_last,
-        cells.focus,
-        cells.offsets,
-        best,
-        cell,
-    )
+    return kernels.stab(problem.pairs_by_camera, cells.focus, cells.offsets, best, cell)
 
 
 def random_cells(problem, random):
@@ -42,27 +17,6 @@ def random_cells(problem, random):
 
 def distances(problem, cell):
     return problem.cells.distances()[problem.cells.offsets[:-1] + cell]
-
-
-@pytest.mark.parametrize("ties", [False, True])
-def test_assign_takes_each_samples_cheapest_camera(ties):
-    for seed in range(20):
-        problem = random_problem(seed, 25, 4, share=0.6, ties=ties, equal=ties)
-        cell = random_cells(problem, np.random.default_rng(seed))
-        units, best = assign(problem, cell)
-        table, focus = reference.table(problem), distances(problem, cell)
-        if not ties:  # else what is equal in units may differ by rounding here
-            assert [None if c < 0 else c for c in best] == reference.assign(table, focus)
-        unseen = sum(table.share(p) for p in range(25) if best[p] < 0)
-        assert 1000 * units / UNITS + unseen == pytest.approx(reference.cost(table, focus))
-
-
-def test_of_equal_cameras_the_first_is_taken():
-    problem = random_problem(1, 20, 3, share=1.0)
-    problem.base_cost[:] = 0.25
-    cell = np.full(3, -1, dtype=np.int32)
-    _, best = assign(problem, cell)
-    assert (best == 0).all()
 
 
 @pytest.mark.parametrize("ties", [False, True])

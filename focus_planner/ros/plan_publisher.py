@@ -1,0 +1,111 @@
+"""Publishes the plan in force, for the whole rig and for each camera."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from pathlib import Path
+from threading import Lock
+from typing import Protocol
+
+from focus_planner_msgs.msg import FocusPlan
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from focus_planner.core.rig.rig import Rig
+from focus_planner.messages.typestore import fields_of
+from focus_planner.recording.last_plan import last_plan
+from focus_planner.ros.camera_topics import CameraTopics
+from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.qos import LATCHED
+
+# A subscriber that is being discovered may miss a message, and Fast DDS offers it again after three
+# seconds only: a restored plan is published once most subscribers have been discovered, and again
+# after these times.
+_DISCOVERY_SECONDS = 0.3
+_REPEAT_SECONDS = (0.3, 0.7, 1.5)
+
+
+class PlanObserver(Protocol):
+    """Learns of a plan before anybody else does."""
+
+    def __call__(self, plan: FocusPlan, *, from_record: bool) -> None:
+        """Take note of a plan that is about to be published."""
+
+
+class PlanPublisher:
+    """Publishes ``~/focus_plan`` and ``~/cameras/<name>/focus``.
+
+    Plans and rigs come from the planning thread, all else from the thread of a transition or the
+    executor's; a lock orders them.
+
+    Parameters
+    ----------
+    node : Node
+    cameras : CameraTopics
+    on_plan : PlanObserver
+        Called before a plan is published, so that it is known when lenses report on it.
+    """
+
+    def __init__(self, node: Node, cameras: CameraTopics, on_plan: PlanObserver) -> None:
+        self._node = node
+        self._cameras = cameras
+        self._on_plan = on_plan
+        self._publisher: Publisher | None = None
+        self._repeats: deque[tuple[float, FocusPlan]] = deque()
+        self._lock = Lock()
+
+    def open(self) -> None:
+        """Create the topic of the whole plan."""
+        self._publisher = self._node.create_publisher(FocusPlan, "~/focus_plan", LATCHED)
+
+    def close(self) -> None:
+        """Destroy all topics, and with them the plan in force."""
+        with self._lock:
+            self._repeats.clear()
+        self._cameras.clear()
+        if self._publisher:
+            self._node.destroy_publisher(self._publisher)
+
+    def follow(self, rig: Rig) -> None:
+        """Create and destroy camera topics for a new rig."""
+        with self._lock:
+            self._repeats.clear()
+            self._cameras.follow([camera.name for camera in rig.cameras])
+
+    def publish(self, plan: FocusPlan, *, from_record: bool = False) -> None:
+        """Put a plan in force."""
+        with self._lock:
+            self._repeats.clear()
+            self._on_plan(plan, from_record=from_record)
+            self._send(plan)
+
+    def restore(self, directory: Path) -> None:
+        """Put the last plan that this planner recorded below a directory in force again."""
+        try:
+            last = last_plan(directory, self._node.get_fully_qualified_name())
+        except OSError as error:
+            self._node.get_logger().error(f"cannot look for the last plan: {error}")
+            return
+        if not last:
+            return
+        plan = message_to_ros(FocusPlan, fields_of(last.message))
+        self._cameras.follow([camera.name for camera in plan.cameras])
+        time.sleep(_DISCOVERY_SECONDS)
+        self.publish(plan, from_record=True)
+        now = time.monotonic()
+        self._repeats = deque((now + seconds, plan) for seconds in _REPEAT_SECONDS)
+        self._node.get_logger().info(
+            f"restored the last plan, {plan.plan_id}, from its record {last.run}"
+        )
+
+    def repeat_if_due(self) -> None:
+        """Publish a restored plan again, unless a newer plan or rig has arrived since."""
+        with self._lock:
+            if self._repeats and self._repeats[0][0] <= time.monotonic():
+                self._send(self._repeats.popleft()[1])
+
+    def _send(self, plan: FocusPlan) -> None:
+        if self._publisher:
+            self._publisher.publish(plan)
+        self._cameras.publish(plan)

@@ -1,0 +1,196 @@
+"""Serves ``~/plan_focus`` and ``~/plan``: queues requests for the planning thread, and answers."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from focus_planner_msgs.srv import PlanFocus
+from rclpy.callback_groups import CallbackGroup
+from rclpy.service import Service
+from rclpy.task import Future
+
+from focus_planner.messages.writing import Fields
+from focus_planner.parameters.planner import Settings
+from focus_planner.recording.naming import new_run_id
+from focus_planner.ros.action import PlanAction, write_outcome
+from focus_planner.ros.conversions import fields_from_ros
+from focus_planner.ros.lifecycle import ManagedNode
+from focus_planner.ros.qos import ALL_CALLS
+from focus_planner.runtime.reason import Reason
+from focus_planner.runtime.requests import Outcome, Request, Requests
+
+if TYPE_CHECKING:
+    from focus_planner.ros.planning_thread import PlanningThread
+    from focus_planner.ros.subscriptions import Subscriptions
+
+
+class PlanServer:
+    """Serves requests for plans.
+
+    It belongs to the executor's thread. A call is a coroutine that waits for the planning thread,
+    in a reentrant callback group so that calls can queue up. rclpy looks at waiting coroutines only
+    when something wakes the executor, so waiting costs nothing.
+
+    Parameters
+    ----------
+    node : ManagedNode
+    group : CallbackGroup
+        A reentrant one.
+    settings : callable
+        Returns the current parameters.
+    on_change : callable
+        Called when requests arrive and when they have been answered.
+
+    Attributes
+    ----------
+    requests : Requests
+        The unanswered ones.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        group: CallbackGroup,
+        settings: Callable[[], Settings],
+        on_change: Callable[[], None],
+    ) -> None:
+        self.requests = Requests()
+        self._node = node
+        self._group = group
+        self._settings = settings
+        self._on_change = on_change
+        self._is_active = False
+        self._planning: PlanningThread | None = None
+        self._inputs: Subscriptions | None = None
+        self._service: Service | None = None
+        self._action: PlanAction | None = None
+        self._calls: set[Future] = set()
+        self._unfinished: deque[Callable[[], object]] = deque()
+
+    def open(self, planning: PlanningThread, inputs: Subscriptions) -> None:
+        """Create the service and the action; until :meth:`activate` no request is accepted.
+
+        Parameters
+        ----------
+        planning : PlanningThread
+            Plans.
+        inputs : Subscriptions
+            Emptied before each request, which is to be planned with what was sent before it.
+        """
+        self._planning, self._inputs = planning, inputs
+        self._service = self._node.create_service(
+            PlanFocus,
+            "~/plan_focus",
+            self._plan_focus,
+            qos_profile=ALL_CALLS,
+            callback_group=self._group,
+        )
+        self._action = PlanAction(self._node, self._group, self)
+
+    def close(self) -> None:
+        """Destroy the service and the action."""
+        if self._service:
+            self._node.destroy_service(self._service)
+        if self._action:
+            self._action.destroy()
+        self._service = self._action = None
+        self._planning = self._inputs = None
+
+    def activate(self) -> None:
+        """Accept requests."""
+        self._is_active = True
+
+    def deactivate(self, reason: Reason) -> None:
+        """Answer all requests without a plan, and accept no more."""
+        self._is_active = False
+        self.requests.abort_all(reason)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a call or a goal is still to be answered."""
+        return bool(self._calls) or (self._action is not None and self._action.is_busy)
+
+    def admit_goal(self) -> bool:
+        """Return whether another goal is accepted; if so, stop those that it preempts."""
+        if not self._is_active:
+            self._node.get_logger().info("rejected a goal: the planner is not active")
+            return False
+        serving = self._settings().serving
+        if not self.requests.admit_goal(serving):
+            unanswered = len(self.requests.open)
+            self._node.get_logger().info(
+                f"rejected a goal: overlap is {serving.overlap}, unanswered requests: {unanswered}"
+            )
+            return False
+        return True
+
+    def submit_goal(
+        self,
+        asked: Fields,
+        answer: Callable[[Outcome], None],
+        send_feedback: Callable[[Fields], None],
+    ) -> Request:
+        """Queue a goal."""
+        return self._submit(asked, answer, send_feedback=send_feedback)
+
+    def on_outcome(self, outcome: Outcome) -> None:
+        """Have the work done that is left for when an answer has been sent."""
+        self._unfinished.append(outcome.on_sent)
+        self._on_change()
+        if self._node.executor:
+            # The executor gets to this task only after it has sent the response.
+            self._node.executor.create_task(self._finish_one)
+
+    def finish_answered(self) -> None:
+        """Do what :meth:`on_outcome` has left to the executor, which may not get to it."""
+        while self._unfinished:
+            self._finish_one()
+
+    async def _plan_focus(
+        self, request: PlanFocus.Request, response: PlanFocus.Response
+    ) -> PlanFocus.Response:
+        """Queue a call, and wait until it is answered."""
+        outcome = self._inactive() if not self._is_active else await self._answered(request)
+        write_outcome(response, outcome)
+        self.on_outcome(outcome)
+        return response
+
+    async def _answered(self, request: PlanFocus.Request) -> Outcome:
+        answer = Future()
+        self._calls.add(answer)
+        try:
+            until = time.perf_counter() + self._settings().serving.service_max_wait
+            self._submit(fields_from_ros(request), answer.set_result, waits_until=until)
+            outcome: Outcome = await answer
+        finally:
+            self._calls.remove(answer)
+        return outcome
+
+    def _submit(self, asked: Fields, answer: Callable[[Outcome], None], **options: Any) -> Request:
+        assert self._planning is not None
+        assert self._inputs is not None
+        self._inputs.take_all()
+
+        def answer_and_wake(outcome: Outcome) -> None:
+            answer(outcome)
+            if self._node.executor:
+                self._node.executor.wake()
+
+        request = Request(asked, self._settings(), new_run_id(), answer_and_wake, **options)
+        self._on_change()
+        if self.requests.add(request):
+            self._planning.plan(request)
+        return request
+
+    def _finish_one(self) -> None:
+        if self._unfinished:
+            self._unfinished.popleft()()
+
+    def _inactive(self) -> Outcome:
+        if self._node.is_finalized:
+            return Outcome(Reason.INACTIVE, "the planner has been shut down; start it again")
+        command = f"ros2 lifecycle set {self._node.get_fully_qualified_name()} activate"
+        return Outcome(Reason.INACTIVE, f"the planner is inactive; activate it: {command}")

@@ -1,0 +1,59 @@
+"""Logs: what is needed of one, none at all, and one that a careless sender cannot flood."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Protocol
+
+
+class Log(Protocol):
+    """What is needed of a logger."""
+
+    def warning(self, message: str) -> object:
+        """Report what the user should know."""
+
+    def error(self, message: str) -> object:
+        """Report what should not have happened."""
+
+
+class SilentLog:
+    """Discards everything, for callers that report problems themselves."""
+
+    def warning(self, message: str) -> None:
+        """Discard a warning."""
+
+    def error(self, message: str) -> None:
+        """Discard an error."""
+
+
+class ThrottledLog:
+    """Passes on a burst of warnings, then one per second, and counts those it suppresses.
+
+    A sender of invalid messages tends to repeat them at full rate.
+
+    Parameters
+    ----------
+    log : Log
+    """
+
+    _BURST = 10.0
+    _PER_SECOND = 1.0
+
+    def __init__(self, log: Log) -> None:
+        self._log = log
+        self._credit = self._BURST
+        self._newest: datetime | None = None
+        self._suppressed = 0
+
+    def warning(self, message: str, at: datetime) -> None:
+        """Log a warning about what happened at a given time, unless there are too many."""
+        elapsed = (at - (self._newest or at)).total_seconds()
+        if elapsed >= 0:  # a backlog is read newest first
+            self._credit = min(self._BURST, self._credit + elapsed * self._PER_SECOND)
+            self._newest = at
+        if self._credit < 1:
+            self._suppressed += 1
+            return
+        more = f" ({self._suppressed} similar warnings suppressed)" if self._suppressed else ""
+        self._credit, self._suppressed = self._credit - 1, 0
+        self._log.warning(message + more)

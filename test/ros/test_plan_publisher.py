@@ -1,0 +1,150 @@
+"""Publishing plans, and restoring the last one, in this process."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from focus_planner_msgs.msg import CameraFocus, FocusPlan
+from rclpy.publisher import Publisher
+
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.messages.typestore import PLAN, serialize
+from focus_planner.recording.bag import BagWriter
+from focus_planner.recording.run import answered_plan, beginning_messages
+from focus_planner.ros import plan_publisher as module
+from focus_planner.ros.camera_topics import CameraTopics
+from focus_planner.ros.plan_publisher import PlanPublisher
+from testing import made_up_runs as made_up
+from testing.ros.clock import StoppedClock
+from testing.ros.log import recorded_log
+
+RIG = cylinder_rig(rows=1, columns=2)
+NAMES = [camera.name for camera in RIG.cameras]
+TOPICS = ["/here/focus_plan", *(f"/here/cameras/{name}/focus" for name in NAMES)]
+
+
+def plan(plan_id="a plan"):
+    return FocusPlan(plan_id=plan_id, cameras=[CameraFocus(name=name) for name in NAMES])
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = StoppedClock()
+    monkeypatch.setattr(module, "time", clock)
+    return clock
+
+
+class Bench:
+    """A publisher, and everything that it does, in order."""
+
+    def __init__(self, node):
+        self.node = node
+        self.log = recorded_log(node)
+        self.events = []
+        self.cameras = CameraTopics(node)
+        self.plans = PlanPublisher(node, self.cameras, self._on_plan)
+
+    def _on_plan(self, plan, *, from_record):
+        self.events.append(("noted", plan.plan_id, from_record))
+
+    def taken(self):
+        """The events since the last call."""
+        events = self.events.copy()
+        self.events.clear()
+        return events
+
+
+@pytest.fixture
+def bench(make_node, monkeypatch, clock):
+    bench = Bench(make_node())
+
+    def publish(publisher, message):
+        bench.events.append(publisher.topic_name)
+
+    monkeypatch.setattr(Publisher, "publish", publish)
+    bench.plans.open()
+    yield bench
+    bench.plans.close()
+
+
+def record(directory, number=1):
+    """Record a run of this node whose plan was published; it was killed afterwards."""
+    beginning = replace(made_up.beginning(number), planner="/here")
+    fields = {"plan_id": made_up.run_id(number), "cameras": [{"name": name} for name in NAMES]}
+    bag = BagWriter()
+    bag.open(directory / made_up.run_id(number))
+    for message in beginning_messages(beginning):
+        bag.add(message)
+    bag.add(answered_plan(beginning, serialize(PLAN, fields), published=True))
+    bag.flush()
+    bag.abandon()
+
+
+def test_a_plan_is_known_before_it_is_published(bench):
+    bench.plans.follow(RIG)
+    bench.plans.publish(plan())
+    assert bench.taken() == [("noted", "a plan", False), *TOPICS]
+
+
+def test_the_last_plan_is_restored_once_subscribers_have_been_discovered(bench, tmp_path, clock):
+    record(tmp_path)
+    bench.plans.restore(tmp_path)
+    assert clock.slept == [0.3]
+    assert bench.taken() == [("noted", made_up.run_id(1), True), *TOPICS]
+    (text,) = bench.log.of("info")
+    assert text.startswith(f"restored the last plan, {made_up.run_id(1)}, from its record ")
+    assert str(tmp_path) in text
+
+
+def test_a_restored_plan_is_repeated_for_subscribers_discovered_late(bench, tmp_path, clock):
+    record(tmp_path)
+    bench.plans.restore(tmp_path)
+    bench.taken()
+    repeated = []
+    for _ in range(40):
+        bench.plans.repeat_if_due()
+        if events := bench.taken():
+            assert events == TOPICS
+            repeated.append(clock.now)
+        clock.advance(0.1)
+    assert [round(now - 1000.3, 1) for now in repeated] == [0.3, 0.7, 1.5]
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        lambda plans: plans.publish(plan("a newer one")),
+        lambda plans: plans.follow(RIG),
+        lambda plans: plans.close(),
+    ],
+)
+def test_what_replaces_a_restored_plan_ends_its_repetition(bench, tmp_path, clock, end):
+    record(tmp_path)
+    bench.plans.restore(tmp_path)
+    end(bench.plans)
+    bench.taken()
+    clock.advance(10.0)
+    bench.plans.repeat_if_due()
+    assert bench.taken() == []
+
+
+def test_without_a_record_nothing_is_restored(bench, tmp_path, clock):
+    bench.plans.restore(tmp_path)
+    bench.plans.restore(tmp_path / "not there")
+    assert (bench.taken(), bench.log.records, clock.slept) == ([], [], [])
+
+
+def test_a_directory_that_cannot_be_read_is_logged(bench, tmp_path):
+    bench.plans.restore(tmp_path / ("a" * 300))
+    (text,) = bench.log.of("error")
+    assert text.startswith("cannot look for the last plan: ")
+    assert text.endswith("'" + "a" * 300 + "'") or "File name too long" in text
+    assert bench.taken() == []
+
+
+def test_closed_it_leaves_no_topics(bench):
+    bench.plans.follow(RIG)
+    assert {p.topic_name for p in bench.node.publishers} >= set(TOPICS)
+    bench.plans.close()
+    assert not {p.topic_name for p in bench.node.publishers} & set(TOPICS)

@@ -1,0 +1,197 @@
+"""What ``~/status`` and ``/diagnostics`` contain and when they are published, in this process."""
+
+from __future__ import annotations
+
+import math
+from copy import deepcopy
+from datetime import datetime, timezone
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from focus_planner_msgs.msg import CameraFocus, FocusPlan, LensState
+from rclpy.publisher import Publisher
+
+from focus_planner.core.validation import InputError
+from focus_planner.lenses.driver import LensStatus
+from focus_planner.messages.typestore import LENS_STATE, deserialize, serialize
+from focus_planner.ros import diagnostics, status
+from focus_planner.ros.diagnostics import DiagnosticsPublisher
+from focus_planner.ros.status import StatusPublisher
+from focus_planner.runtime.diagnostics import Diagnosis, Level
+from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.status import PlannerReport, Snapshot
+from testing.ros.clock import StoppedClock
+
+IDLE = PlannerReport("active")
+PERIOD = 1.0
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = StoppedClock()
+    monkeypatch.setattr(status, "time", clock)
+    monkeypatch.setattr(diagnostics, "time", clock)
+    return clock
+
+
+@pytest.fixture
+def published(monkeypatch):
+    """All messages that any publisher has been given."""
+    messages = []
+    monkeypatch.setattr(Publisher, "publish", lambda _, message: messages.append(deepcopy(message)))
+    return messages
+
+
+@pytest.fixture
+def publisher(make_node, clock, published):
+    publisher = StatusPublisher(make_node())
+    published.clear()
+    return publisher
+
+
+def plan(plan_id="a plan"):
+    cameras = [CameraFocus(name=f"cam_{k}", focus_distance=1.0 + k) for k in range(3)]
+    return FocusPlan(plan_id=plan_id, cameras=cameras)
+
+
+def report_of(camera="cam_1", plan_id="a plan", code=LensStatus.VERIFIED, **values):
+    fields = {"name": camera, "plan_id": plan_id, "status": int(code), **values}
+    return deserialize(LENS_STATE, serialize(LENS_STATE, fields))
+
+
+def newest(publisher, published, clock, report=IDLE):
+    clock.advance(PERIOD)
+    publisher.publish_if_due(report, PERIOD)
+    return published[-1]
+
+
+# --- when --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda publisher: publisher.changed(),
+        lambda publisher: publisher.planned(plan("another")),
+        lambda publisher: publisher.reported(report_of()),
+        lambda publisher: publisher.clear(),
+    ],
+)
+def test_a_change_is_published_soon(publisher, published, clock, change):
+    publisher.planned(plan())
+    newest(publisher, published, clock)
+    clock.advance(0.5)
+    publisher.publish_if_due(IDLE, PERIOD)
+    assert len(published) == 1
+    change(publisher)
+    publisher.publish_if_due(IDLE, PERIOD)
+    assert len(published) == 2
+    clock.advance(0.5)
+    publisher.publish_if_due(IDLE, PERIOD)
+    assert len(published) == 2
+
+
+def test_changes_are_published_ten_times_a_second_at_most(publisher, published, clock):
+    for _ in range(100):
+        publisher.changed()
+        publisher.publish_if_due(IDLE, PERIOD)
+        clock.advance(1 / 64)
+    assert 14 <= len(published) <= 16
+
+
+def test_another_state_is_published_soon(publisher, published, clock):
+    newest(publisher, published, clock)
+    clock.advance(0.1)
+    publisher.publish_if_due(PlannerReport("deactivating"), PERIOD)
+    publisher.publish_if_due(PlannerReport("inactive"), PERIOD)
+    clock.advance(0.1)
+    publisher.publish_if_due(PlannerReport("inactive"), PERIOD)
+    states = [message.state for message in published]
+    assert states == ["active", "deactivating", "inactive"]
+
+
+# --- what --------------------------------------------------------------------------------------
+
+
+def test_the_report_is_in_it(publisher, published, clock):
+    received = datetime(2025, 1, 1, tzinfo=timezone.utc)
+    surface = InputState("surface", "/here/mesh", received, (12, 34))
+    snapshot = Snapshot(surface, InputState("rig", refused="a bad one"))
+    report = PlannerReport("active", "a request", 2, snapshot)
+    message = newest(publisher, published, clock, report)
+    assert (message.state, message.planning, message.waiting) == ("active", "a request", 2)
+    assert (message.surface.topic, message.surface.stamp.sec) == ("/here/mesh", 12)
+    assert message.surface.age > 0
+    assert (message.rig.topic, message.rig.refused) == ("", "a bad one")
+    assert math.isnan(message.rig.age)
+    assert message.header.stamp.sec > 0
+
+
+def test_lenses_of_a_new_plan_have_not_reported(publisher, published, clock):
+    publisher.planned(plan(), from_record=True)
+    message = newest(publisher, published, clock)
+    assert (message.plan_id, message.from_record) == ("a plan", True)
+    assert [lens.name for lens in message.lenses] == ["cam_0", "cam_1", "cam_2"]
+    assert [lens.planned_distance for lens in message.lenses] == [1.0, 2.0, 3.0]
+    assert all(math.isnan(lens.sent_value) for lens in message.lenses)
+    assert (message.unreported, message.verified) == (3, 0)
+
+
+def test_reports_of_lenses_are_counted(publisher, published, clock):
+    publisher.planned(plan())
+    assert publisher.reported(report_of("cam_1", sent_value=5.0))
+    assert publisher.reported(report_of("cam_2", code=LensStatus.FAILED))
+    message = newest(publisher, published, clock)
+    counts = (message.unreported, message.sent, message.verified, message.differ, message.failed)
+    assert counts == (1, 0, 1, 0, 1)
+    assert (message.lenses[1].sent_value, message.lenses[1].planned_distance) == (5.0, 2.0)
+    assert publisher.lens_counts[LensStatus.VERIFIED] == 1
+    publisher.planned(plan("another"))
+    assert publisher.lens_counts == {LensStatus.UNREPORTED: 3}
+
+
+@pytest.mark.parametrize(
+    "other", [{"plan_id": "another"}, {"plan_id": ""}, {"camera": "nobody"}, {"camera": ""}]
+)
+def test_reports_about_another_plan_or_camera_are_ignored(publisher, other):
+    publisher.planned(plan())
+    assert not publisher.reported(report_of(**other))
+    assert publisher.lens_counts == {LensStatus.UNREPORTED: 3}
+
+
+def test_an_unknown_status_is_an_input_error(publisher):
+    publisher.planned(plan())
+    with pytest.raises(InputError, match="status: expected 0 to 4, as LensState names them, got 5"):
+        publisher.reported(report_of(code=5))
+
+
+def test_cleared_it_knows_no_plan(publisher, published, clock):
+    publisher.planned(plan(), from_record=True)
+    publisher.clear()
+    assert not publisher.reported(report_of())
+    message = newest(publisher, published, clock)
+    assert (message.plan_id, message.from_record, message.lenses) == ("", False, [])
+
+
+def test_the_statuses_are_those_of_the_message():
+    for code in LensStatus:
+        assert getattr(LensState, f"STATUS_{code.name}") == code
+
+
+# --- diagnostics -------------------------------------------------------------------------------
+
+
+def test_diagnostics_are_published_periodically(make_node, clock, published):
+    found = [Diagnosis("rig", Level.WARN, "none yet", {"topic": ""})]
+    publisher = DiagnosticsPublisher(make_node(), lambda: found)
+    published.clear()
+    for _ in range(5):
+        publisher.publish_if_due(PERIOD)
+        clock.advance(0.5)
+    assert len(published) == 3
+    (entry,) = published[-1].status
+    assert (entry.level, entry.name, entry.message) == (
+        DiagnosticStatus.WARN,
+        "here: rig",
+        "none yet",
+    )

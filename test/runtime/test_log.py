@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from datetime import datetime, timedelta, timezone
+
+from focus_planner.runtime.log import SilentLog, ThrottledLog
+from testing.messages import Log
+
+START = datetime(2025, 1, 1, tzinfo=timezone.utc)
+
+
+def at(seconds):
+    return START + timedelta(seconds=seconds)
+
+
+def test_a_burst_is_logged_and_then_one_per_second():
+    log = Log()
+    throttled = ThrottledLog(log)
+    for k in range(50):
+        throttled.warning(f"{k}", at(k / 10))
+    # Ten at once, and those that 4.9 s allow.
+    assert [text.split(" ")[0] for text in log.warnings][:10] == [f"{k}" for k in range(10)]
+    assert len(log.warnings) == 14
+
+
+def test_it_says_how_many_it_suppressed():
+    log = Log()
+    throttled = ThrottledLog(log)
+    for _ in range(13):
+        throttled.warning("bad", at(0))
+    throttled.warning("bad", at(5))
+    throttled.warning("bad", at(6))
+    assert log.warnings == [
+        *["bad"] * 10,
+        "bad (3 similar warnings suppressed)",
+        "bad",
+    ]
+
+
+def test_a_backlog_read_newest_first_earns_no_credit_twice():
+    log = Log()
+    throttled = ThrottledLog(log)
+    for _ in range(10):
+        throttled.warning("bad", at(9))
+    for _ in range(10):
+        throttled.warning("old", at(0))
+    throttled.warning("bad", at(9.5))
+    assert log.warnings == ["bad"] * 10
+
+
+def test_a_silent_log_discards_everything(capsys):
+    SilentLog().warning("a warning")
+    SilentLog().error("an error")
+    assert capsys.readouterr() == ("", "")
