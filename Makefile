@@ -37,7 +37,7 @@ test: lint  ## lint, and all tests; ARGS="-k name" goes to pytest
 
 docs: setup  ## build the site in docs/_build/html; check its links and run its code
 	@$(BIN)/sphinx-build -W -n -q --keep-going -b html docs docs/_build/html
-	@$(BIN)/python -m pytest test/docs
+	@$(PYTEST) test/docs
 	@echo "docs/_build/html/index.html"
 
 bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
