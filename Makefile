@@ -1,5 +1,11 @@
 SHELL := /bin/bash
-BIN := .venv/bin
+# The environment, and what makes it: make check VENV=.venv-3.10 PYTHON=3.10
+VENV ?= .venv
+export VENV PYTHON
+BIN := $(VENV)/bin
+# As many workers as cores, but no more than memory has room for. Tests of one file share what it has
+# started; files whose tests start processes take longest, and test/conftest.py puts them first.
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 # A process started with another environment's marker does not find its libraries, and a sourced
 # ROS would shadow the one in .venv.
@@ -9,12 +15,12 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test bench lint format lock clean
+.PHONY: help setup demo check test docs bench lint format lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-setup:  ## set up .venv: Python and ROS packages, interfaces, this package
+setup:  ## set up .venv; PYTHON=3.10 or a path chooses its Python, VENV=folder another place
 	@tools/setup.sh
 
 # On this machine only, and apart from other graphs, unless the caller wants otherwise.
@@ -23,8 +29,16 @@ demo: export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 demo: setup  ## plan the focus of a rig around a real body, through ROS
 	@$(BIN)/focus_planner demo
 
-test: lint  ## lint, then all tests; ARGS="-k name" goes to pytest
-	@$(BIN)/python -m pytest $(ARGS)
+check: lint  ## lint, and all tests that start no process; ARGS="-k name" goes to pytest
+	@$(PYTEST) -m "not processes" $(ARGS)
+
+test: lint  ## lint, and all tests; ARGS="-k name" goes to pytest
+	@$(PYTEST) $(ARGS)
+
+docs: setup  ## build the site in docs/_build/html; check its links and run its code
+	@$(BIN)/sphinx-build -W -n -q --keep-going -b html docs docs/_build/html
+	@$(PYTEST) test/docs
+	@echo "docs/_build/html/index.html"
 
 bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
 	@BODIES="$(BODIES)" $(BIN)/python -m benchmarks $(ARGS)
@@ -44,7 +58,7 @@ lock: setup  ## renew requirements.lock from requirements.in; ARGS="--upgrade" t
 	  --universal --python-version 3.10 --generate-hashes --no-annotate --no-header \
 	  --no-emit-index-url --no-emit-find-links
 
-clean:  ## remove caches and colcon's output; .venv stays
-	@rm -rf build install log *.egg-info .coverage .hypothesis
+clean:  ## remove caches, and what builds leave; environments stay
+	@rm -rf build dist install log *.egg-info .coverage .hypothesis
 	@rm -rf .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
-	@find . -path ./.venv -prune -o -name __pycache__ -type d -exec rm -rf {} +
+	@find . -path './.venv*' -prune -o -name __pycache__ -type d -exec rm -rf {} +

@@ -1,14 +1,45 @@
 """Build focus_planner, for pip and for colcon (ament_python)."""
 
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "focus_planner"
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version="0.2.0",
     description="Plans the focus distances of a multi-camera capture rig",
+    long_description=Path(__file__).with_name("README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="focus_planner developers",
     license="Apache-2.0",
+    license_files=["LICENSE"],
+    keywords=[
+        "camera",
+        "coverage",
+        "depth of field",
+        "focus",
+        "multi-view",
+        "photogrammetry",
+        "robotics",
+        "ROS 2",
+    ],
+    classifiers=[
+        "Development Status :: 4 - Beta",
+        "Environment :: Console",
+        "Intended Audience :: Manufacturing",
+        "Intended Audience :: Science/Research",
+        "Operating System :: POSIX :: Linux",
+        "Programming Language :: Python :: 3 :: Only",
+        "Programming Language :: Python :: 3.10",
+        "Programming Language :: Python :: 3.11",
+        "Programming Language :: Python :: 3.12",
+        "Programming Language :: Python :: 3.13",
+        "Topic :: Multimedia :: Graphics :: Capture :: Digital Camera",
+        "Topic :: Scientific/Engineering",
+        "Typing :: Typed",
+    ],
     python_requires=">=3.10",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     package_data={NAME: ["bodies/*", "messages/definitions/*/*", "py.typed"]},
@@ -20,19 +51,25 @@ setup(
         (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),
         (f"share/{NAME}/security", ["security/loopback.xml", "security/policies.xml"]),
     ],
-    # rclpy and the messages are not listed: without ROS all but focus_planner.ros works.
+    # Each floor is the oldest release in requirements.lock for any Python: nothing older is tested.
     install_requires=[
-        "matplotlib",
-        "mcap",
-        "numba",
-        "numpy",
-        "open3d-cpu",
-        "pyyaml",
-        "rich",
-        "rosbags",
-        "scipy",
-        "trimesh",
+        "argcomplete>=3.7",
+        "mcap>=1.6",
+        "numba>=0.68",
+        "numpy>=2.2",
+        "open3d-cpu>=0.20",
+        "pyyaml>=6.0",
+        "rich>=15.0",
+        "rosbags>=0.11",
+        "scipy>=1.15",
+        "trimesh>=5.2",
     ],
+    extras_require={
+        "picture": ["matplotlib>=3.10"],
+        # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
+        # are built from msg_defs, as `make setup` does.
+        "ros": ["ros-jazzy-common-interfaces>=5.3,<5.4", "ros-jazzy-rclpy[fastrtps]>=7.1,<7.2"],
+    },
     entry_points={
         "console_scripts": [
             "focus_planner = focus_planner.cli.main:main",

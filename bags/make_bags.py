@@ -1,9 +1,9 @@
-"""Record the runs in this folder again, with the node and the command line as they are now.
+"""Record the runs in this folder again, with the current node and command line.
 
     .venv/bin/python bags/make_bags.py
 
-Every surface, rig and request is made here, from the bodies that the package ships and from seeds;
-only times and names of runs differ from one making to the next. README.md says what is what.
+All surfaces, rigs and requests are made from the shipped bodies and from seeds: only the times and
+names of runs differ each time. The runs are described in ``README.md`` beside this file.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def small_body(name: str) -> Mesh:
         o3d.utility.Vector3dVector(mesh.vertices.copy()),
         o3d.utility.Vector3iVector(mesh.triangles.astype(np.int32)),
     ).simplify_quadric_decimation(TRIANGLES)
-    # To the micrometre, which compresses better than sixteen digits.
+    # Rounded to micrometres, which compress better than sixteen digits.
     return Mesh(np.asarray(small.vertices).round(6), np.asarray(small.triangles))
 
 
@@ -79,7 +79,7 @@ def cloud(normals: bool) -> PointCloud:
 
 
 def mixed_rig() -> Rig:
-    """Return a rig of cameras of several kinds, in no order, turned and moved by a seed."""
+    """Return a rig with several kinds of cameras, in random order and at random distances."""
     random = np.random.default_rng(11)
     wide = CameraIntrinsics(1920, 1080, 1400.0, 1405.0, 955.5, 541.0)
     lenses = (
@@ -96,24 +96,24 @@ def mixed_rig() -> Rig:
     return Rig(tuple(cameras[i] for i in random.permutation(len(cameras))))
 
 
-class Recorded:
-    """The node that records, and its client."""
+class RecordingNode:
+    """The recording node's client, and the folder of its runs."""
 
     def __init__(self, folder: Path, client: PlannerClient) -> None:
         self.folder = folder
         self.client = client
 
     def run(self, name: str, *, success: bool = True, **request: Any) -> None:
-        """Call for a plan, and keep its run under a name."""
-        answer = self.client.plan(**{**SAMPLES, **request})
-        if answer.success is not success:
-            raise SystemExit(f"{name}: {answer.message}")
+        """Request a plan, and keep its run under a name."""
+        response = self.client.plan(**{**SAMPLES, **request})
+        if response.success is not success:
+            raise SystemExit(f"{name}: {response.message}")
         keep(self.folder, name)
-        print(f"{name}: {answer.message}")
+        print(f"{name}: {response.message}")
 
 
 def keep(folder: Path, name: str) -> None:
-    """Move the only run below a folder here, once it is whole."""
+    """Move the only run in a folder here, once it is complete."""
     until = time.monotonic() + PATIENCE
     while not (runs := [run for run in folder.iterdir() if run.suffix != ".partial"]):
         if time.monotonic() > until:
@@ -124,23 +124,23 @@ def keep(folder: Path, name: str) -> None:
 
 
 @contextmanager
-def node(folder: Path) -> Iterator[Recorded]:
-    """Run the node, recording below a folder."""
+def node(folder: Path) -> Iterator[RecordingNode]:
+    """Run the node, recording into a folder."""
     command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
-    # A run holds all parameters: no path of this machine.
+    # A relative path: a run contains all parameters, and no path of this machine should be there.
     where = ["-p", f"record_directory:={folder.name}"]
     process = subprocess.Popen([*command, *where], cwd=folder.parent)
     try:
         with PlannerClient() as client:
             client.wait_for_node(PATIENCE)
-            yield Recorded(folder, client)
+            yield RecordingNode(folder, client)
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(PATIENCE)
 
 
-def every_method(node: Recorded) -> None:
-    """Record a mesh and a rig, planned for in every way."""
+def every_method(node: RecordingNode) -> None:
+    """Record plans for a mesh and a rig by every method."""
     node.client.publish_mesh(small_body("arms_down"))
     node.client.publish_rig(RIG)
     for method in ("closest", "average", "em", "k_view", "optimal"):
@@ -152,8 +152,8 @@ def every_method(node: Recorded) -> None:
     node.run("mesh_budget", method="optimal", samples=60_000, time_budget=0.4, gap=1e-9)
 
 
-def clouds(node: Recorded) -> None:
-    """Record clouds, before cameras that are poses only."""
+def clouds(node: RecordingNode) -> None:
+    """Record plans for clouds and camera poses."""
     node.client.set_parameters(lens__hyperfocal_distance=5.0)
     node.client.publish_poses(RIG)
     node.client.publish_cloud(cloud(normals=False))
@@ -164,8 +164,8 @@ def clouds(node: Recorded) -> None:
     node.client.set_parameters(samples=4096)
 
 
-def other_rigs(node: Recorded) -> None:
-    """Record cameras of several kinds, a plan that starts from another, and what fails."""
+def other_rigs(node: RecordingNode) -> None:
+    """Record several kinds of cameras, a warm start, and two failures."""
     node.client.publish_mesh(small_body("arms_raised"))
     node.client.publish_rig(mixed_rig())
     node.run("mixed_rig", method="optimal")
@@ -179,9 +179,9 @@ def other_rigs(node: Recorded) -> None:
     node.run("failed_rig", success=False)
 
 
-def device_values(node: Recorded) -> None:
-    """Record lenses whose drivers are told numbers of their own, by the node's lens tables."""
-    # Where the node looks for it: a run holds the parameter, and no path of this machine.
+def device_values(node: RecordingNode) -> None:
+    """Record device values from a file of lens tables."""
+    # In the node's working directory, so that the parameter contains no path of this machine.
     (node.folder.parent / "lens_tables.yaml").write_text(LENS_TABLES)
     node.client.set_parameters(lens_tables="lens_tables.yaml")
     node.client.publish_mesh(small_body("arms_out"))
@@ -191,7 +191,7 @@ def device_values(node: Recorded) -> None:
 
 
 def iter_whole(folder: Path) -> Iterator[Path]:
-    """Yield the run below a folder, once it is whole."""
+    """Yield the run in a folder, once it is complete."""
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until:
         yield from (run for run in folder.iterdir() if run.suffix != ".partial")
@@ -199,7 +199,7 @@ def iter_whole(folder: Path) -> Iterator[Path]:
 
 
 def from_files(folder: Path) -> None:
-    """Record what the command line plans: a mesh whose vertices have normals and importance."""
+    """Record a plan by the command line, for a mesh with vertex normals and importance."""
     mesh = small_body("arms_out")
     solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
     solid.export(folder / "body.ply", vertex_normal=True)
@@ -215,9 +215,9 @@ def from_files(folder: Path) -> None:
 
 
 def data_set() -> None:
-    """Write the shipped bodies, one a second, as a data set."""
+    """Write the shipped bodies, one per second, as a data set."""
     bag = BagWriter()
-    at = 1_767_225_600 * 10**9  # 2026 began
+    at = 1_767_225_600 * 10**9  # 2026-01-01 00:00 UTC
     for k, path in enumerate(bodies()):
         payload = mesh_to_bytes(load_surface(path))
         bag.add(BagMessage("/focus_planner/mesh", MESH, payload, at + k * 10**9))
@@ -228,8 +228,8 @@ def data_set() -> None:
 
 
 def main() -> None:
-    """Record all."""
-    steps: tuple[Callable[[Recorded], None], ...] = (
+    """Record all runs and the data set."""
+    steps: tuple[Callable[[RecordingNode], None], ...] = (
         every_method,
         clouds,
         other_rigs,

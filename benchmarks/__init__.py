@@ -1,1 +1,1 @@
-"""What the planner takes and gives, measured: ``make bench``."""
+"""Benchmarks of the planner's time, memory and plan quality: ``make bench``."""

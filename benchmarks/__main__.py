@@ -1,9 +1,9 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
-The usual ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``. What
-the node promises under load and faults is put to the test by ``load``, ``endurance``, ``fuzz``,
-``faults`` and ``limits``; the exit status is 1 if a promise is broken.
+The default ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
+the long ones are ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``.
+``load``, ``endurance``, ``fuzz``, ``faults`` and ``limits`` test the node's guarantees under load
+and faults; the exit status is 1 if one is violated.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from importlib import import_module
 
 from rich.console import Console
 
-_USUAL = ("speed", "memory", "service", "recording", "quality", "clouds")
+_DEFAULT = ("speed", "memory", "service", "recording", "quality", "clouds")
 _LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling")
-_PROMISES = ("load", "endurance", "fuzz", "faults", "limits")
-_ALL = _USUAL + _LONG + _PROMISES
+_GUARANTEES = ("load", "endurance", "fuzz", "faults", "limits")
+_ALL = _DEFAULT + _LONG + _GUARANTEES
 
 
 def main() -> int:
     """Run the benchmarks named on the command line."""
-    chosen = sys.argv[1:] or _USUAL
+    chosen = sys.argv[1:] or _DEFAULT
     unknown = [name for name in chosen if name not in _ALL]
     if unknown:
         print(f"benchmarks: expected some of {', '.join(_ALL)}, got {unknown[0]!r}")

@@ -1,4 +1,4 @@
-"""How long a caller in another process waits for the best plan so far, once it has cancelled."""
+"""Time from cancelling a goal, in another process, to the result with the best plan so far."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def run(console: Console) -> None:
 
 @dataclass
 class _Waits:
-    """Seconds from the request to cancel to the result, and the stage that was told last."""
+    """Seconds from the cancel request to the result, and the last stage in the feedback."""
 
     seconds: list[float] = field(default_factory=list)
     stages: list[str] = field(default_factory=list)
@@ -74,7 +74,7 @@ def _measure(console: Console, client: PlannerClient) -> None:
 
 
 def _whole(client: PlannerClient, goal: dict[str, Any]) -> float:
-    """Return how long a plan takes, at most the longest that is waited for."""
+    """Return the duration of a plan, limited to the longest wait, seconds."""
     began = time.perf_counter()
     status, result = client.send_goal(**goal, seed=1, time_budget=_LONGEST).result()
     assert status == GoalStatus.STATUS_SUCCEEDED, result.message
@@ -82,7 +82,7 @@ def _whole(client: PlannerClient, goal: dict[str, Any]) -> float:
 
 
 def _waits(client: PlannerClient, goal: dict[str, Any], whole: float) -> _Waits:
-    """Cancel at moments spread over the time of a whole plan; samples of a seed are kept."""
+    """Cancel at times spread over a plan's duration, with new seeds (samples are cached)."""
     random, waits, seed = np.random.default_rng(1), _Waits(), 1
     while len(waits.seconds) < _MOMENTS:
         seed += 1

@@ -1,4 +1,4 @@
-"""How good a plan from a point cloud is, on the cost of the mesh that the cloud was taken from."""
+"""The quality of plans made on point clouds, evaluated on the meshes that they were drawn from."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.surface.sampling import sample_mesh
 
 _SEEDS = range(1, 4)
-_JUDGE = 65_536
+_FRESH = 65_536
 _CASES = [
     (points, given, noise)
     for points in (20_000, 100_000)
@@ -33,12 +33,12 @@ def run(console: Console) -> None:
         "its own fresh cost less that",
         title=(
             f"Plans from clouds sampled from {len(body_scenes())} bodies, {len(_SEEDS)} seeds,"
-            f" 4,096 samples, judged on {_JUDGE:,} other samples of the mesh"
+            f" 4,096 samples, evaluated on {_FRESH:,} other samples of the mesh"
         ),
     )
-    judges = {name: problem(scene, _JUDGE, 999) for name, scene in body_scenes().items()}
+    fresh = {name: problem(scene, _FRESH, 999) for name, scene in body_scenes().items()}
     from_mesh = {
-        (name, seed): judges[name].cost(_focus(_plan(scene, seed)))
+        (name, seed): fresh[name].cost(_focus(_plan(scene, seed)))
         for name, scene in body_scenes().items()
         for seed in _SEEDS
     }
@@ -49,7 +49,7 @@ def run(console: Console) -> None:
             for name, scene in body_scenes().items()
             for seed in _SEEDS
         }
-        costs = {key: judges[key[0]].cost(_focus(plan)) for key, plan in plans.items()}
+        costs = {key: fresh[key[0]].cost(_focus(plan)) for key, plan in plans.items()}
         off = [plan.fresh_cost - costs[key] for key, plan in plans.items()]
         excess = [100 * (costs[key] / from_mesh[key] - 1) for key in costs]
         table.add_row(

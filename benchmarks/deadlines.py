@@ -1,4 +1,4 @@
-"""How well time budgets are kept, and what is there when they end."""
+"""How closely time budgets are kept, and how good the plans are then."""
 
 from __future__ import annotations
 

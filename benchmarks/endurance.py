@@ -1,4 +1,4 @@
-"""Thousands of plans: does the node's memory grow?"""
+"""Whether the node's memory grows over thousands of plans."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 import numpy as np
 from rich.console import Console
 
-from benchmarks.promises import Outcome, cameras_for, cameras_of, own_graph, report, running
+from benchmarks.guarantees import Outcome, cameras_for, cameras_of, own_graph, report, running
 from focus_planner.parameters.planner import Settings
 from focus_planner.ros.client import PlannerClient
 from testing.malformed import RIG, ball
@@ -23,7 +23,7 @@ _PARAMETERS = {"method": "em", "samples": 200, "fresh_samples": 256}
 
 
 def run(console: Console) -> bool:
-    """Print the table; return whether all promises were kept."""
+    """Print the table; return whether all guarantees held."""
     with own_graph() as folder:
         record = {"record_directory": folder / "runs", "record_max_runs": 20}
         return report(
@@ -57,7 +57,7 @@ def _endure(plans: int, what: str, record: dict[str, object]) -> Outcome:
 
 
 def _plan(client: PlannerClient, i: int) -> object:
-    """Plan by the service, now and then by the action."""
+    """Plan via the service, and now and then via the action."""
     if i % _BETWEEN_GOALS == 0:
         _, answer = client.send_goal().result(60.0)
     else:

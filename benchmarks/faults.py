@@ -1,4 +1,4 @@
-"""Faults: a node killed in every state, clients that vanish, cancel twice or come too early."""
+"""Faults: nodes killed in every state; clients that vanish, cancel twice or call too early."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node as RosNode
 from rich.console import Console
 
-from benchmarks.promises import (
+from benchmarks.guarantees import (
     Cameras,
     Node,
     Outcome,
@@ -52,7 +52,7 @@ _LONG = {"method": "optimal", "samples": 20_000, "gap": 1e-9, "time_budget": 4.0
 
 
 def run(console: Console) -> bool:
-    """Print the tables; return whether all promises were kept."""
+    """Print the tables; return whether all guarantees held."""
     with own_graph() as folder:
         kills = [partial(_kill, state, folder) for state in _STATES]
         kept = report(console, "kill -9, then started again", kills)
@@ -65,7 +65,7 @@ def run(console: Console) -> bool:
 
 @dataclass(frozen=True)
 class _Victim:
-    """A node that has made a plan, and will be killed."""
+    """A node that has made a plan and is to be killed."""
 
     node: Node
     client: PlannerClient
@@ -96,7 +96,7 @@ def _kill(state: str, folder: Path) -> Outcome:
 
 
 def _bring_to(state: str, name: str, folder: Path) -> str:
-    """Start a node that plans, bring it to a state, kill it; return its last plan's name."""
+    """Start a node, bring it to a state, kill it; return the id of its last plan."""
     node = _start(name, folder)
     try:
         with PlannerClient(node.name) as client:
@@ -129,7 +129,7 @@ def _while_active(victim: _Victim, _: Callable[..., Node]) -> str:
 
 
 def _while_recording(victim: _Victim, _: Callable[..., Node]) -> str:
-    """Kill it as soon as the caller has the answer, of which the record is not yet whole."""
+    """Kill it as soon as the caller has the response, when the recording is still incomplete."""
     plan_id = _planned(victim.client)
     victim.node.kill()
     return plan_id
@@ -177,7 +177,7 @@ def _while_configuring(victim: _Victim, start: Callable[..., Node]) -> str:
 def _in_another(
     victim: _Victim, start: Callable[..., Node], state: str, **parameters: object
 ) -> str:
-    """Kill the node, and another one before it has come far."""
+    """Kill the node, and then a restarted one early on."""
     time.sleep(1.0)
     victim.node.kill()
     other = start(**parameters)
@@ -235,7 +235,7 @@ def _restart(name: str, folder: Path, plan_id: str) -> tuple[float, float, bool]
 
 
 def _status_of(client: PlannerClient, plan_id: str) -> PlannerStatus:
-    """Return the status once it tells of a plan: it is not told of at once."""
+    """Return the status once it reports a plan, which may take a moment."""
     until = time.monotonic() + _PATIENCE
     while (status := client.status()).plan_id != plan_id:
         assert time.monotonic() < until, f"the status is of {status.plan_id}, never of {plan_id}"
@@ -247,7 +247,7 @@ def _status_of(client: PlannerClient, plan_id: str) -> PlannerStatus:
 
 
 def _right_plan(planner: str, expected: Cameras) -> bool:
-    """Return whether the next caller gets the right plan; a fresh one."""
+    """Return whether the next caller gets the right plan, newly made."""
     with PlannerClient(planner) as client:
         answer = client.plan(_PATIENCE, **_QUICK)
         return answer.success and cameras_of(answer.plan) == expected
@@ -274,7 +274,9 @@ def _early() -> Outcome:
         client.publish_mesh(BALL)
         answers.append(client.plan(_PATIENCE, **_QUICK).success)
         faults = node.faults
-    result = f"{sum(answers)} of {len(answers)} answers as promised; {len(faults)} errors logged"
+    result = (
+        f"{sum(answers)} of {len(answers)} responses as guaranteed; {len(faults)} errors logged"
+    )
     return Outcome(
         "asked while inactive, and before inputs", 1, result, all(answers) and not faults
     )
@@ -289,7 +291,7 @@ def _vanishing_goals() -> Outcome:
 
 
 def _vanishing(what: str, times: int) -> Outcome:
-    """Have clients killed while they wait for an answer; ask as another in between."""
+    """Kill clients while they wait for a response, and call from another in between."""
     expected, right, checks = _expected(), 0, 5
     with running("vanishing", fresh_samples=256, service_max_wait=_PATIENCE) as node:
         with PlannerClient(node.name) as client:
@@ -348,7 +350,7 @@ def _unknown_goal() -> Outcome:
 
 
 def _cancel_unknown(planner: str, times: int) -> list[int]:
-    """Return what a planner answers to whoever cancels goals that nobody sent."""
+    """Return the planner's responses to cancelling goals that do not exist."""
     context = Context()
     context.init(args=[])
     node = RosNode("canceller", context=context, use_global_arguments=False, enable_rosout=False)

@@ -1,4 +1,4 @@
-"""Malformed messages on every input of the node, over DDS: does it go on with what it has?"""
+"""Malformed messages on every input, over DDS: the node must keep the inputs it has."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rich.console import Console
 
-from benchmarks.promises import (
+from benchmarks.guarantees import (
     Cameras,
     Node,
     Outcome,
@@ -53,7 +53,7 @@ _MOST_LOGGED = 2_000_000
 
 
 def run(console: Console) -> bool:
-    """Print the table; return whether all promises were kept."""
+    """Print the table; return whether all guarantees held."""
     with own_graph() as folder:
         tests = [partial(_fuzz, topic, folder) for topic in TYPES]
         return report(console, "Malformed messages", tests)
@@ -74,7 +74,7 @@ def _fuzz(topic: str, folder: Path) -> Outcome:
 
 
 class _Fuzzer:
-    """Sends malformed messages of one kind, and looks at the node between them."""
+    """Sends malformed messages of one kind, and checks the node in between."""
 
     def __init__(
         self, topic: str, node: Node, client: PlannerClient, publisher: Publisher, expected: Cameras
@@ -103,7 +103,7 @@ class _Fuzzer:
         return self._judge(settled - before, self._node.memory - settled, folder)
 
     def _payloads(self, plan_id: str) -> Iterator[bytes]:
-        """Yield messages that the library refuses, half of them structured, half bytes."""
+        """Yield messages that the library rejects: half with absurd values, half broken bytes."""
         bench = None if self._topic == "lens_states" else Bench()
         changes = {"plan_id": plan_id} if bench is None else {}
         random, sent = np.random.default_rng(_SEED), 0
@@ -131,7 +131,7 @@ class _Fuzzer:
             self._told += "stays in force" in answer.message
 
     def _check_plan(self) -> str:
-        """Plan, as a caller does who asks again after having been told."""
+        """Plan, retrying once as a caller would that is told to."""
         answer = self._client.plan(_PATIENCE, **_REQUEST)
         if not answer.success:
             answer = self._client.plan(_PATIENCE, **_REQUEST)
@@ -145,7 +145,7 @@ class _Fuzzer:
         files = sum(file.stat().st_size for file in (folder / "log").rglob("*") if file.is_file())
         result = (
             f"{self._right} plans between them the same, {self._wrong} others;"
-            f" callers told {self._told:,} times, in {self._longest} characters at most;"
+            f" callers were told {self._told:,} times, in at most {self._longest} characters;"
             f" {self._good:,} that happened to be good left out; memory {first:+.1f} MiB in the"
             f" first quarter and {growth:+.1f} MiB after it;"
             f" {len(log.splitlines()):,} lines logged, {(len(log) + files) / 1000:.0f} kB;"
@@ -165,7 +165,7 @@ class _Fuzzer:
 
 @contextmanager
 def _publisher(planner: str, topic: str) -> Iterator[Publisher]:
-    """Yield a publisher that takes bytes, once the node listens."""
+    """Yield a publisher of serialized messages, once the node has subscribed."""
     package, _, name = TYPES[topic].split("/")
     message_type = getattr(import_module(f"{package}.msg"), name)
     context = Context()

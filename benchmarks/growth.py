@@ -1,4 +1,4 @@
-"""How the times of planning grow with the number of samples, beside the paper's Table 2."""
+"""How planning times grow with the number of samples, compared with the paper's Table 2."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PICTURE = Path(__file__).parents[1] / "docs" / "growth.png"
 _PAPER = {128: 3.7, 256: 3.8, 512: 4.2, 1024: 6.6, 2048: 17.9, 4096: 66.3, 8192: 259.2}
 # Every stage that is drawn; :func:`_measure` tells the seconds of each.
 _COLOURS = {
-    "posing": "#3b75af",
+    "formulation": "#3b75af",
     "EM": "#519e3e",
     "2-view all, from EM": "#c4432b",
     "tight bound": "#8b61a8",
@@ -63,17 +63,17 @@ def _measure(scene: Scene, samples: int) -> dict[str, float]:
     NaN for what takes too long.
     """
     repeats = 5 if samples <= 2**13 else 3 if samples <= 2**16 else 1
-    posing = []
+    formulation = []
     for _ in range(repeats):
         taken, formulated = timed(lambda: problem(scene, samples))
-        posing.append(taken)
+        formulation.append(taken)
     with kernels.threads_for(len(formulated.depth)):
         plan = k_view.solve(formulated)
         bounds = [
             timed(lambda: lower_bound(formulated, plan.cost, plan.cost)) for _ in range(repeats)
         ]
         return {
-            "posing": float(np.median(posing)),
+            "formulation": float(np.median(formulation)),
             "EM": seconds(lambda: em.solve(formulated), repeats),
             "2-view all, from EM": float(
                 np.median([from_em_to_convergence(formulated, Options()) for _ in range(repeats)])
@@ -85,7 +85,7 @@ def _measure(scene: Scene, samples: int) -> dict[str, float]:
 
 
 def _to_gap(formulated: Problem) -> float:
-    """Return the seconds that ``optimal`` takes to a proven gap of 0.1 %; NaN if too many."""
+    """Return the seconds until ``optimal`` proves a gap of 0.1 %; NaN if it takes too long."""
     until = time.perf_counter() + _PATIENCE
 
     def in_time(_: Progress) -> bool:

@@ -1,4 +1,4 @@
-"""Clouds at the limit of what the node reads, and above it."""
+"""Clouds at and above the node's limit of points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 import numpy as np
 from rich.console import Console
 
-from benchmarks.promises import Outcome, cameras_of, own_graph, report, running
+from benchmarks.guarantees import Outcome, cameras_of, own_graph, report, running
 from benchmarks.scenes import body_scenes, rig
 from focus_planner import Mesh, PointCloud
 from focus_planner.messages.typestore import CLOUD, serialize
@@ -22,7 +22,7 @@ _REQUEST = {"method": "em", "samples": 200}
 
 
 def run(console: Console) -> bool:
-    """Print the table; return whether all promises were kept."""
+    """Print the table; return whether all guarantees held."""
     with own_graph():
         return report(console, "Large clouds", [_large_cloud])
 
@@ -70,7 +70,7 @@ def _accepted(client: PlannerClient, cloud: PointCloud) -> float:
 
 
 def _publish(client: PlannerClient, cloud: PointCloud) -> None:
-    """Publish the points as sensors do, in 32 bits."""
+    """Publish the points in single precision, as sensors do."""
     fields = cloud_to_fields(cloud, "world")
     data = np.ascontiguousarray(cloud.points, "<f4")
     for i, part in enumerate(fields["fields"]):

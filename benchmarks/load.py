@@ -1,4 +1,4 @@
-"""Many callers at once while surfaces keep coming: is every answer right, and how soon?"""
+"""Many concurrent callers while surfaces keep arriving: correctness and response times."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from rich.console import Console
 
-from benchmarks.promises import (
+from benchmarks.guarantees import (
     Cameras,
     Outcome,
     cameras_for,
@@ -34,7 +34,7 @@ _REQUEST = {"method": "k_view", "samples": 1000}
 
 
 def run(console: Console) -> bool:
-    """Print the table; return whether all promises were kept."""
+    """Print the table; return whether all guarantees held."""
     with own_graph():
         return report(console, "Load", [_load])
 
@@ -54,14 +54,14 @@ def _load() -> Outcome:
 
 
 def _variants() -> list[Mesh]:
-    """Return bodies of slightly different sizes, each of which has a plan of its own."""
+    """Return bodies of slightly different sizes, so that each has a different plan."""
     body = next(iter(body_scenes().values())).surface
     assert isinstance(body, Mesh)
     return [replace(body, vertices=body.vertices * (1 + 0.0005 * i)) for i in range(_MESHES)]
 
 
 class _Sender:
-    """Publishes meshes in turn; knows when each was sent, and when it had arrived."""
+    """Publishes meshes in turn, and keeps when each was sent and when it had arrived."""
 
     def __init__(self, client: PlannerClient, payloads: list[bytes]) -> None:
         self.sent: list[float] = []
@@ -92,7 +92,7 @@ class _Sender:
 
 @dataclass
 class _Calls:
-    """When each call was sent and answered, and what the answer was."""
+    """The times of each request and response, and the responses."""
 
     times: list[tuple[float, float]] = field(default_factory=list)
     answers: list[Cameras | str] = field(default_factory=list)
@@ -173,7 +173,7 @@ def _verdict(
     expected: dict[Cameras, int],
     sender: _Sender,
 ) -> str:
-    """Say whether an answer is for a mesh that was as new as the caller had a right to."""
+    """Say whether the plan is for a mesh at least as new as the caller could expect."""
     if isinstance(answer, str):
         return answer[:100]
     if answer not in expected:

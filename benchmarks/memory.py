@@ -22,7 +22,7 @@ def run(console: Console) -> None:
 
 
 def peak() -> float:
-    """Return the most memory that this process has held so far, GiB."""
+    """Return this process's peak memory so far, GiB."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 2**20
 

@@ -1,4 +1,4 @@
-"""What it takes to prove plans: the optimum at 1,000 samples, gaps and bounds at more."""
+"""The effort to prove plans optimal at 1,000 samples, and gaps and bounds at more."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run(console: Console) -> None:
 
 @dataclass(frozen=True)
 class _Proof:
-    """Seconds to the proven optimum of one problem, and the costs that are claimed to be it."""
+    """Seconds to a problem's proven optimum by several solvers, and the costs that they report."""
 
     ours: float
     plan: float
@@ -61,7 +61,7 @@ def _print_beside_highs(console: Console, scenes: dict[str, Scene]) -> None:
         "body",
         "optimal",
         "worst",
-        "plan, all told",
+        "whole plan",
         "HiGHS, compact",
         "HiGHS, plain",
         "faster HiGHS, worst",
@@ -110,7 +110,7 @@ def _prove(scene: Scene, seed: int) -> _Proof:
 
 
 def _compact(formulated: Problem) -> tuple[float, float]:
-    """Return HiGHS's seconds for the whole problem in its compact form, and the cost."""
+    """Return the seconds that HiGHS takes for the compact form of the problem, and the cost."""
     gains = gains_of(formulated)
     highs = highspy.Highs()
     highs.setOptionValue("output_flag", False)
@@ -124,7 +124,7 @@ def _compact(formulated: Problem) -> tuple[float, float]:
 
 
 class _Trace:
-    """A watch that remembers how far apart plan and bound were, and when; stops after a time."""
+    """A progress callback that keeps the gap over time, and stops after a while."""
 
     def __init__(self, limit: float) -> None:
         self._started = time.perf_counter()
@@ -138,7 +138,7 @@ class _Trace:
         return after < self._limit
 
     def gap_after(self, moment: float) -> float:
-        """Return the smallest gap until then."""
+        """Return the smallest gap up to a time."""
         return min(gap for after, gap in self._steps if after <= moment)
 
 

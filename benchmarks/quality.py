@@ -1,4 +1,4 @@
-"""How near plans come to the proven optimum, and how they do on samples they have not seen."""
+"""How close plans come to the proven optimum, and how good they are on fresh samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What recording costs a caller, and how long large runs take to write and to read."""
+"""The delay that recording causes, and the time to write and read large runs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run(console: Console) -> None:
 
 
 def fine(mesh: Mesh, triangles: int) -> Mesh:
-    """Return the mesh, its triangles cut in four until there are enough, the rest left out."""
+    """Return the mesh, subdivided until it has enough triangles and then truncated."""
     vertices, faces = mesh.vertices, mesh.triangles
     while len(faces) < triangles:
         a, b, c = (faces[:, k] for k in range(3))
@@ -79,7 +79,7 @@ def _delays(console: Console, meshes: dict[str, Mesh], folder: str) -> None:
 
 
 def _pair(client: PlannerClient, folder: str) -> tuple[float, float]:
-    """Return how long a caller waits without recording, and with it."""
+    """Return the response times without and with recording."""
     return _wait(client, ""), _wait(client, folder)
 
 

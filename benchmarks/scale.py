@@ -1,4 +1,4 @@
-"""The largest plan that is promised: ten thousand cameras and a million samples."""
+"""The largest supported plan: ten thousand cameras and a million samples."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class _Stage:
 
 
 class _Stages:
-    """What each stage took, one after the other."""
+    """The durations of successive stages."""
 
     def __init__(self) -> None:
         self.done: list[_Stage] = []
@@ -50,7 +50,7 @@ class _Stages:
 
 
 def run(console: Console) -> None:
-    """Print the table of a plan made in a process of its own, whose memory is all the plan's."""
+    """Print the table of a plan made in a process of its own, to measure its memory alone."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
         stages = process.submit(_measure).result()
     table = Table(
@@ -71,7 +71,7 @@ def run(console: Console) -> None:
         )
     seconds = sum(stage.seconds for stage in stages)
     processor = sum(stage.processor_seconds for stage in stages)
-    table.add_row("all told", f"{seconds:.1f}", f"{processor:.1f}", f"{stages[-1].peak:.2f}", "")
+    table.add_row("total", f"{seconds:.1f}", f"{processor:.1f}", f"{stages[-1].peak:.2f}", "")
     console.print(table)
 
 
@@ -86,7 +86,7 @@ def _measure() -> list[_Stage]:
 
 def _plan(scene: Scene, rig: Rig, samples: int, stages: _Stages) -> None:
     problem = formulate_problem(scene, rig, PlanRequest(samples=samples))
-    stages.end("posing", f"{len(problem.depth):,} visible pairs")
+    stages.end("formulation", f"{len(problem.depth):,} visible pairs")
     cells = problem.cells
     stages.end("cells", f"{len(cells.near):,} cells")
     with kernels.threads_for(len(problem.depth)):

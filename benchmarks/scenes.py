@@ -1,4 +1,4 @@
-"""The bodies and problems that are measured."""
+"""The bodies, rigs and problems of the benchmarks."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def rig() -> Rig:
 
 @cache
 def body_scenes() -> dict[str, Scene]:
-    """Return the bodies of the folder that BODIES names, else the shipped ones."""
+    """Return the bodies in the folder of environment variable BODIES, else the shipped ones."""
     folder = os.environ.get("BODIES")
     paths = sorted(Path(folder).glob("*.ply")) if folder else bodies()
     return {path.stem: Scene(load_surface(path)) for path in paths}
 
 
 def hall(sites: int) -> tuple[Scene, Rig]:
-    """Return bodies in turn, side by side, with a rig around each: one scene and one rig."""
+    """Return one scene of bodies side by side, and one rig of the cameras around each of them."""
     meshes = [scene.surface for scene in body_scenes().values()]
     vertices, triangles, cameras, count = [], [], [], 0
     for site in range(sites):

@@ -1,4 +1,4 @@
-"""How long a caller in another process waits for the live node."""
+"""Response times of the running node for a caller in another process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def run(console: Console) -> None:
 
 @contextmanager
 def running_node() -> Iterator[PlannerClient]:
-    """Run the node in a process of its own; yield a client of it."""
+    """Run the node in a process of its own; yield its client."""
     os.environ.setdefault("ROS_DOMAIN_ID", "89")
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     namespace = f"/bench_{os.getpid()}"

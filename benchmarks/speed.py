@@ -1,4 +1,4 @@
-"""How long planning takes, as the number of samples grows."""
+"""Planning times by number of samples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SAMPLES = (1000, 4096, 16384, 65536)
 
 
 def from_em_to_convergence(formulated: Problem, options: Options) -> float:
-    """Return the seconds that k_view takes from EM's last step to its solution."""
+    """Return the seconds from EM's last step to k_view's solution."""
     last_em = 0.0
 
     def on_progress(progress: Progress) -> bool:
@@ -45,7 +45,7 @@ def run(console: Console) -> None:
         "2-view assigned, from EM",
         "3-view all, from EM",
         "pose (ray casting, cells)",
-        "plan, all told",
+        "whole plan",
         title=f"Seconds on {name} before {len(rig())} cameras, medians",
     )
     for samples in SAMPLES:

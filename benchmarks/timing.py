@@ -1,4 +1,4 @@
-"""Clocks."""
+"""Timing of function calls."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _Result = TypeVar("_Result")
 
 
 def timed(function: Callable[[], _Result]) -> tuple[float, _Result]:
-    """Return the seconds that a call took, and what it returned."""
+    """Return a call's duration in seconds, and its result."""
     start = time.perf_counter()
     result = function()
     return time.perf_counter() - start, result
 
 
 def seconds(function: Callable[[], object], repeats: int) -> float:
-    """Return the median time of a call, after one that does not count."""
+    """Return the median duration of a call, seconds, after an untimed one."""
     function()
     return float(np.median([timed(function)[0] for _ in range(repeats)]))

@@ -19,13 +19,13 @@ _PATIENCE = 60.0
 
 
 def main() -> int:
-    """Have clients killed while they wait for an answer."""
+    """Kill clients while they wait for a response."""
     planner, what, times = sys.argv[1:]
     return max(_vanish(planner, _ASKING[what]) for _ in range(int(times)))
 
 
 def _vanish(planner: str, ask: Callable[[PlannerClient], None]) -> int:
-    """Return 0 if the client had asked when it was killed."""
+    """Return 0 if the client had sent its request before it was killed."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:

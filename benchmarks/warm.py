@@ -1,4 +1,4 @@
-"""What it saves to start from the plan before, when the surface or some cameras moved a little."""
+"""The time saved by a warm start after the surface or some cameras moved a little."""
 
 from __future__ import annotations
 
@@ -92,12 +92,12 @@ class _Run:
 def _compare(
     scene: Scene, moved_rig: Rig, request: PlanRequest, before: SolvedPlan
 ) -> tuple[_Run, _Run]:
-    """Return the run from nothing and the one from the plan before."""
+    """Return the cold run and the one with a warm start."""
     return _solve(scene, moved_rig, request, None), _solve(scene, moved_rig, request, before)
 
 
 def _solve(scene: Scene, moved_rig: Rig, request: PlanRequest, before: SolvedPlan | None) -> _Run:
-    """Return the same run, with the medians of the seconds of some."""
+    """Return the run with the median seconds of several."""
     runs = [_solve_once(scene, moved_rig, request, before) for _ in range(_REPEATS)]
     return replace(
         runs[0],
@@ -142,7 +142,7 @@ def _breathing(scene: Scene) -> tuple[Scene, Rig]:
 
 
 def _breathe(mesh: Mesh) -> FloatArray:
-    """Return the vertices, moved along their normals by up to 3 mm, by waves of half a metre."""
+    """Return the vertices, moved along their normals by waves of up to 3 mm and half a metre."""
     corners = mesh.vertices[mesh.triangles]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.zeros_like(mesh.vertices)
@@ -160,7 +160,7 @@ def _reshaped(scene: Scene, vertices: Callable[[Mesh], FloatArray]) -> Scene:
 
 
 def _knocked(scene: Scene) -> tuple[Scene, Rig]:
-    """Return the scene, and the rig with some cameras moved and turned."""
+    """Return the scene and the rig with some cameras moved and rotated."""
     cameras = list(rig().cameras)
     random = np.random.default_rng(0)
     for c in random.choice(len(cameras), _CAMERAS_MOVED, replace=False):

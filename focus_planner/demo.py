@@ -1,4 +1,4 @@
-"""The demonstration: a body, the paper's rig, the node, and a plan beside the baselines."""
+"""The demonstration: the node plans for a body and the paper's rig with every method."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,34 +36,38 @@ from focus_planner.ros.client import PlannerClient
 _BODY = "arms_out"
 _BEST = "k_view"
 _MEANINGS = {"closest": "autofocus", "optimal": "proven"}
-_DRAWN = ("closest", "average", "em", "k_view")  # the optimum looks like k_view
+_DRAWN = ("closest", "average", "em", "k_view")  # the optimum looks like k_view's plan
 _CELL = 5  # characters
 _SECONDS_TO_START = 60.0
 _SECONDS_TO_STOP = 30.0
 _MARKS = {CameraStatus.UNASSIGNED: "~", CameraStatus.SEES_NOTHING: "x"}
 _EXPLANATIONS = {
-    CameraStatus.UNASSIGNED: "see the body, but others see all of it better",
-    CameraStatus.SEES_NOTHING: "see nothing of it, and are set to a harmless distance",
+    CameraStatus.UNASSIGNED: "see the body, but other cameras image all of it better",
+    CameraStatus.SEES_NOTHING: "see nothing of the body, and get a harmless default distance",
 }
-# From near to far, readable on dark and on light.
+# From near to far, readable on dark and light backgrounds.
 _COLOURS = ("red", "yellow", "green", "cyan", "blue", "magenta")
 
 
 @dataclass(frozen=True)
 class _Result:
-    """One method's plan, and how long its caller waited, seconds."""
+    """A method's plan, and the time from request to response, seconds."""
 
     plan: FocusPlan
     waited: float
 
 
-def run(output_directory: Path) -> int:
-    """Start the node, let it plan for a body with every method, and show the plans.
+def run(
+    output_directory: Path, computing: Callable[[], AbstractContextManager[object]] = nullcontext
+) -> int:
+    """Start the node, request a plan for a body by every method, and show the plans.
 
     Parameters
     ----------
     output_directory : Path
-        Gets the picture, the best plan, the rig, the recorded runs and the node's log.
+        For the picture, the best plan, the rig, the recorded runs and the node's log.
+    computing : callable
+        Makes the context in which this process computes, rather than waiting for the node.
 
     Returns
     -------
@@ -78,14 +82,14 @@ def run(output_directory: Path) -> int:
     assert isinstance(mesh, Mesh)
     log = output_directory / "node.log"
     try:
-        with _status(console, "starting the node; its first time, it compiles for a minute"):
+        with _status(console, "starting the node; the first time, it compiles for a minute"):
             results = _run_node(log, mesh, rig, output_directory / "runs")
     except _NodeFailed as error:
-        console.print(f"{error}; its log is {log}, and ends:", style="red")
+        console.print(f"{error}; its log is {log} and ends with:", style="red")
         console.print("\n".join(log.read_text().splitlines()[-5:]), markup=False)
         return 1
     _show(console, rig, results)
-    with _status(console, "drawing"):
+    with _status(console, "drawing"), computing():
         plans = {_title(method): results[method].plan for method in _DRAWN}
         draw_plans(Scene(mesh), rig, plans, output_directory / "plans.png")
     save_rig(rig, output_directory / "rig.yaml")
@@ -98,19 +102,19 @@ def run(output_directory: Path) -> int:
 
 
 class _NodeFailed(Exception):  # noqa: N818
-    """The node did not do what it should have; the text says what."""
+    """The node failed; the text says how."""
 
 
 def _keep_to_this_machine() -> None:
-    """Choose a graph of its own, unless the user chose one."""
+    """Use a ROS graph of its own, unless the user chose one."""
     os.environ.setdefault("ROS_DOMAIN_ID", "87")
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
 @contextmanager
 def _node(log: TextIO) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
-    """Run the node in a process of its own, stop it, and check that it ends well."""
-    # Two demonstrations on one machine do not meet.
+    """Run the node in a process of its own, stop it, and check that it exits cleanly."""
+    # Keeps two demonstrations on one machine apart.
     namespace = f"/demo_{os.getpid()}"
     command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
     process = subprocess.Popen(  # noqa: S603 - this very program
@@ -123,7 +127,7 @@ def _node(log: TextIO) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
         raise
     status = _stop(process)
     if status != 0:
-        raise _NodeFailed(f"the node ended with status {status}")
+        raise _NodeFailed(f"the node exited with status {status}")
 
 
 def _stop(process: subprocess.Popen[bytes]) -> int:
@@ -136,9 +140,9 @@ def _stop(process: subprocess.Popen[bytes]) -> int:
 
 
 def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]:
-    """Start the node, publish the body and the rig, and call for a plan with every method.
+    """Start the node, publish the body and the rig, and request a plan by every method.
 
-    These calls are recorded, in place of those of an earlier demonstration.
+    The requests are recorded, and replace the recorded runs of an earlier demonstration.
     """
     with (
         log.open("w") as stream,
@@ -148,7 +152,7 @@ def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]
         _wait_for(client, process)
         client.publish_mesh(mesh)
         client.publish_rig(rig)
-        # The first call also waits for the node to get ready: not to be timed.
+        # The first request also waits for the inputs to arrive, and is not timed.
         client.plan(method="closest", samples=100)
         client.set_parameters(record_directory=str(runs.resolve()), record_max_runs=len(METHODS))
         return {method: _plan(client, method) for method in METHODS}
@@ -167,7 +171,7 @@ def _plan(client: PlannerClient, method: str) -> _Result:
     response = client.plan(method=method)
     waited = time.perf_counter() - called
     if not response.success:
-        raise _NodeFailed(f"the node did not plan with method {method}: {response.message}")
+        raise _NodeFailed(f"the node made no plan with method {method}: {response.message}")
     return _Result(plan_from_message(response.plan), waited)
 
 
@@ -175,7 +179,7 @@ def _plan(client: PlannerClient, method: str) -> _Result:
 
 
 def _status(console: Console, doing: str) -> AbstractContextManager[object]:
-    """Show a person what is being done."""
+    """Show what is being done, on a terminal."""
     return console.status(doing) if console.is_terminal else nullcontext()
 
 
@@ -184,16 +188,15 @@ def _title(method: str) -> str:
 
 
 def _compare(results: Mapping[str, _Result]) -> Table:
-    """Return the table of all methods."""
+    """Return a table that compares all methods, 80 characters wide at most."""
     autofocus = results["closest"].plan
-    # Within 80 characters.
     table = Table(
         title=f"One body, 168 cameras, {autofocus.samples} samples",
         box=box.SIMPLE_HEAD,
         collapse_padding=True,
         pad_edge=False,
     )
-    table.add_column("method")
+    table.add_column("method", no_wrap=True)
     for name in ("cost", "fresh cost", "change", "in focus", "solver", "answer"):
         table.add_column(name, justify="right")
     for method, result in results.items():
@@ -211,9 +214,9 @@ def _compare(results: Mapping[str, _Result]) -> Table:
 
 
 def _distances(rig: Rig, cameras: Sequence[CameraFocus], width: int) -> Text:
-    """Return the focus distances in centimetres, on the rig's grid as if it were unrolled.
+    """Return the focus distances in centimetres on the unrolled grid of the rig.
 
-    The columns are broken into parts that fit ``width``.
+    The columns are split into parts that fit into ``width`` characters.
     """
     assert rig.grid is not None
     columns = rig.grid.columns
@@ -233,7 +236,7 @@ def _distances(rig: Rig, cameras: Sequence[CameraFocus], width: int) -> Text:
 
 
 def _distance(cameras: Sequence[CameraFocus], index: int) -> tuple[str, str]:
-    """Return a camera's focus distance, marked, and its colour."""
+    """Return a camera's focus distance with its mark, and its style."""
     camera = cameras[index]
     distances = [camera.focus_distance for camera in cameras]
     near, far = min(distances), max(distances)
@@ -246,14 +249,16 @@ def _distance(cameras: Sequence[CameraFocus], index: int) -> tuple[str, str]:
 def _show(console: Console, rig: Rig, results: Mapping[str, _Result]) -> None:
     console.print(_compare(results))
     console.print(
-        "cost: 0 where all of the body is large, centred and sharp in some picture, 1000 where no"
-        " camera sees any. fresh cost: on samples that the solver did not see, which is what the"
-        " plan is worth, ± its standard error. change: of that, beside autofocus. optimal: proven"
-        " to cost at most a ten-thousandth more than the best plan for its samples. answer: what"
-        " the caller waited for.\n"
+        "cost: 0 if all of the body is large, centred and sharp in some picture, 1000 if no camera"
+        " sees any of it. fresh cost: on samples that the solver has not seen, an unbiased estimate"
+        " of the plan's quality, ± its standard error. change: of the fresh cost, relative to"
+        " autofocus. optimal: proven to cost at most 0.01 % more than the best plan for its"
+        " samples. answer: the time from request to response.\n"
     )
     cameras = results[_BEST].plan.cameras
-    console.print(f"Focus distances of {_BEST} in cm: a line is a ring of cameras, at its height.")
+    console.print(
+        f"Focus distances of {_BEST} in cm: each line is a ring of cameras at one height."
+    )
     console.print(_distances(rig, cameras, console.width))
     counts = Counter(camera.status for camera in cameras)
     for status, mark in _MARKS.items():
@@ -278,6 +283,6 @@ def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
         "\n  ros2 service call /focus_planner/plan_focus focus_planner_msgs/srv/PlanFocus"
         " '{method: k_view}'"
         "\nWithout the ros2 command, focus_planner.ros.client.PlannerClient does all three:"
-        '\nsee the README, "Plan with ROS 2".',
+        "\nsee docs/interfaces.md.",
         soft_wrap=True,
     )

@@ -1,4 +1,4 @@
-"""What is installed beside the package, and whether it fits: launch file, unit, manifest, wheel.
+"""What is installed, and whether it fits: launch file, unit, manifest, metadata, wheel, types.
 
 ``launch`` is not among the packages that the tests have: the launch file is declarative, and every
 name in it is looked up.
@@ -9,6 +9,8 @@ from __future__ import annotations
 import ast
 import configparser
 import importlib
+import itertools
+import os
 import re
 import runpy
 import shutil
@@ -20,7 +22,10 @@ from unittest.mock import patch
 from xml.etree import ElementTree as ET
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
 
+from focus_planner.core.validation import InputError
 from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, SIMULATION_DECLARATIONS
 from focus_planner.parameters.planner import DECLARATIONS
 
@@ -169,6 +174,7 @@ def test_the_unit_runs_the_node_and_restarts_it(programs):
     assert service["RestartPreventExitStatus"] == "2"
 
 
+@pytest.mark.processes
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="there is no systemd here")
 def test_systemd_reads_the_unit(tmp_path):
     text = (REPOSITORY / "docs" / "focus_planner.service").read_text(encoding="utf-8")
@@ -215,26 +221,145 @@ def test_every_installed_file_is_there(installed):
         assert there == {name for name in installed if name.startswith(prefix)}
 
 
-def test_a_wheel_has_what_the_node_needs(tmp_path, installed):
-    source = tmp_path / "source"
-    skip = shutil.ignore_patterns("__pycache__")
-    for name in ("focus_planner", "msg_defs", "config", "launch", "security", "resource"):
-        shutil.copytree(REPOSITORY / name, source / name, ignore=skip)
-    for name in ("setup.py", "setup.cfg", "pyproject.toml", "package.xml", "README.md", "LICENSE"):
-        shutil.copy(REPOSITORY / name, source)
-    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation"]
-    built = subprocess.run(
-        [*command, "--no-index", "-w", str(tmp_path), str(source)],
+# --- metadata --------------------------------------------------------------------------------
+
+
+def lowest_locked():
+    """The oldest release of every package in requirements.lock, for whatever Python."""
+    lock = (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
+    releases = {}
+    for name, version in re.findall(r"(?m)^([\w.-]+)==([\w.]+)", lock):
+        releases.setdefault(name, []).append(Version(version))
+    return {name: min(versions) for name, versions in releases.items()}
+
+
+def requirements(arguments):
+    extras = arguments["extras_require"].values()
+    return [Requirement(r) for r in itertools.chain(arguments["install_requires"], *extras)]
+
+
+def test_the_tests_run_with_the_oldest_releases_that_are_allowed(arguments):
+    locked = lowest_locked()
+    for requirement in requirements(arguments):
+        floors = [Version(s.version) for s in requirement.specifier if s.operator == ">="]
+        assert floors, requirement
+        assert requirement.specifier.contains(locked[requirement.name]), requirement
+        assert floors == [Version(".".join(map(str, locked[requirement.name].release[:2])))]
+
+
+def test_every_direct_dependency_is_locked():
+    text = (REPOSITORY / "requirements.in").read_text(encoding="utf-8")
+    names = {
+        Requirement(line.partition("#")[0]).name for line in text.splitlines() if line[:1].isalpha()
+    }
+    locked = {name.lower() for name in lowest_locked()}
+    assert {name.lower().replace("_", "-") for name in names} <= locked
+
+
+def test_the_lock_names_no_place_to_download_from():
+    assert "://" not in (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
+
+
+def test_all_versions_are_the_same(arguments):
+    manifests = [REPOSITORY / "package.xml", REPOSITORY / "msg_defs" / "package.xml"]
+    for manifest in manifests:
+        assert ET.parse(manifest).getroot().findtext("version") == arguments["version"]
+        changes = (manifest.parent / "CHANGELOG.rst").read_text(encoding="utf-8")
+        heading = re.search(r"(?m)^(\S+) \(\d{4}-\d\d-\d\d\)$", changes)
+        assert heading is not None
+        assert heading[1] == arguments["version"]
+
+
+@pytest.mark.parametrize("folder", [".", "msg_defs"])
+def test_changelogs_have_the_form_of_ros(folder):
+    changes = (REPOSITORY / folder / "CHANGELOG.rst").read_text(encoding="utf-8")
+    name = ET.parse(REPOSITORY / folder / "package.xml").getroot().findtext("name")
+    title = f"Changelog for package {name}"
+    assert changes.startswith(f"{'^' * len(title)}\n{title}\n{'^' * len(title)}\n\n")
+    headings = re.findall(r"(?m)^(.+)\n(-+)$", changes)
+    assert [h for h, _ in headings if h != "Forthcoming"]
+    for heading, line in headings:
+        assert re.fullmatch(r"Forthcoming|\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)", heading)
+        assert len(line) == len(heading)
+
+
+def test_a_picture_without_matplotlib_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "focus_planner.io.picture", raising=False)
+    with pytest.raises(InputError, match=re.escape("pip install 'focus_planner[picture]'")):
+        importlib.import_module("focus_planner.io.picture")
+
+
+# --- source distribution, wheel, types -------------------------------------------------------
+
+
+def run(*command, folder):
+    """Run a module of this Python in a folder; its errors are the test's."""
+    done = subprocess.run(
+        [sys.executable, "-m", *map(str, command)],
+        cwd=folder,
+        env={k: v for k, v in os.environ.items() if k not in {"PYTHONPATH", "MYPYPATH"}},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert built.returncode == 0, built.stderr
-    (wheel,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        names = set(archive.namelist())
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The names in a wheel that was built from a source distribution alone."""
+    folder = tmp_path_factory.mktemp("build")
+    source = folder / "source"
+    no_source = (".*", "__pycache__", "*.egg-info", "build", "dist", "install", "log", "bags")
+    shutil.copytree(REPOSITORY, source, ignore=shutil.ignore_patterns(*no_source))
+    run("build", "--sdist", "--no-isolation", "--outdir", folder, source, folder=folder)
+    (archive,) = folder.glob("focus_planner-*.tar.gz")
+    options = ("--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", folder)
+    run("pip", "wheel", *options, archive, folder=folder)
+    (path,) = folder.glob("*.whl")
+    with zipfile.ZipFile(path) as file:
+        metadata = next(name for name in file.namelist() if name.endswith("/METADATA"))
+        return set(file.namelist()), file.read(metadata).decode("utf-8")
+
+
+@pytest.mark.processes
+def test_a_wheel_from_the_source_distribution_has_what_the_node_needs(wheel, installed):
+    names, _ = wheel
     shared = {name.partition(".data/data/share/")[2] for name in names}
     assert set(installed) <= shared
     here = (REPOSITORY / "focus_planner").rglob("*")
     files = {str(f.relative_to(REPOSITORY)) for f in here if f.is_file() and f.suffix != ".pyc"}
-    assert {f for f in files if "__pycache__" not in f and not f.endswith("README.md")} <= names
+    assert {f for f in files if "__pycache__" not in f} <= names
+
+
+@pytest.mark.processes
+def test_the_page_of_the_package_has_a_description_and_names_no_host(wheel):
+    _, metadata = wheel
+    head, _, description = metadata.partition("\n\n")
+    assert "Description-Content-Type: text/markdown" in head
+    assert description.strip().startswith("# focus_planner")
+    assert "Home-page" not in head
+    assert "Project-URL" not in head
+    assert "Provides-Extra: picture" in head
+    assert "Provides-Extra: ros" in head
+
+
+@pytest.mark.processes
+def test_mypy_finds_the_types_of_the_installed_package(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from focus_planner.core.rig.lens import Lens\n"
+        "reveal_type(Lens)\n"
+        "reveal_type(Lens().hyperfocal_distance)\n",
+        encoding="utf-8",
+    )
+    # The types of NumPy and others take a minute to read, and are not in question.
+    settings = "[mypy]\nfollow_imports = skip\n[mypy-focus_planner.*]\nfollow_imports = silent\n"
+    (tmp_path / "mypy.ini").write_text(settings, encoding="utf-8")
+    told = run("mypy", script, folder=tmp_path)
+    assert "import-untyped" not in told
+    assert "import-not-found" not in told
+    assert re.search(r':2: note: .*"def \(.*\) -> focus_planner\.core\.rig\.lens\.Lens"', told)
+    assert re.search(r':3: note: Revealed type is "(builtins\.)?float', told)

@@ -1,1 +1,1 @@
-"""What tests and benchmarks share: oracles, scenes, made-up messages and runs, processes."""
+"""Shared by tests and benchmarks: oracles, scenes, made-up messages and runs, processes."""

@@ -1,4 +1,4 @@
-"""Runs of made-up messages, of every type that runs hold: nothing is planned for them."""
+"""Runs of made-up messages of every type that runs contain, without any planning."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def ending(seed=1) -> Ending:
 
 
 def plan_payload(number):
-    """The bytes of a plan that is told by its cost."""
+    """A serialized plan that can be recognised by its cost."""
     return serialize(PLAN, {"plan_id": run_id(number), "cost": float(number)})
 
 
@@ -128,7 +128,7 @@ def markers():
 
 
 def parts(number=1, seed=1):
-    """The messages of a run, in the parts in which they are written."""
+    """The messages of a run, in the groups in which they are written."""
     begun = beginning(number)
     steps = progress_messages(number)
     return [
@@ -145,7 +145,7 @@ def messages(number=1, seed=1):
 
 
 def write(directory: Path, number=1, seed=1) -> Path:
-    """Write a run as the recorder does: inputs in memory first, every part a chunk."""
+    """Write a run as the recorder does: inputs in memory first, each part as a chunk."""
     bag = BagWriter()
     inputs, begun, *others = parts(number, seed)
     for message in inputs:
@@ -162,28 +162,28 @@ def write(directory: Path, number=1, seed=1) -> Path:
     return bag.close()
 
 
-def said(bag_messages):
-    """What messages are, without their definitions."""
+def without_definitions(bag_messages):
+    """The messages' contents, without their definitions."""
     return [(m.topic, m.type_name, m.payload, m.at) for m in bag_messages]
 
 
-def plain(message):
-    """What a message of any library says, as JSON has it; NaN is None, inf is text."""
+def message_as_json(message):
+    """A message of any library in JSON's types; NaN is None, inf is text."""
     if hasattr(message, "__msgtype__"):
         message = fields_of(message)
     if isinstance(message, dict):
-        return {name: plain(value) for name, value in message.items()}
+        return {name: message_as_json(value) for name, value in message.items()}
     if isinstance(message, np.ndarray):
-        return [plain(item) for item in message.tolist()]
+        return [message_as_json(item) for item in message.tolist()]
     if isinstance(message, (list, tuple, bytes)):
-        return [plain(item) for item in message]
+        return [message_as_json(item) for item in message]
     if isinstance(message, float) and not math.isfinite(message):
         return None if math.isnan(message) else str(message)
     return message
 
 
 def record_ends(data: bytes) -> list[int]:
-    """Where the records of a file end, by their own lengths."""
+    """The offsets of the ends of a file's records, by their own lengths."""
     ends, at = [8], 8
     while at < len(data) - 8:
         at += 9 + int.from_bytes(data[at + 1 : at + 9], "little")
@@ -192,6 +192,6 @@ def record_ends(data: bytes) -> list[int]:
 
 
 def chunk_ends(data: bytes) -> list[int]:
-    """Where its chunks end."""
+    """The offsets of the ends of its chunks."""
     ends = record_ends(data)
     return [end for start, end in pairwise(ends) if data[start] == 6]

@@ -1,4 +1,4 @@
-"""Messages that nobody should send: of the right type but absurd, and bytes of no type at all.
+"""Malformed messages: absurd ones of the right type, and bytes of no type at all.
 
 All of it is drawn from a generator that the caller seeds. Some of it happens to be a good message.
 """
@@ -43,7 +43,7 @@ TYPES = {
 
 
 def mixed_rig():
-    """Cameras of every kind, in turn: plain, distorted and cut out, in steps, by a table."""
+    """Cameras of all kinds in turn: plain, distorted with region, focus steps, lens table."""
     steps = LensTable("steps", whole=True, distances=(0.3, 1.0, math.inf), values=(9.0, 60.0, 90.0))
     intrinsics = CameraIntrinsics(
         distortion_model="plumb_bob", distortion=(-0.1, 0.02, 0.001, -0.001, 0.0), binning=(2, 2)
@@ -122,7 +122,7 @@ _TEXTS = (
 
 
 def good(topic, **changes):
-    """Return the bytes of a message that can be planned with, some of its fields changed."""
+    """Return a serialized valid message with some fields changed."""
     if topic == "mesh":
         return write_mesh(BALL.triangles, BALL.vertices)
     return serialize(TYPES[topic], _FIELDS[topic] | changes)
@@ -229,7 +229,7 @@ def _flipped(payload, random):
 
 
 def _lying(payload, random):
-    """Return the message with a number, probably a length, that is another one."""
+    """Return the message with one number changed, probably a length."""
     at = 4 * int(random.integers(1, min(len(payload) // 4, 100)))
     number = random.choice([0, 1, 2**16, 2**24, 2**31 - 1, 2**31, 2**32 - 1])
     return payload[:at] + struct.pack("<I", number) + payload[at + 4 :]
@@ -301,7 +301,7 @@ class Bench:
         return self.planner.surface.in_force, self.planner.rig.in_force
 
     def plan(self):
-        """Return the plan, as a caller gets it who asks again after having been told."""
+        """Return the plan, retrying once as a caller would that is told to."""
         try:
             return self.planner.plan(SETTINGS.request, SETTINGS.optics)[0]
         except NotReady:

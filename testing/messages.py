@@ -1,4 +1,4 @@
-"""Made-up messages, and what they are to say."""
+"""Made-up messages with their expected contents."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.reading import Datatype, Optics
 from focus_planner.messages.writing import cloud_to_fields
-from testing.images import varied
+from testing.intrinsics import varied
 
 OPTICS = Optics(CameraIntrinsics(64, 48, 50.0, 51.0, 31.5, 23.5), Lens(0.035, 5.0, 0.2, 4.0))
 
@@ -166,7 +166,7 @@ BAD_CLOUDS = [
     ({"row_step": 1}, "rows of at least width × point_step"),
     ({"width": 10_000}, "rows of at least width × point_step"),
     ({"height": 2**32 - 1}, "got 240 bytes for 4294967295 rows"),
-    ({"point_step": 8}, "cloud field z: expected an end within point_step"),
+    ({"point_step": 8}, "cloud field z: expected a field that ends within point_step"),
     ({"fields": []}, "cloud fields: expected x, y and z, got none"),
     (
         {
@@ -300,7 +300,7 @@ shots = st.builds(
 
 @st.composite
 def camera_foci(draw):
-    """What a plan says of a camera, whose lens has a table or none."""
+    """A plan for a camera whose lens may have a table."""
     focus = draw(
         st.builds(
             CameraFocus,
@@ -343,7 +343,7 @@ plans = st.builds(
 
 
 class Log:
-    """Keeps what it is told."""
+    """Keeps all messages."""
 
     def __init__(self):
         self.warnings, self.errors = [], []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from pathlib import Path
 
@@ -12,23 +13,24 @@ from numba import config, get_num_threads, set_num_threads
 from scipy.spatial.transform import Rotation
 
 import focus_planner
-from focus_planner import Camera, CameraIntrinsics, Lens, LensTable, Mesh, Rig
+from focus_planner import Camera, CameraIntrinsics, Lens, LensTable, Mesh, Rig, cylinder_rig
 from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.rig.optics import focus_interval
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import visible_pairs
+from testing import reference
 
 BODIES = Path(focus_planner.__file__).parent / "bodies"
-WIDE = CameraIntrinsics(640, 480, 300.0, 300.0, 319.5, 239.5)
+WIDE_ANGLE = CameraIntrinsics(640, 480, 300.0, 300.0, 319.5, 239.5)
 
 
 STRAIGHT = (0.0, 0.0, 0.0, 1.0)
 
 
 def camera(name="a", **changes):
-    """A camera at the origin that looks along z."""
+    """A camera at the origin that looks along z; ``changes`` are attributes."""
     return Camera(**{"name": name, "position": (0, 0, 0), "orientation": STRAIGHT} | changes)
 
 
@@ -81,7 +83,7 @@ def body(name="arms_down"):
     return mesh_of(o3d.io.read_triangle_mesh(str(BODIES / f"{name}.ply")))
 
 
-def looking_at(name, position, target, *, up=(0.0, 0.0, 1.0), intrinsics=WIDE, lens=None):
+def looking_at(name, position, target, *, up=(0.0, 0.0, 1.0), intrinsics=WIDE_ANGLE, lens=None):
     """A camera at ``position`` with ``target`` on its optical axis and ``up`` upwards."""
     z = np.array(target, dtype=float) - np.array(position)
     z /= np.linalg.norm(z)
@@ -92,12 +94,12 @@ def looking_at(name, position, target, *, up=(0.0, 0.0, 1.0), intrinsics=WIDE, l
     return Camera(name, tuple(position), tuple(quaternion), intrinsics, lens or Lens())
 
 
-def forward(name="cam", position=(0.0, 0.0, 0.0), *, intrinsics=WIDE, lens=None):
-    """A camera whose frame is the world's, turned nowhere: it looks along +z."""
+def forward(name="cam", position=(0.0, 0.0, 0.0), *, intrinsics=WIDE_ANGLE, lens=None):
+    """A camera with the world's orientation: it looks along +z."""
     return Camera(name, tuple(position), (0.0, 0.0, 0.0, 1.0), intrinsics, lens or Lens())
 
 
-def around(count, radius, *, height=0.3, target=(0.0, 0.0, 0.0), intrinsics=WIDE, lens=None):
+def around(count, radius, *, height=0.3, target=(0.0, 0.0, 0.0), intrinsics=WIDE_ANGLE, lens=None):
     """Cameras on a circle about the z axis, alternately above and below, looking at ``target``."""
     cameras = []
     for i in range(count):
@@ -119,7 +121,7 @@ def mixed_lenses(rig):
 
 
 def stepped_lenses(rig):
-    """The same rig with lenses that take any distance, a list of them, and two kinds of steps."""
+    """The same rig with a lens for any distance, one with a list of them, and two with steps."""
     lenses = (
         Lens(),
         Lens(focus_distances=(0.6, 0.75, 0.8, 0.93, 1.2)),
@@ -152,11 +154,10 @@ def random_problem(
     weight=1 / 3,
     tolerance=0.0,
 ):
-    """A problem out of nothing: who sees what, depths and costs are drawn.
+    """A problem with random visibility, depths and costs, without a surface.
 
-    Each camera sees each sample with probability ``share``, or those of the mask ``visible``.
-    With ``ties`` depths and costs are drawn from a few values; with ``equal`` all samples weigh
-    the same.
+    Each camera sees each sample with probability ``share``, or as in the mask ``visible``. With
+    ``ties`` depths and costs are drawn from a few values; with ``equal`` all weights are equal.
     """
     random = np.random.default_rng(seed)
     lens = lens or Lens()
@@ -198,14 +199,14 @@ TINY_LENSES = (
     Lens(min_focus=0.58, max_focus=0.7),
     Lens(focus_distances=(0.52, 0.58, 0.6, 0.63, 0.67, 0.72, 0.78)),
     Lens(min_focus=0.5, max_focus=3.0, focus_steps=30),
-    Lens(0.05, 40.0),  # so shallow that there is much to choose
+    Lens(0.05, 40.0),  # such a shallow depth of field that there are many cells
 )
 
 
 def tiny_problem(seed, most_choices=600):
-    """A problem that can be tried out, of whatever kind: see the draws.
+    """A random problem of any kind that is small enough to enumerate.
 
-    Its choices of cells number at most so many; its first sample has a weight.
+    It has at most ``most_choices`` choices of cells; its first sample has a positive weight.
     """
     random = np.random.default_rng([seed, 77])
     while True:
@@ -224,7 +225,7 @@ def tiny_problem(seed, most_choices=600):
             problem.focus_near[:], problem.focus_far[:], problem.depth[:] = 0.62, 0.65, 0.635
         if random.random() < 0.1:  # equal cameras
             problem.base_cost[:] = 0.2
-        if random.random() < 0.1:  # one that reaches nothing
+        if random.random() < 0.1:  # a camera that cannot focus on anything
             blind = problem.camera_index == random.integers(problem.camera_count)
             problem.focus_near[blind], problem.focus_far[blind] = np.inf, -np.inf
         if random.random() < 0.2:
@@ -242,8 +243,15 @@ def ring_mask(samples, cameras, reach=2):
     return np.minimum(away, cameras - away) <= reach
 
 
+@functools.cache
+def body_optimum(name):
+    """A body's problem of 1000 samples, and what HiGHS finds of it: best cost and lower bound."""
+    problem = problem_of(body(name), cylinder_rig(), 1000)
+    return problem, *reference.optimum(reference.table(problem))
+
+
 def with_threads(count, function):
-    """Call the function with this many threads for kernels, as far as the machine has them."""
+    """Call the function with this many threads for kernels, or as many as the machine has."""
     before = get_num_threads()
     set_num_threads(min(count, config.NUMBA_NUM_THREADS))
     try:

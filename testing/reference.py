@@ -6,6 +6,7 @@ Distances are metres, normals point outward.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass
@@ -95,7 +96,12 @@ def holds(depth, s, lens, tolerance):
 
 def camera_axes(camera):
     """Return the camera's x, y and z axis in the world: e → q·e·q* with q = (x, y, z, w)."""
-    qx, qy, qz, qw = camera.orientation
+    return _turned_axes(tuple(camera.orientation))
+
+
+@functools.cache
+def _turned_axes(quaternion):
+    qx, qy, qz, qw = quaternion
 
     def turn(v):
         # Rodrigues: v + 2w (u × v) + 2 u × (u × v), with u the quaternion's vector.

@@ -1,8 +1,9 @@
-"""Runs to test with: small scenes, recorded as the command line does it."""
+"""Recorded runs of small scenes for tests."""
 
 from __future__ import annotations
 
 import shutil
+import time
 from dataclasses import replace
 
 from focus_planner.core.planning.plan_focus import plan_focus
@@ -22,7 +23,7 @@ from testing.problems import around, torus
 
 PLANNER = "/focus_planner"
 TORUS = torus()
-# Of so little depth of field that there is something to choose.
+# Lenses with a shallow depth of field, so that there is something to choose.
 RIG = around(8, 2.5, lens=Lens(0.085, 60.0))
 REQUEST = PlanRequest("em", 300, fresh_samples=300)
 
@@ -36,7 +37,7 @@ def cloud(normals=False, importance=False):
     )
 
 
-def begun(request=REQUEST, rig=RIG, warm_start=None, **values):
+def beginning_with(request=REQUEST, rig=RIG, warm_start=None, **values):
     """The beginning of a run; ``values`` are parameters, with __ for their dots."""
     beginning = beginning_of(new_run_id(), PLANNER, request, rig.frame_id, software())
     given = {name.replace("__", "."): value for name, value in values.items()}
@@ -44,11 +45,11 @@ def begun(request=REQUEST, rig=RIG, warm_start=None, **values):
     return replace(beginning, settings=settings, warm_start=warm_start)
 
 
-def solved(beginning, surface=TORUS, rig=RIG, on_progress=never_stop):
+def solved(beginning, surface=TORUS, rig=RIG, on_progress=never_stop, clock=time.perf_counter):
     """The plan that a run has, made without recording."""
     model = beginning.settings.model
     request, before = beginning.request, beginning.warm_start
-    return plan_focus(Scene(surface), rig, request, model, on_progress, before)
+    return plan_focus(Scene(surface), rig, request, model, on_progress, before, clock=clock)
 
 
 def record(
@@ -60,34 +61,35 @@ def record(
     on_progress=never_stop,
     warm_start=None,
     markers=False,
+    clock=time.perf_counter,
     **values,
 ):
     """Plan and record below a folder; return the run's own folder."""
-    beginning = begun(request, rig, warm_start, **values)
+    beginning = beginning_with(request, rig, warm_start, **values)
     log = Log()
     recorder = Recorder(log)
     recording = Recording(folder, markers)
     run = recorder.begin(recording, inputs_of(beginning, surface, rig), beginning)
-    plan = solved(beginning, surface, rig, run.wrap_callback(on_progress))
+    plan = solved(beginning, surface, rig, run.wrap_callback(on_progress), clock)
     run.finish(True, plan.summary(), plan, rig)
-    assert recorder.close(60)
+    assert recorder.close(240)
     assert log.errors == []
     return run.path
 
 
 def record_failure(folder, beginning, inputs, message):
-    """Record that there was no plan; return the run's own folder."""
+    """Record a failure to plan; return the run's own folder."""
     log = Log()
     recorder = Recorder(log)
     run = recorder.begin(Recording(folder), inputs, beginning)
     run.finish(False, message)
-    assert recorder.close(30)
+    assert recorder.close(240)
     assert log.errors == []
     return run.path
 
 
 def rewritten(path, to, change):
-    """Write a run again, elsewhere, every message as ``change`` returns it (None: left out)."""
+    """Write a run again elsewhere, each message as returned by ``change`` (None: left out)."""
     bag = BagWriter()
     for message in read_bag(path).messages:
         changed = change(message)
@@ -102,7 +104,7 @@ def with_payload(message, payload):
 
 
 def partial_copy(path, to):
-    """A copy that was cut off before its end, as a kill leaves it."""
+    """A copy that is truncated, as a killed process leaves it."""
     to = to.with_name(to.name + ".partial")
     shutil.copytree(path, to)
     (to / "metadata.yaml").unlink()

@@ -1,16 +1,22 @@
 #!/usr/bin/env bash
 # Set up .venv with all that the planner, its ROS interfaces and its tests need.
 #
+#   tools/setup.sh [--without-interfaces]
+#
 # Works in stages. A stage whose inputs have not changed since it last succeeded is skipped, so
 # that a repeated or interrupted set-up does only what is left. PYTHON=... chooses the Python that
-# makes a new .venv. All state is in .venv/.setup: `rm -r .venv` starts from nothing.
+# makes a new .venv, as in tools/find_python.sh; VENV=... another folder than .venv. All state is in
+# .venv/.setup: `rm -r .venv` starts afresh. Everything but the nodes works without the interfaces.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly venv=$PWD/.venv
-readonly state=$venv/.setup
-readonly log=.venv/.setup/setup.log
+readonly name=${VENV:-.venv}
+venv=$name
+[[ $venv == /* ]] || venv=$PWD/$venv
+readonly venv state=$venv/.setup
+readonly log=$name/.setup/setup.log
 readonly messages=$state/focus_planner_msgs
+readonly python=$venv/bin/python
 
 # A sourced ROS, another environment's marker or an active venv would leak into this one.
 unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH PYTHONHOME PYTHONPATH VIRTUAL_ENV
@@ -40,27 +46,29 @@ seconds_since() { awk -v start="$1" -v now="$EPOCHREALTIME" 'BEGIN { printf "%.1
 
 # stage NAME TITLE FILE...: run stage_NAME unless it last succeeded with these files as they are.
 stage() {
-  local name=$1 title=$2 stamp=$state/$1.stamp began=$EPOCHREALTIME key status=0
+  local stage=$1 title=$2 stamp=$state/$1.stamp began=$EPOCHREALTIME key status=0
   shift 2
   key=$(sha256sum tools/setup.sh "$@")
   [[ -f $stamp && $(<"$stamp") == "$key" ]] && return
   interrupted=$([[ -f $stamp && $(<"$stamp") == unfinished ]] && echo yes || echo no)
   echo unfinished >"$stamp"
   ((${#done_stages[@]})) || : >"$log"
+  echo "== $title" >>"$log"
   printf '%-34s' "$title" >&3
   # Not under `if` or `||`: there, bash would ignore errors inside the stage.
   set +e
-  (set -ex; "stage_$name") >>"$log" 2>&1
+  (set -ex; "stage_$stage") >>"$log" 2>&1
   status=$?
   set -e
   ((status != 64)) || exit 1
   if ((status)); then
-    say "failed" "" "The last lines of $log:" "$(tail -n 15 "$log" | sed 's/^/  /')" "" \
-      "Set-up stopped at: $title. Mend the cause named above and repeat: what is done is kept."
+    say "failed" "" "$(tools/cause.sh "$log" | sed 's/^/  /')" "" \
+      "Set-up stopped at: $title. Fix the cause above and run it again: finished stages are kept." \
+      "The full log is $log."
     exit 1
   fi
   echo "$key" >"$stamp"
-  done_stages+=("$name")
+  done_stages+=("$stage")
   seconds_since "$began" >&3
   say ""
 }
@@ -69,39 +77,33 @@ fits() {  # PYTHON: whether it runs and is one that the lock file covers
   "$1" -SEc 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null
 }
 
+# The Python of .venv or, if there is none yet, the one that will make it: version, program, lacks.
 find_python() {
-  local candidate
-  for candidate in .venv/bin/python ${PYTHON:-python3 python3.12 python3.11 python3.13 python3.10}; do
-    if fits "$candidate"; then
-      echo "$candidate"
-      return
-    fi
-  done
-  return 1
+  if [[ -x $python ]]; then PYTHON=$python tools/find_python.sh; else tools/find_python.sh; fi
 }
 
 # Debian packages that this machine lacks, one a line.
 missing_packages() {
-  local python version library libraries
+  local library libraries found packages
   command -v cc >/dev/null && command -v c++ >/dev/null || echo g++
   libraries=$(PATH=$PATH:/sbin ldconfig -p)
   for library in "${!library_packages[@]}"; do
     [[ $libraries == *"$library "* ]] || echo "${library_packages[$library]}"
   done
-  python=$(find_python) || { printf '%s\n' python3 python3-dev python3-venv; return; }
-  version=$("$python" -SEc 'import sys; print("%d.%d" % sys.version_info[:2])')
-  [[ -x .venv/bin/pip ]] || "$python" -SEc 'import ensurepip' || echo "python$version-venv"
-  [[ -f $("$python" -SEc 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h ]] ||
-    echo "python$version-dev"
+  found=$(find_python) || { printf '%s\n' python3 python3-dev python3-venv; return; }
+  packages=${found##*$'\t'}
+  [[ ! -x $venv/bin/pip ]] || packages=${packages/python*-venv/}
+  # shellcheck disable=SC2086  # one word per package
+  [[ -z $packages ]] || printf '%s\n' $packages
 }
 
 stage_system() {
   local packages sudo='' as_root=()
-  packages=$(missing_packages | sort | tr '\n' ' ')
   if ! find_python && { [[ ${PYTHON-} ]] || command -v python3; }; then
-    stop "Python 3.10 to 3.13 is needed. ${PYTHON:-python3} is: $("${PYTHON:-python3}" --version 2>&1)" \
-      "Install one of them and name it: make setup PYTHON=/path/to/python3.12"
+    stop "$( (set +x; find_python 2>&1) 2>/dev/null)" \
+      "Choose one that works, by version or path: make setup PYTHON=/path/to/python3.12"
   fi
+  packages=$(missing_packages | sort | tr '\n' ' ')
   [[ $packages ]] || return 0
   if ! command -v apt-get >/dev/null; then
     stop "Missing on this machine, by their Debian names: $packages" "Install them and repeat."
@@ -122,8 +124,26 @@ stage_system() {
     stop "apt-get succeeded, and yet these are missing:" "$(<"$state/missing.txt")"
 }
 
+announce_python() {
+  local version program
+  IFS=$'\t' read -r version program _ < <(find_python)
+  say "Python $version ($program)"
+}
+
+# An environment keeps its Python: say so if another one is requested.
+keep_python() {
+  local asked version
+  asked=$(tools/find_python.sh) || stop "$(tools/find_python.sh 2>&1)"
+  asked=${asked%%$'\t'*}
+  version=$("$python" -SEc 'import platform; print(platform.python_version())')
+  [[ $asked == "$version" ]] ||
+    say "$name keeps its Python $version. For $asked choose another folder: VENV=.venv-${asked%.*}"
+}
+
 stage_venv() {
-  .venv/bin/python -m pip --version || "$(find_python)" -m venv .venv
+  local program
+  IFS=$'\t' read -r _ program _ < <(find_python)
+  "$python" -m pip --version || "$program" -m venv "$venv"
 }
 
 # uv installs in a tenth of pip's time but knows nothing of pip's configuration: hand over the
@@ -131,7 +151,7 @@ stage_venv() {
 stage_wheels() {
   local setting again=() lock=(--no-deps --require-hashes -r requirements.lock)
   pip_setting() {
-    .venv/bin/python -m pip config list | sed -nE "s/^(global|install)\.$1='(.*)'$/\2/p" | tail -n 1
+    "$python" -m pip config list | sed -nE "s/^(global|install)\.$1='(.*)'$/\2/p" | tail -n 1
   }
   setting=${PIP_INDEX_URL:-$(pip_setting index-url)}
   [[ -z $setting ]] || export UV_DEFAULT_INDEX=${UV_DEFAULT_INDEX:-$setting}
@@ -141,17 +161,17 @@ stage_wheels() {
   sed -n '/^uv==/,/[^\\]$/p' requirements.lock >"$state/uv.txt"
   # A killed installer leaves packages that look installed and are not whole.
   [[ $interrupted == no ]] || again=(--reinstall)
-  if .venv/bin/python -m pip install --no-compile --no-deps --require-hashes -r "$state/uv.txt" &&
-    .venv/bin/uv pip install --python .venv/bin/python "${again[@]}" "${lock[@]}"; then
+  if "$python" -m pip install --no-compile --no-deps --require-hashes -r "$state/uv.txt" &&
+    "$venv/bin/uv" pip install --python "$python" "${again[@]}" "${lock[@]}"; then
     return
   fi
   [[ $interrupted == no ]] || again=(--force-reinstall)
-  .venv/bin/python -m pip install --no-compile "${again[@]}" "${lock[@]}"
+  "$python" -m pip install --no-compile "${again[@]}" "${lock[@]}"
 }
 
 # The wheels' exported CMake targets name the folders of the machine that built them.
 repair_cmake_exports() {
-  .venv/bin/python - <<'PYTHON'
+  "$python" - <<'PYTHON'
 import re
 import sys
 import sysconfig
@@ -177,17 +197,19 @@ PYTHON
 }
 
 stage_kernels() {
-  PYTHONPATH=. .venv/bin/python -c 'from focus_planner.core.planning.precompile import warm_up; warm_up()'
+  PYTHONPATH=. "$python" -c 'from focus_planner.core.planning.precompile import precompile; precompile()'
 }
 
 # The kernels need none of the interfaces, and one core: compile both at once.
 stage_build() {
-  stage_kernels &
-  local kernels=$!
+  stage_kernels >"$state/kernels.log" 2>&1 &
+  local kernels=$! status=0
   # shellcheck disable=SC2064 # by now, not when it ends: the variable is local
   trap "kill $kernels 2>/dev/null || :" EXIT
   build_messages
-  wait "$kernels"
+  wait "$kernels" || status=$?
+  cat "$state/kernels.log"
+  return "$status"
 }
 
 build_messages() {
@@ -196,42 +218,55 @@ build_messages() {
   if [[ -f $messages/install_manifest.txt ]]; then
     tr '\n' '\0' <"$messages/install_manifest.txt" | xargs -0 rm -f
   fi
-  rm -rf "$messages" "$venv"/lib/python3.*/site-packages/focus_planner_msgs
+  rm -rf "$messages" "$venv"/lib/python3.*/site-packages/focus_planner_msgs{,-*.egg-info}
   export PATH=$venv/bin:$PATH
   cmake -S msg_defs -B "$messages" -G Ninja -DBUILD_TESTING=OFF \
     -DCMAKE_INSTALL_PREFIX="$venv" -DCMAKE_PREFIX_PATH="$venv" \
     -DPython3_EXECUTABLE="$venv/bin/python"
   cmake --build "$messages" --target install
-}
-
-stage_package() {
-  .venv/bin/python -m pip install --no-deps --no-build-isolation -e .
-}
-
-# Also writes the bytecode of what is imported, which the installers leave out: the whole would
-# take half a minute. Without it, every start of a program would compile these again.
-stage_check() {
-  unset PYTHONDONTWRITEBYTECODE
-  .venv/bin/python -m pip check
-  .venv/bin/python - <<'PYTHON'
-import hypothesis, matplotlib.pyplot, numba, open3d, pytest, rich.console, rich.table, yaml
-import rclpy.action
-import scipy.optimize, scipy.sparse, scipy.spatial
+  "$python" - <<'PYTHON'
 from focus_planner_msgs.action import PlanFocus as PlanAction
 from focus_planner_msgs.srv import PlanFocus as PlanService
 from rclpy.type_support import check_for_type_support
 
 check_for_type_support(PlanAction)
 check_for_type_support(PlanService)
+PYTHON
+}
+
+# `compat`: a path in site-packages, which type checkers follow too, in place of an import hook.
+# The lock: set-ups of several environments would write *.egg-info at the same time.
+stage_package() {
+  flock setup.py "$python" -m pip install --no-deps --no-build-isolation \
+    --config-settings editable_mode=compat -e .
+}
+
+# Also writes the bytecode of what is imported, which the installers leave out: the whole would
+# take half a minute. Without it, every start of a program would compile these again.
+stage_check() {
+  unset PYTHONDONTWRITEBYTECODE
+  "$python" -m pip check
+  "$python" - <<'PYTHON'
+import hypothesis, matplotlib.pyplot, numba, open3d, pytest, rich.console, rich.table, yaml
+import rclpy.action
+import scipy.optimize, scipy.sparse, scipy.spatial
+
 assert numba.njit(lambda: 1)() == 1
 PYTHON
 }
 
+interfaces=yes
+case ${1-} in
+  '') ;;
+  --without-interfaces) interfaces=no ;;
+  *) stop "tools/setup.sh: expected no argument or --without-interfaces, got: $*" ;;
+esac
+
 # Scripts in a .venv name its folder: one that was moved, or whose Python is gone, is useless.
-if [[ -e .venv ]] && { [[ -f $state/location && $(<"$state/location") != "$PWD" ]] ||
-  { [[ -e .venv/bin ]] && ! fits .venv/bin/python; }; }; then
-  say "Removing .venv: it was moved, or its Python does not run or is not 3.10 to 3.13."
-  rm -rf .venv
+if [[ -e $venv ]] && { [[ -f $state/location && $(<"$state/location") != "$PWD" ]] ||
+  { [[ -e $venv/bin ]] && ! fits "$python"; }; }; then
+  say "Removing $name: it was moved, or its Python does not run or is not 3.10 to 3.13."
+  rm -rf "$venv"
 fi
 mkdir -p "$state"
 echo "$PWD" >"$state/location"
@@ -239,17 +274,21 @@ echo "$PWD" >"$state/location"
 exec 4>"$state/lock"  # two set-ups at once would trip over each other
 flock 4
 
+if [[ -x $python && ${PYTHON-} ]]; then keep_python; fi
+
 done_stages=()
 began=$EPOCHREALTIME
-mapfile -t definitions < <(find msg_defs -type f | sort)
+mapfile -t definitions < <(find msg_defs -type f ! -name CHANGELOG.rst | sort)
 mapfile -t core < <(find focus_planner/core -name '*.py' | sort)
 stage system "system packages"
+[[ -x $python ]] || announce_python
 stage venv "virtual environment"
 stage wheels "Python and ROS packages" requirements.lock
-stage build "ROS interfaces, kernels" requirements.lock "${definitions[@]}"
+[[ $interfaces == no ]] ||
+  stage build "ROS interfaces, kernels" requirements.lock "${definitions[@]}"
 stage kernels "kernels" requirements.lock "${core[@]}"
 stage package "focus_planner" requirements.lock setup.py setup.cfg
-stage check "check" requirements.lock setup.py setup.cfg "${definitions[@]}"
+stage check "check" requirements.lock setup.py setup.cfg
 if ((${#done_stages[@]})); then
-  say "ready: .venv                      $(seconds_since "$began")"
+  printf '%-34s%s\n' "ready: $name" "$(seconds_since "$began")" >&3
 fi

@@ -1,4 +1,4 @@
-"""What a solver tells, and the callback that may stop it."""
+"""A solver's progress, and the callback that may stop it."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a solver stands.
+    """How far a solver has come.
 
     Attributes
     ----------
     stage : str
         The solver's name.
     iteration : int
-        Steps done in this stage, from 1; 0 before one that takes some setting up. Of ``optimal``,
-        which returns to its stages, steps in all.
+        Steps done in this stage, from 1; 0 while the stage is being set up. ``optimal``, which
+        returns to its stages, counts all its steps.
     cost : float
-        1000 × the weighted mean; the cells chosen so far cost no more.
+        1000 × the weighted mean cost of the best choice of cells so far, or an upper bound on it.
     lower_bound : float, optional
         No plan for these samples costs less.
     """
@@ -29,10 +29,10 @@ class Progress:
     lower_bound: float | None = None
 
 
-#: Told of every step; answers whether to go on.
+#: Called after every step; return False to stop.
 ProgressCallback = Callable[[Progress], bool]
 
 
 def never_stop(_: Progress) -> bool:
-    """Let the solver run to its end: the default watch."""
+    """Let the solver run to its end: the default callback."""
     return True

@@ -1,4 +1,4 @@
-"""One form of error: which argument, what was expected, what came, what to do."""
+"""Input validation, and the one form of its errors: argument, expected, got, remedy."""
 
 from __future__ import annotations
 
@@ -10,44 +10,45 @@ import numpy as np
 from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-_FARTHEST = 1e8
+#: Metres. Larger coordinates are mistakes, and products of them may overflow.
+MAX_COORDINATE = 1e8
 
-_ROUNDING = 1e-15  # of the length of what was just normalised
-
+#: How far from 1 rounding leaves the length of a vector that was just normalised.
+UNIT_ROUNDING = 1e-15
 
 _LINE_BREAK = re.compile(r"\s*[\r\n]\s*")
-# Characters of what came, and of what was expected: messages bring names of any length, and an
-# error is one line of a log.
-_MOST_TOLD, _MOST_EXPECTED = 400, 2000
+# Longest text, in characters: messages may contain names of any length, and an error is one line
+# of a log.
+_MAX_TEXT, _MAX_EXPECTED = 400, 2000
 
 
 class InputError(ValueError):
-    """Input that cannot be planned with; its text is fit for the person who gave it.
+    """Invalid input, reported in the terms of the user who supplied it.
 
     Parameters
     ----------
     argument : str
-        Name of what was wrong, as the user knows it (``"vertices"``, ``"rig.yaml: lens"``).
+        The user's name for the value that is wrong (``"vertices"``, ``"rig.yaml: lens"``).
     expected, got : str
-        What would have been accepted, and what came. All is made one printable line, and of what
-        is long the beginning and the end are told.
+        What would have been accepted, and what was given. Each becomes a single printable line;
+        long texts are shortened in the middle.
     remedy : str, optional
         What to do about it, as a clause.
     """
 
     def __init__(self, argument: str, expected: str, got: str, remedy: str = "") -> None:
-        self.argument = _brief(argument)
-        self.expected = _brief(expected, _MOST_EXPECTED)
-        self.got = _brief(got)
+        self.argument = _one_line(argument)
+        self.expected = _one_line(expected, _MAX_EXPECTED)
+        self.got = _one_line(got)
         self.remedy = remedy
         tail = f"; {remedy}" if remedy else ""
         super().__init__(f"{self.argument}: expected {self.expected}, got {self.got}{tail}")
 
 
-def _brief(text: str, most: int = _MOST_TOLD) -> str:
-    """Return a text as one printable line, of a long one its beginning and its end."""
-    if len(text) > most:
-        half = most // 2
+def _one_line(text: str, max_length: int = _MAX_TEXT) -> str:
+    """Return the text as a single printable line, shortened in the middle if it is long."""
+    if len(text) > max_length:
+        half = max_length // 2
         text = f"{text[:half]} … {text[-half:]}"
     line = _LINE_BREAK.sub(" ", text)
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
@@ -69,7 +70,7 @@ def check_array(
     wanted = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
     try:
         with np.errstate(invalid="ignore"), warnings.catch_warnings():
-            # NaN as a whole number is caught below; complex numbers are not cut to real ones.
+            # NaN among integers is caught below; complex numbers must not be truncated silently.
             warnings.simplefilter("error", ComplexWarning)
             array = np.array(value, dtype=dtype, order="C")
     except (TypeError, ValueError, OverflowError, ComplexWarning) as error:

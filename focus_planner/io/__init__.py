@@ -1,1 +1,1 @@
-"""Files: surfaces, rig.yaml, plan.json, problem.npz, pictures."""
+"""Reading and writing files: surfaces, rig.yaml, plan.json, problem.npz, pictures."""

@@ -1,4 +1,4 @@
-"""The human bodies that come with the package; ``focus_planner/bodies/README.md`` tells whose."""
+"""The human bodies that come with the package; see ``focus_planner/bodies/README.md``."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from focus_planner.core.validation import check_choice
 
 
 def bodies() -> tuple[Path, ...]:
-    """Return the paths of all bodies, by name."""
+    """Return the paths of all bodies, sorted by name."""
     folder = Path(str(resources.files("focus_planner") / "bodies"))
     return tuple(sorted(folder.glob("*.ply")))
 
 
 def body(name: str) -> Path:
-    """Return the path of one body's mesh.
+    """Return the path of a body's mesh.
 
     Parameters
     ----------

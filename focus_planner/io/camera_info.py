@@ -1,4 +1,4 @@
-"""Intrinsics of cameras, in the YAML that ROS's camera_calibration writes."""
+"""Camera intrinsics from the YAML files of ROS's camera_calibration."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.validation import InputError
-from focus_planner.io.yaml_values import load_yaml, number, shown, value_at, within
+from focus_planner.io.yaml_values import abbreviated, errors_within, load_yaml, number, value_at
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -16,20 +16,21 @@ _SUFFIXES = (".yaml", ".yml")
 def load_camera_info(path: Path) -> CameraIntrinsics:
     """Read the intrinsics of one camera.
 
-    ``image_width``, ``image_height``, ``camera_matrix``, ``distortion_model`` and
-    ``distortion_coefficients`` are read; the last two may be missing. Rectification and
-    projection are not: what the camera sees does not depend on them.
+    Reads ``image_width``, ``image_height``, ``camera_matrix``, ``distortion_model`` and
+    ``distortion_coefficients``; the last two may be missing. Ignores the rectification and
+    projection matrices, which do not affect what the camera sees.
 
     Raises
     ------
     InputError
-        Names the file and the key; if a value is missing, or the matrix has a skew.
+        If a value is missing or invalid, or the camera matrix has skew; names the file and the
+        key.
     """
     data = load_yaml(path, "the YAML of a camera_calibration")
     where = f"{path}: "
     fx, fy, cx, cy = _pinhole(f"{where}camera_matrix", value_at(where, data, "camera_matrix"))
     model, coefficients = _distortion(where, data)
-    with within(str(path)):
+    with errors_within(str(path)):
         return CameraIntrinsics(
             value_at(where, data, "image_width"),
             value_at(where, data, "image_height"),
@@ -39,18 +40,18 @@ def load_camera_info(path: Path) -> CameraIntrinsics:
         )
 
 
-def image_of_camera(path: Path) -> Callable[[str], CameraIntrinsics]:
-    """Return what gives a camera's intrinsics by its name.
+def intrinsics_lookup(path: Path) -> Callable[[str], CameraIntrinsics]:
+    """Return a function from a camera's name to its intrinsics.
 
     Parameters
     ----------
     path : Path
-        A file for all cameras, or a folder with ``NAME.yaml`` for each.
+        A file for all cameras, or a folder with a ``NAME.yaml`` for each.
 
     Raises
     ------
     InputError
-        As :func:`load_camera_info`; for a folder, as the names are asked for.
+        As :func:`load_camera_info`; for a folder, when the function is called.
     """
     if path.is_dir():
         return lambda name: load_camera_info(_file_of(path, name))
@@ -71,7 +72,7 @@ def _pinhole(where: str, matrix: Any) -> tuple[float, float, float, float]:
         raise InputError(f"{where}.data", "9 numbers, row by row", str(len(values)))
     fx, skew, cx, zero, fy, cy, *last = values
     if (skew, zero, last) != (0, 0, [0, 0, 1]):
-        raise InputError(f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", shown(values))
+        raise InputError(f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", abbreviated(values))
     return fx, fy, cx, cy
 
 
@@ -81,12 +82,12 @@ def _distortion(where: str, data: Any) -> tuple[str, tuple[float, ...]]:
     coefficients = _data(f"{where}distortion_coefficients", data["distortion_coefficients"])
     model = value_at(where, data, "distortion_model")
     if not isinstance(model, str):
-        raise InputError(f"{where}distortion_model", "a name", shown(model))
+        raise InputError(f"{where}distortion_model", "a name", abbreviated(model))
     return model, tuple(coefficients)
 
 
 def _data(where: str, matrix: Any) -> list[float]:
     data = value_at(where, matrix, "data")
     if not isinstance(data, list):
-        raise InputError(f"{where}.data", "a list of numbers", shown(data))
+        raise InputError(f"{where}.data", "a list of numbers", abbreviated(data))
     return [number(f"{where}.data[{i}]", value) for i, value in enumerate(data)]

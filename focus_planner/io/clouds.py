@@ -1,4 +1,4 @@
-"""Point clouds from the formats that hold nothing else."""
+"""Point clouds from pcd, xyz, xyzn, pts and npy files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_ended, read_array, unreadable
+from focus_planner.io.files import check_final_newline, read_array, unreadable
 from focus_planner.io.importance import importance_column
 
 CLOUDS = ("pcd", "xyz", "xyzn", "pts", "npy")
@@ -27,7 +27,7 @@ _NORMALS = ("normal_x", "normal_y", "normal_z")
 
 
 class _Field(NamedTuple):
-    """Where a pcd file has one field: in a line of text, in a binary record."""
+    """Where a pcd file stores a field: its column in text, its place in a binary record."""
 
     column: int
     offset: int
@@ -36,26 +36,27 @@ class _Field(NamedTuple):
 
 
 def load_cloud(path: Path, kind: str) -> tuple[PointCloud, FloatArray | None]:
-    """Read a point cloud, and apart from it its points' importance where the file has it.
+    """Read a point cloud, and its points' importance if the file has it.
 
     Parameters
     ----------
     path : Path
     kind : {"pcd", "xyz", "xyzn", "pts", "npy"}
-        ``xyz`` is a text of x, y, z and anything; ``xyzn`` has the normal after them; ``pts``
-        the number of points before; ``npy`` is an array of 3 columns, or of 6 with normals.
+        ``xyz`` is text with x, y, z and possibly more per line; ``xyzn`` has the normal after
+        them; ``pts`` starts with the number of points; ``npy`` is an array with 3 columns, or 6
+        with normals.
 
     Raises
     ------
     InputError
-        If the file is not of this kind, cut off, or its points cannot be used.
+        If the file is of another kind, truncated, or its points are invalid.
     """
     content = path.read_bytes()
     if kind == "pcd":
         return _pcd(path, content)
     if kind == "npy":
         return _npy(path), None
-    check_ended(path, kind, content)
+    check_final_newline(path, kind, content)
     lines = content.splitlines()
     if kind == "pts":
         return _pts(path, lines), None
@@ -65,16 +66,16 @@ def load_cloud(path: Path, kind: str) -> tuple[PointCloud, FloatArray | None]:
 
 def _table(path: Path, kind: str, lines: list[bytes], columns: Sequence[int]) -> FloatArray:
     try:
-        return _numbers(lines, columns)
+        return _parse_numbers(lines, columns)
     except ValueError as error:
         raise unreadable(path, kind, str(error)) from None
 
 
-def _numbers(lines: list[bytes], columns: Sequence[int]) -> FloatArray:
-    """Return these columns of lines of numbers."""
+def _parse_numbers(lines: list[bytes], columns: Sequence[int]) -> FloatArray:
+    """Return the given columns of lines of numbers."""
     text = [line.decode("utf-8", "replace") for line in lines]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that there are no lines: the core says it better
+        warnings.simplefilter("ignore")  # of empty input, which PointCloud reports better
         try:
             return np.loadtxt(text, comments=["#", "//"], usecols=columns, ndmin=2)
         except ValueError as error:
@@ -84,7 +85,7 @@ def _numbers(lines: list[bytes], columns: Sequence[int]) -> FloatArray:
 def _pts(path: Path, lines: list[bytes]) -> PointCloud:
     first = lines[0].split()
     if len(first) != 1 or not first[0].isdigit():
-        raise unreadable(path, "pts", "no number of points in its first line")
+        raise unreadable(path, "pts", "no number of points on its first line")
     table = _table(path, "pts", lines[1:], range(3))
     if len(table) != int(first[0]):
         raise unreadable(path, "pts", f"{len(table)} points of the {int(first[0])} announced")
@@ -149,8 +150,8 @@ def _pcd_fields(header: dict[str, list[str]]) -> dict[str, _Field]:
 
 def _pcd_ascii(body: bytes, fields: list[_Field], count: int) -> FloatArray:
     if not body.endswith(b"\n"):
-        raise ValueError("a last line without an end")
-    table = _numbers(body.splitlines(), [field.column for field in fields])
+        raise ValueError("a last line without a newline")
+    table = _parse_numbers(body.splitlines(), [field.column for field in fields])
     if len(table) != count:
         raise ValueError(f"{len(table)} there")
     return table
@@ -162,7 +163,7 @@ def _pcd_binary(body: bytes, fields: list[_Field], count: int) -> FloatArray:
 
 
 def _pcd_compressed(body: bytes, fields: list[_Field], count: int) -> FloatArray:
-    """Return the columns, which stand one after the other once unpacked."""
+    """Return the columns, which are stored one after another once decompressed."""
     packed, size = struct.unpack_from("<II", body) if len(body) >= 8 else (0, 0)
     if len(body) < 8 + packed or size != fields[0].stride * count:
         raise ValueError("fewer bytes there")
@@ -172,10 +173,10 @@ def _pcd_compressed(body: bytes, fields: list[_Field], count: int) -> FloatArray
 
 
 def _unpack_lzf(packed: memoryview) -> bytearray:
-    """Undo LZF, in which a byte below 32 starts a run of that many bytes and one more.
+    """Decompress LZF.
 
-    Others repeat what came before: three bits of length (7: and the next byte more), plus 2;
-    thirteen bits of distance back, plus 1.
+    A byte n below 32 is followed by n + 1 literal bytes. Any other starts a back-reference: three
+    bits of length (7: add the next byte), plus 2; thirteen bits of distance, plus 1.
     """
     out = bytearray()
     at = 0
@@ -193,7 +194,7 @@ def _unpack_lzf(packed: memoryview) -> bytearray:
         distance = ((control & 31) << 8) + packed[at] + 1
         at += 1
         if distance > len(out):
-            raise ValueError("a reference to before its start")
+            raise ValueError("a reference before its start")
         repeated = bytes(out[-distance:][: length + 2])
         out += (repeated * ((length + 2) // len(repeated) + 1))[: length + 2]
     return out

@@ -1,7 +1,7 @@
-"""Rigs out of COLMAP's sparse models: cameras and images, in text or binary.
+"""Rigs from COLMAP's sparse models: cameras and images, as text or binary.
 
-The formats are those of COLMAP's documentation, "Output Format". Its rigs and frames (from 3.12
-on) are not read: images hold their poses with and without them.
+The formats are described in COLMAP's documentation, "Output Format". The rigs and frames of
+COLMAP 3.12 and later are not read, because images have their poses either way.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from pathlib import Path
 from typing import NamedTuple
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
+from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_ended, check_readable, read_text, unreadable
+from focus_planner.io.files import check_final_newline, check_readable, read_text, unreadable
 from focus_planner.io.names import camera_names
-from focus_planner.io.yaml_values import within
+from focus_planner.io.yaml_values import errors_within
 
 
 class _Model(NamedTuple):
-    """A camera model of COLMAP, and the one of CameraInfo that holds it, or a part of it."""
+    """One of COLMAP's camera models, and CameraInfo's model that can represent it or part of it."""
 
     name: str
     parameters: str
     distortion_model: str = ""
 
 
-# A model's number is its place. Parameters of one meaning have one name here.
+# In the order of COLMAP's model ids. Parameters with the same meaning have the same name here.
 _MODELS = (
     _Model("SIMPLE_PINHOLE", "f cx cy"),
     _Model("PINHOLE", "fx fy cx cy"),
@@ -58,19 +58,19 @@ _MODELS = (
     _Model("EUCM", "fx fy cx cy alpha beta"),
     _Model("EQUIRECTANGULAR", "w h"),
 )
-_MODEL_OF = {model.name: model for model in _MODELS}
+_MODEL_BY_NAME = {model.name: model for model in _MODELS}
 _COEFFICIENTS = {
     "": "",
     "plumb_bob": "k1 k2 p1 p2 k3",
     "rational_polynomial": "k1 k2 p1 p2 k3 k4 k5 k6",
     "equidistant": "k1 k2 k3 k4",
 }
-_PIXEL_CENTRE = 0.5  # of the first pixel in COLMAP; ours is at 0
+_PIXEL_CENTRE = 0.5  # the first pixel's centre in COLMAP; here it is 0
 _POINT_BYTES = 24  # x, y, point3D_id
 
 
-class _Shot(NamedTuple):
-    """An image of the model."""
+class _PosedImage(NamedTuple):
+    """An image of the model with its pose."""
 
     name: str
     camera: int
@@ -85,63 +85,65 @@ def load_colmap(
     lens: Lens | None = None,
     frame_id: str = "world",
 ) -> Rig:
-    """Read a sparse model; every image is a camera of the rig.
+    """Read a sparse model; every image becomes a camera of the rig.
 
     Parameters
     ----------
     folder : path
         With ``cameras.bin`` and ``images.bin``, or else ``cameras.txt`` and ``images.txt``.
     images : str
-        A pattern (``cam*/0001.jpg``) of the names of the images to take.
+        A pattern for the names of the images to use, such as ``cam*/0001.jpg``.
     rig_from_model : Similarity, optional
-        Takes the model's points to the rig's frame, in metres; the identity by default.
+        The transform from the model's frame to the rig's, in metres; the identity by default.
     lens : Lens, optional
-        That of all cameras.
+        Shared by all cameras.
     frame_id : str
 
     Returns
     -------
     Rig
-        Cameras by name of image, and named as in
-        :func:`~focus_planner.io.names.camera_names`.
+        Cameras sorted by image name; see :func:`~focus_planner.io.names.camera_names` for their
+        own names.
 
     Raises
     ------
     InputError
-        If files are missing, cut off or contradict each other, a camera model cannot be held
-        exactly, or images would have the same name as cameras.
+        If files are missing, truncated or contradict each other, a camera model cannot be
+        represented exactly, or two images would give cameras of the same name.
     """
     where = str(folder)
-    image_of, shots = _read(Path(folder))
-    chosen = _matching(where, shots, images)
-    names = camera_names(f"{where}: images", [_without_suffix(shot.name) for shot in chosen])
-    to_rig, of_all = rig_from_model or Similarity(), lens or Lens()
+    intrinsics_of, posed_images = _read(Path(folder))
+    chosen = _matching(where, posed_images, images)
+    names = camera_names(f"{where}: images", [_without_suffix(image.name) for image in chosen])
+    to_rig, shared_lens = rig_from_model or Similarity(), lens or Lens()
     cameras = []
-    for name, shot in zip(names, chosen, strict=True):
-        with within(f"{where}: image {shot.name}"):
-            if shot.camera not in image_of:
-                raise InputError("camera", "one that the model has", str(shot.camera))
-            at = to_rig @ shot.camera_from_model.inverse()
-            cameras.append(Camera(name, at.position, at.orientation, image_of[shot.camera], of_all))
+    for name, image in zip(names, chosen, strict=True):
+        with errors_within(f"{where}: image {image.name}"):
+            if image.camera not in intrinsics_of:
+                raise InputError("camera", "one of the model's cameras", str(image.camera))
+            intrinsics = intrinsics_of[image.camera]
+            at = to_rig @ image.camera_from_model.inverse()
+            cameras.append(Camera(name, at.position, at.orientation, intrinsics, shared_lens))
     return Rig(tuple(cameras), frame_id)
 
 
-def _matching(where: str, shots: list[_Shot], pattern: str) -> list[_Shot]:
-    """Return the images whose names match, by name."""
-    chosen = [shot for shot in shots if fnmatchcase(shot.name, pattern)]
+def _matching(where: str, posed_images: list[_PosedImage], pattern: str) -> list[_PosedImage]:
+    """Return the images whose names match, sorted by name."""
+    chosen = [image for image in posed_images if fnmatchcase(image.name, pattern)]
     if not chosen:
-        got = f"none of {len(shots)}" + (f", {shots[0].name} among them" if shots else "")
+        example = f", for example {posed_images[0].name}" if posed_images else ""
+        got = f"none among {len(posed_images)}{example}"
         raise InputError(f"{where}: images", f"some that match {pattern}", got)
-    return sorted(chosen, key=lambda shot: shot.name)
+    return sorted(chosen, key=lambda image: image.name)
 
 
 def load_alignment(path: Path) -> Similarity:
-    """Read a 4 × 4 matrix that takes a model to a rig: 16 numbers, row by row.
+    """Read ``rig_from_model``, a 4 × 4 matrix: 16 numbers, row by row.
 
     Raises
     ------
     InputError
-        If there are not 16, or they do more than turn, move and scale.
+        If there are not 16 numbers, or they do not form a similarity transform.
     """
     words = re.split(r"[\s,;]+", read_text(path, "16 numbers, a 4 × 4 matrix row by row").strip())
     try:
@@ -153,8 +155,8 @@ def load_alignment(path: Path) -> Similarity:
     return similarity_from_matrix(str(path), [numbers[i : i + 4] for i in range(0, 16, 4)])
 
 
-def _read(folder: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
-    """Return the model's cameras by their number, and its images."""
+def _read(folder: Path) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]:
+    """Return the intrinsics by COLMAP's camera id, and the images."""
     for suffix, read in ((".bin", _read_binary), (".txt", _read_text)):
         cameras, images = folder / f"cameras{suffix}", folder / f"images{suffix}"
         if cameras.exists() or images.exists():
@@ -166,29 +168,29 @@ def _read(folder: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
         path.parent for name in ("cameras.bin", "cameras.txt") for path in folder.rglob(name)
     )
     remedy = f"did you mean {below[0]}?" if below else ""
-    raise InputError(str(folder), expected, "a folder without", remedy)
+    raise InputError(str(folder), expected, "a folder without them", remedy)
 
 
 # --- camera models -----------------------------------------------------------------------------
 
 
-def _image(
+def _intrinsics(
     where: str, model: _Model, width: int, height: int, parameters: list[float]
 ) -> CameraIntrinsics:
-    """Return COLMAP's camera as ours, exactly, or raise."""
+    """Return the exact equivalent of COLMAP's camera; raise if there is none."""
     values = dict(zip(model.parameters.split(), parameters, strict=True))
     if "f" in values:
         values["fx"] = values["fy"] = values.pop("f")
     if "fx" not in values:
-        raise _not_ours(where, model.name)
+        raise _unsupported(where, model.name)
     fx, fy, cx, cy = (values.pop(name) for name in ("fx", "fy", "cx", "cy"))
     coefficients = tuple(
         values.pop(name, 0.0) for name in _COEFFICIENTS[model.distortion_model].split()
     )
     beyond = [f"{name} = {value:g}" for name, value in values.items() if value != 0]
     if beyond:
-        raise _not_ours(where, f"{model.name} with {', '.join(beyond)}")
-    with within(where):
+        raise _unsupported(where, f"{model.name} with {', '.join(beyond)}")
+    with errors_within(where):
         return CameraIntrinsics(
             width,
             height,
@@ -201,10 +203,10 @@ def _image(
         )
 
 
-def _not_ours(where: str, got: str) -> InputError:
+def _unsupported(where: str, got: str) -> InputError:
     return InputError(
         where,
-        "a camera model that sensor_msgs/CameraInfo can hold exactly",
+        "a camera model that sensor_msgs/CameraInfo can represent exactly",
         got,
         "estimate the cameras as OPENCV, FULL_OPENCV or OPENCV_FISHEYE,"
         " or undistort the images with colmap image_undistorter",
@@ -218,7 +220,9 @@ def _without_suffix(name: str) -> str:
 # --- text --------------------------------------------------------------------------------------
 
 
-def _read_text(cameras: Path, images: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
+def _read_text(
+    cameras: Path, images: Path
+) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]:
     return dict(_cameras_of_text(cameras)), list(_images_of_text(images))
 
 
@@ -230,16 +234,16 @@ def _cameras_of_text(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
             continue
         if len(words) < 4:
             raise InputError(where, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", repr(line))
-        model = _MODEL_OF.get(words[1])
+        model = _MODEL_BY_NAME.get(words[1])
         if model is None:
             raise InputError(where, "a camera model of COLMAP", words[1])
-        parameters = _floats(where, words[4:])
+        parameters = _numbers(where, words[4:])
         _check_count(where, model, len(parameters))
-        width, height = _whole(where, words[2]), _whole(where, words[3])
-        yield _whole(where, words[0]), _image(where, model, width, height, parameters)
+        width, height = _integer(where, words[2]), _integer(where, words[3])
+        yield _integer(where, words[0]), _intrinsics(where, model, width, height, parameters)
 
 
-def _images_of_text(path: Path) -> Iterator[_Shot]:
+def _images_of_text(path: Path) -> Iterator[_PosedImage]:
     lines = _lines(path)
     for number, line in lines:
         if not line.strip() or line.lstrip().startswith("#"):
@@ -250,29 +254,29 @@ def _images_of_text(path: Path) -> Iterator[_Shot]:
             expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
             raise InputError(where, expected, repr(line[:60]))
         name = words[9].strip()
-        yield _shot(name, _whole(where, words[8]), where, _floats(where, words[1:8]))
+        yield _posed_image(name, _integer(where, words[8]), where, _numbers(where, words[1:8]))
         _, points = next(lines, (0, ""))
         if len(points.split()) % 3:
             raise InputError(
                 f"{path}: line {number + 1}",
                 f"the points of {name}: X Y POINT3D_ID each",
                 repr(points[:60]),
-                "after the line of each image comes one of its points, an empty one if it has none",
+                "each image's line is followed by one with its points, empty if it has none",
             )
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     text = read_text(path, "COLMAP's text")
-    check_ended(path, "txt", text.encode())
+    check_final_newline(path, "txt", text.encode())
     return enumerate(text.split("\n"), start=1)
 
 
-def _shot(name: str, camera: int, where: str, values: list[float]) -> _Shot:
+def _posed_image(name: str, camera: int, where: str, values: list[float]) -> _PosedImage:
     w, x, y, z, *translation = values
-    return _Shot(name, camera, pose(where, translation, (x, y, z, w)))
+    return _PosedImage(name, camera, similarity_from_pose(where, translation, (x, y, z, w)))
 
 
-def _floats(where: str, words: list[str]) -> list[float]:
+def _numbers(where: str, words: list[str]) -> list[float]:
     try:
         values = [float(word) for word in words]
     except ValueError as error:
@@ -282,7 +286,7 @@ def _floats(where: str, words: list[str]) -> list[float]:
     return values
 
 
-def _whole(where: str, word: str) -> int:
+def _integer(where: str, word: str) -> int:
     if not re.fullmatch(r"[0-9]+", word):
         raise InputError(where, "a whole number", repr(word))
     return int(word)
@@ -299,8 +303,8 @@ def _check_count(where: str, model: _Model, count: int) -> None:
 # --- binary ------------------------------------------------------------------------------------
 
 
-class _Bytes:
-    """Reads little-endian numbers off a file's bytes."""
+class _ByteReader:
+    """Reads little-endian numbers from a file."""
 
     def __init__(self, path: Path) -> None:
         check_readable(path, "COLMAP's binary")
@@ -313,7 +317,7 @@ class _Bytes:
         self.skip(struct.calcsize(f"<{layout}"))
         return struct.unpack_from(f"<{layout}", self._bytes, start)
 
-    def whole(self, layout: str) -> int:
+    def integer(self, layout: str) -> int:
         return int(self.take(layout)[0])
 
     def name(self) -> str:
@@ -334,30 +338,32 @@ class _Bytes:
             raise unreadable(self._path, "bin", f"{len(self._bytes) - self._at} bytes too many")
 
 
-def _read_binary(cameras: Path, images: Path) -> tuple[dict[int, CameraIntrinsics], list[_Shot]]:
+def _read_binary(
+    cameras: Path, images: Path
+) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]:
     return dict(_cameras_of_binary(cameras)), list(_images_of_binary(images))
 
 
 def _cameras_of_binary(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
-    data = _Bytes(path)
-    for _ in range(data.whole("Q")):
-        camera, model_id = data.whole("I"), data.whole("i")
+    data = _ByteReader(path)
+    for _ in range(data.integer("Q")):
+        camera, model_id = data.integer("I"), data.integer("i")
         where = f"{path}: camera {camera}"
         if not 0 <= model_id < len(_MODELS):
             raise InputError(where, "a camera model of COLMAP", f"number {model_id}")
         model = _MODELS[model_id]
-        width, height = data.whole("Q"), data.whole("Q")
+        width, height = data.integer("Q"), data.integer("Q")
         count = len(model.parameters.split())
-        yield camera, _image(where, model, width, height, list(data.take(f"{count}d")))
+        yield camera, _intrinsics(where, model, width, height, list(data.take(f"{count}d")))
     data.check_at_end()
 
 
-def _images_of_binary(path: Path) -> Iterator[_Shot]:
-    data = _Bytes(path)
-    for _ in range(data.whole("Q")):
-        image = data.whole("I")
+def _images_of_binary(path: Path) -> Iterator[_PosedImage]:
+    data = _ByteReader(path)
+    for _ in range(data.integer("Q")):
+        image = data.integer("I")
         values = list(data.take("7d"))
-        camera, name = data.whole("I"), data.name()
-        yield _shot(name, camera, f"{path}: image {image} ({name})", values)
-        data.skip(_POINT_BYTES * data.whole("Q"))
+        camera, name = data.integer("I"), data.name()
+        yield _posed_image(name, camera, f"{path}: image {image} ({name})", values)
+        data.skip(_POINT_BYTES * data.integer("Q"))
     data.check_at_end()

@@ -1,4 +1,4 @@
-"""Writing files that are whole or not there, and saying in one line why one cannot be used."""
+"""Atomic writing of files, and one-line errors for files that cannot be used."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from focus_planner.core.validation import InputError
 
 
 def check_readable(path: Path, what: str) -> None:
-    """Raise unless ``path`` is a file with something in it.
+    """Raise unless ``path`` is a readable file that is not empty.
 
     Parameters
     ----------
     path : Path
     what : str
-        What was expected there, for the error.
+        What was expected there, for errors.
 
     Raises
     ------
     InputError
-        If it is missing, a directory, not ours to read, or empty.
+        If it is missing, a directory, empty, or may not be read.
     """
     try:
         with path.open("rb") as file:
@@ -58,53 +58,53 @@ def read_array(path: Path) -> NDArray[Any]:
     Raises
     ------
     InputError
-        As :func:`check_readable`, or if it is no such file, or one of Python objects.
+        As :func:`check_readable`, or if it is not a npy file, or one of Python objects.
     """
     check_readable(path, "an array of numbers")
     try:
         array = np.load(path, allow_pickle=False)
     except Exception:  # noqa: BLE001
-        # On a broken header it raises anything, a tokenizer's errors among others.
+        # A broken header can raise anything, even a tokenizer's errors.
         raise unreadable(path, "npy", "no array of numbers") from None
     if not isinstance(array, np.ndarray):
         raise unreadable(path, "npy", "an archive")
     return array
 
 
-def check_ended(path: Path, kind: str, content: bytes) -> None:
-    """Raise unless a text's last line has its end, the one sign that most formats give.
+def check_final_newline(path: Path, kind: str, content: bytes) -> None:
+    """Raise unless the last line ends in a newline: most text formats have no other end mark.
 
     Raises
     ------
     InputError
-        Says that the file is probably cut off.
+        Explains that the file is probably truncated.
     """
     if not content.endswith(b"\n"):
         raise InputError(
             str(path),
-            f"a whole {kind} file",
-            "one whose last line has no end",
-            "it is probably cut off; if it is not, end it with a newline",
+            f"a complete {kind} file",
+            "one whose last line does not end in a newline",
+            "it is probably truncated; if it is not, add a newline at its end",
         )
 
 
 def unreadable(path: Path, kind: str, reason: str) -> InputError:
-    """Return the error for a file that is cut off or of another format than its name says."""
+    """Return the error for a file that is truncated, or in another format than its name says."""
     return InputError(
         str(path),
-        f"a whole {kind} file",
+        f"a complete {kind} file",
         " ".join(reason.split()),
-        "it is probably cut off, or of another format than its name says",
+        "it is probably truncated, or in another format than its name says",
     )
 
 
 def check_writable(path: Path) -> None:
-    """Raise unless a file can be written at ``path``: to be told before the work, not after.
+    """Raise unless a file can be written at ``path``; called before the work, not after it.
 
     Raises
     ------
     InputError
-        If its folder is missing or not ours to write to, or the path is a folder.
+        If its folder is missing or may not be written to, or the path is a folder.
     """
     folder = path.resolve().parent
     if path.is_dir():
@@ -117,8 +117,10 @@ def check_writable(path: Path) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[BinaryIO]:
-    """Open a file that takes its place at ``path`` when the block ends, and only if it ends well.
+def atomic_write(path: Path) -> Iterator[BinaryIO]:
+    """Open a temporary file that replaces ``path`` when the block ends without an exception.
+
+    Special files, such as /dev/stdout, are written directly.
 
     Raises
     ------
@@ -127,12 +129,12 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
     """
     path = path.resolve()
     if path.exists() and not path.is_file():  # /dev/stdout, a named pipe
-        with _writing(path), path.open("wb") as file:
+        with _reporting(path), path.open("wb") as file:
             yield file
         return
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with _writing(path):
+        with _reporting(path):
             with part.open("xb") as file:
                 yield file
                 file.flush()
@@ -143,7 +145,7 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def _reporting(path: Path) -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:

@@ -1,4 +1,4 @@
-"""How much the parts of a surface count: from a column of its file, or from a file of its own."""
+"""The importance of a surface's parts: from a column of its own file, or from a separate file."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.surface.surface import Mesh, Surface
 from focus_planner.core.validation import InputError, check_array
-from focus_planner.io.files import check_ended, read_array, read_text
+from focus_planner.io.files import check_final_newline, read_array, read_text
 
-#: What the importance is called in files and messages; the first that is there counts.
+#: Names of the importance in files and messages, in order of precedence.
 IMPORTANCE_NAMES = ("importance", "weight")
 
 
 def importance_column(names: Collection[str]) -> str | None:
-    """Return which column of a file, or field of a message, is the importance, if any is."""
+    """Return the name of the column or message field that holds the importance, if there is one."""
     return next((name for name in IMPORTANCE_NAMES if name in names), None)
 
 
 def load_importance(path: Path, surface: Surface) -> FloatArray:
-    """Read one number per vertex, or per point, of a surface.
+    """Read one number per vertex or point of a surface.
 
     Parameters
     ----------
     path : Path
-        An array in a ``.npy`` file; else a text, one number a line.
+        A ``.npy`` file with one array, or a text file with one number per line.
     surface : Mesh or PointCloud
 
     Returns
@@ -38,7 +38,7 @@ def load_importance(path: Path, surface: Surface) -> FloatArray:
     Raises
     ------
     InputError
-        If the file is missing, holds anything else, or more or fewer numbers.
+        If the file is missing, or contains anything but one number per vertex or point.
     """
     if isinstance(surface, Mesh):
         count, what = len(surface.vertices), "vertex"
@@ -48,15 +48,15 @@ def load_importance(path: Path, surface: Surface) -> FloatArray:
     if path.suffix.lower() == ".npy":
         values = check_array(str(path), read_array(path), (None,))
     else:
-        values = _numbers(path, expected)
+        values = _read_numbers(path, expected)
     if len(values) != count:
         raise InputError(str(path), expected, str(len(values)))
     return values
 
 
-def _numbers(path: Path, expected: str) -> FloatArray:
+def _read_numbers(path: Path, expected: str) -> FloatArray:
     text = read_text(path, expected)
-    check_ended(path, "text", text.encode())
+    check_final_newline(path, "text", text.encode())
     try:
         return np.array([float(word) for word in text.split()])
     except ValueError as error:
@@ -64,12 +64,12 @@ def _numbers(path: Path, expected: str) -> FloatArray:
 
 
 def with_importance(surface: Surface, importance: FloatArray) -> Surface:
-    """Return the surface with this importance of its vertices or points.
+    """Return the surface with this importance for its vertices or points.
 
     Raises
     ------
     InputError
-        As :class:`~focus_planner.core.types.Mesh` and its like do.
+        As :class:`~focus_planner.core.surface.surface.Mesh` and ``PointCloud`` do.
     """
     if isinstance(surface, Mesh):
         return replace(surface, vertex_importance=importance)

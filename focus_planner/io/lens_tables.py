@@ -1,4 +1,4 @@
-"""Lens tables of a studio's cameras, in a YAML file of their own."""
+"""YAML files with the lens tables of a studio's cameras."""
 
 from __future__ import annotations
 
@@ -14,26 +14,33 @@ from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
-from focus_planner.io.yaml_values import Values, mapping, numbers, read_yaml, shown, within
+from focus_planner.io.yaml_values import (
+    Values,
+    abbreviated,
+    errors_within,
+    mapping,
+    numbers,
+    read_yaml,
+)
 
 _FILE_KEYS = ("default", "cameras")
 _TABLE_KEYS = tuple(field.name for field in fields(LensTable))
-_NAMES_SHOWN = 3
+_MAX_NAMES = 3
 
 
 @dataclass(frozen=True)
 class LensTables:
-    """The tables of cameras, by name.
+    """Lens tables by camera name.
 
     Attributes
     ----------
     cameras : mapping of str to LensTable
     default : LensTable or None
-        For cameras that are not among them.
+        For all other cameras.
     text : str
-        The file's.
+        The text of the file.
     where : str
-        What the file is called in errors.
+        The file's name in errors.
     """
 
     cameras: Mapping[str, LensTable]
@@ -42,15 +49,15 @@ class LensTables:
     where: str = field(default="lens tables", compare=False)
 
     def apply(self, rig: Rig) -> Rig:
-        """Return the rig with a table for every camera that brings none, if there is one for it.
+        """Return the rig with these tables for the cameras that have none of their own.
 
-        A camera's own table stays: who describes the lens knows its table. Cameras of the file
-        that the rig has not are passed over, so that one file does for a studio's rigs.
+        Names that the rig does not have are ignored, so that one file serves all rigs of a
+        studio.
 
         Raises
         ------
         InputError
-            If the file names cameras and the rig has none of them, or a table contradicts its
+            If the file names cameras but the rig has none of them, or a table contradicts its
             camera's lens.
         """
         self._check_names([camera.name for camera in rig.cameras])
@@ -60,7 +67,7 @@ class LensTables:
         table = self.cameras.get(camera.name, self.default)
         if table is None or camera.lens.table is not None:
             return camera
-        with within(f"{self.where}: camera {camera.name}"):
+        with errors_within(f"{self.where}: camera {camera.name}"):
             return replace(camera, lens=replace(camera.lens, table=table))
 
     def _check_names(self, names: list[str]) -> None:
@@ -70,27 +77,27 @@ class LensTables:
         meant = next((match[0] for match in close if match), None)
         raise InputError(
             f"{self.where}: cameras",
-            f"some of the rig's {len(names)}: {_some(names)}",
-            _some(self.cameras),
+            f"some of the rig's {len(names)}: {_first_few(names)}",
+            _first_few(self.cameras),
             f"did you mean {meant}?" if meant else "",
         )
 
 
 def load_lens_tables(path: str | PathLike[str]) -> LensTables:
-    """Read the tables of a file; see :func:`lens_tables_from_yaml`.
+    """Read lens tables from a file; see :func:`lens_tables_from_yaml`.
 
     Raises
     ------
     InputError
-        Names the file, the camera, the key, and a key that was probably meant.
+        If the file is invalid; names the file, the camera, the key, and the key probably meant.
     """
     return lens_tables_from_yaml(read_text(Path(path), "lens tables (YAML)"), str(path))
 
 
 def lens_tables_from_yaml(text: str, where: str) -> LensTables:
-    """Return the tables of a YAML text: of ``cameras`` by name, and a ``default`` for the others.
+    """Return the lens tables in a YAML text: ``cameras`` by name, and a ``default`` for others.
 
-    A table has the keys of :class:`~focus_planner.core.lens_table.LensTable`::
+    A table has the keys of :class:`~focus_planner.core.rig.lens_table.LensTable`::
 
         default: {unit: dioptres}
         cameras:
@@ -100,7 +107,7 @@ def lens_tables_from_yaml(text: str, where: str) -> LensTables:
     ----------
     text : str
     where : str
-        What the text is called in errors.
+        The text's name in errors.
 
     Raises
     ------
@@ -110,34 +117,39 @@ def lens_tables_from_yaml(text: str, where: str) -> LensTables:
     top = mapping(where, read_yaml(where, text), _FILE_KEYS, prefix=f"{where}: ")
     cameras = top.get("cameras", {})
     if not isinstance(cameras, dict):
-        raise InputError(f"{where}: cameras", "a table for each camera's name", shown(cameras))
+        raise InputError(
+            f"{where}: cameras", "a table for each camera's name", abbreviated(cameras)
+        )
     default = top.get("default")
     if not cameras and default is None:
         raise InputError(where, "tables of cameras, or a default", "neither")
     for name in cameras:
         if not isinstance(name, str):
-            raise InputError(f"{where}: cameras", "names", shown(name), "put it in quotes")
+            raise InputError(f"{where}: cameras", "names", abbreviated(name), "put it in quotes")
     return LensTables(
-        {name: table_of(f"{where}: cameras.{name}", table) for name, table in cameras.items()},
-        None if default is None else table_of(f"{where}: default", default),
+        {
+            name: lens_table_from_values(f"{where}: cameras.{name}", table)
+            for name, table in cameras.items()
+        },
+        None if default is None else lens_table_from_values(f"{where}: default", default),
         text,
         where,
     )
 
 
-def table_of(where: str, data: Any) -> LensTable:
-    """Return the table that a YAML mapping says.
+def lens_table_from_values(where: str, data: Any) -> LensTable:
+    """Return the lens table in a YAML mapping.
 
     Parameters
     ----------
     where : str
-        What the mapping is called in errors.
+        The mapping's name in errors.
     data : object
 
     Raises
     ------
     InputError
-        If a key is unknown, or they make no table.
+        If a key is unknown, or the values do not form a table.
     """
     values = dict(mapping(where, data, _TABLE_KEYS))
     if "unit" not in values:
@@ -145,18 +157,18 @@ def table_of(where: str, data: Any) -> LensTable:
     for key in ("distances", "values"):
         if key in values:
             values[key] = numbers(f"{where}.{key}", values[key])
-    with within(where):
+    with errors_within(where):
         return LensTable(**values)
 
 
-def table_values(table: LensTable) -> Values:
-    """Return what :func:`table_of` makes the table of."""
+def lens_table_values(table: LensTable) -> Values:
+    """Return the values that :func:`lens_table_from_values` reads."""
     values = {key: getattr(table, key) for key in _TABLE_KEYS}
     return {key: value for key, value in values.items() if value}
 
 
-def _some(names: Iterable[str]) -> str:
-    """Return the first few names."""
+def _first_few(names: Iterable[str]) -> str:
+    """Return the first few names as text."""
     listed = list(names)
-    text = ", ".join(listed[:_NAMES_SHOWN])
-    return text + (", ..." if len(listed) > _NAMES_SHOWN else "")
+    text = ", ".join(listed[:_MAX_NAMES])
+    return text + (", ..." if len(listed) > _MAX_NAMES else "")

@@ -1,4 +1,4 @@
-"""Names of cameras out of paths of images and names of frames."""
+"""Camera names from image paths and frame names."""
 
 from __future__ import annotations
 
@@ -7,29 +7,30 @@ from collections.abc import Sequence
 
 from focus_planner.core.validation import InputError
 
-_OTHERS = re.compile(r"[^A-Za-z0-9]+")
+_SEPARATORS = re.compile(r"[^A-Za-z0-9]+")
 
 
 def camera_names(what: str, paths: Sequence[str]) -> list[str]:
-    """Return a camera's name for each path.
+    """Return a camera name for each path.
 
-    Parts that all paths begin or end with are left out: ``cam01/0001`` and ``cam02/0001`` make
-    ``cam01`` and ``cam02``. Whatever stands between letters and digits becomes one underscore, and
-    a name that does not start with a letter gets ``cam_`` in front.
+    Leading and trailing parts that all paths have in common are dropped: ``cam01/0001`` and
+    ``cam02/0001`` become ``cam01`` and ``cam02``. Every run of other characters than letters and
+    digits becomes an underscore, and names that do not start with a letter get the prefix
+    ``cam_``.
 
     Parameters
     ----------
     what : str
-        What the paths are of, for the error: ``"images"``.
+        What the paths refer to, for errors: ``"images"``.
     paths : sequence of str
         Parts separated by slashes, without suffixes.
 
     Raises
     ------
     InputError
-        If two would have one name, or one has no letter or digit to make a name of.
+        If two paths would have the same name, or one contains no letter or digit.
     """
-    names = [_name(what, path) for path in _shortened(paths)]
+    names = [_name(what, path) for path in _without_common_ends(paths)]
     first: dict[str, str] = {}
     for name, path in zip(names, paths, strict=True):
         if name in first:
@@ -43,21 +44,21 @@ def camera_names(what: str, paths: Sequence[str]) -> list[str]:
     return names
 
 
-def _shortened(paths: Sequence[str]) -> list[str]:
+def _without_common_ends(paths: Sequence[str]) -> list[str]:
     parts = [[part for part in path.split("/") if part] for path in paths]
     for end in (0, -1):
-        while len(parts) > 1 and _have_common(parts, end):
+        while len(parts) > 1 and _all_share(parts, end):
             for part in parts:
                 del part[end]
     return ["/".join(part) for part in parts]
 
 
-def _have_common(parts: list[list[str]], end: int) -> bool:
+def _all_share(parts: list[list[str]], end: int) -> bool:
     return all(len(part) > 1 for part in parts) and len({part[end] for part in parts}) == 1
 
 
 def _name(what: str, path: str) -> str:
-    name = _OTHERS.sub("_", path).strip("_")
+    name = _SEPARATORS.sub("_", path).strip("_")
     if not name:
         raise InputError(what, "names with a letter or digit", repr(path))
     return name if name[0].isalpha() else f"cam_{name}"

@@ -1,4 +1,4 @@
-"""Pictures of plans: what every point of the surface costs, and how the cameras are focused."""
+"""Pictures of plans: the cost of every point of the surface, and the cameras' focus distances."""
 
 from __future__ import annotations
 
@@ -8,15 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.planning.formulation import formulate_fresh_problem
+from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
@@ -26,17 +20,33 @@ from focus_planner.core.rig.geometry import camera_positions
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud, Samples
-from focus_planner.io.files import whole_file
+from focus_planner.core.validation import InputError
+from focus_planner.io.files import atomic_write
+
+try:
+    from matplotlib import colormaps
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise InputError(
+        "picture",
+        "matplotlib to draw it with",
+        str(error),
+        "install it: pip install 'focus_planner[picture]'",
+    ) from error
 
 _SAMPLES = 150_000
-_PIXELS = 440  # along a body's longer side
+_PIXELS = 440  # along the surface's longer side
 _COST = ScalarMappable(Normalize(0.0, 0.75), colormaps["magma_r"])
 _UNSEEN = (0.62, 0.68, 0.72)
 _LIGHT = np.array([-0.4, 0.4, np.sqrt(0.68)])  # to the right, up, towards the viewer; a unit vector
 _MARGIN = 8
 _INK, _FAINT = "#1d2129", "#6b7280"
 
-_DOTS = 12_000  # square points that all cameras' marks take
+_MARKER_AREA = 12_000  # of all cameras' markers together, square points
 
 # Inches.
 _LEFT, _RIGHT, _GAP = 0.7, 1.2, 0.14
@@ -46,13 +56,13 @@ _NARROW, _WIDE = 3.4, 6.0  # one plan's width beside others, and alone
 
 @dataclass(frozen=True)
 class _View:
-    """One side of the surface, seen from afar.
+    """An orthographic view of the surface.
 
     Attributes
     ----------
     name : str
     right, towards : (3,) arrays
-        Unit vectors: to the picture's right, and towards the viewer; z points up.
+        Unit vectors to the right of the picture and towards the viewer; z points up.
     """
 
     name: str
@@ -67,21 +77,21 @@ _VIEWS = (
 
 
 def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Path) -> None:
-    """Draw plans for one surface and rig side by side, into a PNG file.
+    """Draw plans for one surface and rig side by side into a PNG file.
 
-    The costs drawn, and those in the titles, are measured on fresh samples: on its own a plan
-    looks better than it is. In focus is what the largest of the plans' depth tolerances lets be.
-    The surface is seen from −y, where a body faces, and from +y. A camera that takes several
-    shots has the colour of the one that images most.
+    Costs are estimated on fresh samples: on the samples that it was optimised for, a plan looks
+    better than it is. All plans are compared with the largest of their depth tolerances. The
+    surface is shown from −y, the direction that bodies face, and from +y. A camera with several
+    shots has the colour of the shot that images most.
 
     Parameters
     ----------
     scene : Scene
     rig : Rig
     plans : mapping
-        From a title to the plan, all for ``scene`` and ``rig``.
+        Plans for ``scene`` and ``rig`` by their titles.
     path : Path
-        Written whole or not at all.
+        Written atomically.
 
     Raises
     ------
@@ -90,35 +100,35 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     """
     tolerance = max(plan.depth_tolerance for plan in plans.values())
     fresh = _fresh_problem(scene, rig, tolerance)
-    sheet = _Sheet(len(plans), _aspect(fresh.samples))
+    layout = _Layout(len(plans), _aspect(fresh.samples))
     metres = _focus_scale([plan.focus_distances for plan in plans.values()])
     for column, (title, plan) in enumerate(plans.items()):
         problem, focus = with_shots(fresh, plan.shots), plan.focus_distances
         costs, best = problem.evaluate(focus)
-        above, below = sheet.surface(column), sheet.cameras(column)
+        above, below = layout.surface(column), layout.cameras(column)
         _draw_surface(above, fresh.samples, costs, best)
         _write_title(above, title, problem, focus)
         _draw_cameras(below, rig, scene.centre, np.asarray(metres.to_rgba(_main_distances(plan))))
         if column == 0:
             _write_heights(below, rig)
-    _draw_scales(sheet, metres)
-    _write_headline(sheet.figure, rig, fresh, {plan.shots for plan in plans.values()})
-    with whole_file(path) as file:
-        sheet.figure.savefig(file, format="png")
+    _draw_scales(layout, metres)
+    _write_headline(layout.figure, rig, fresh, {plan.shots for plan in plans.values()})
+    with atomic_write(path) as file:
+        layout.figure.savefig(file, format="png")
 
 
 def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:
-    """Return a problem of many fresh samples; of a small cloud as many as it has points.
+    """Return a problem of many fresh samples, but not more than a cloud has points.
 
-    More would leave the gaps between its points bare: fewer are drawn larger.
+    Fewer samples are drawn larger, which covers the gaps between a sparse cloud's points.
     """
     points = len(scene.surface.points) if isinstance(scene.surface, PointCloud) else _SAMPLES
     request = PlanRequest(fresh_samples=min(points, _SAMPLES), depth_tolerance=depth_tolerance)
-    return formulate_fresh_problem(scene, rig, request, by="area")
+    return formulate_problem(scene, rig, request, by="area", fresh=True)
 
 
-class _Sheet:
-    """Where things stand in the picture: a column per plan, its surface above its cameras."""
+class _Layout:
+    """The layout of the picture: a column per plan, its surface above its cameras."""
 
     def __init__(self, columns: int, aspect: float) -> None:
         self._width = _NARROW if columns > 1 else _WIDE
@@ -173,7 +183,7 @@ def _draw_surface(axes: Axes, samples: Samples, costs: FloatArray, best: IntArra
 
 
 def _image_size(samples: Samples) -> tuple[int, int, float]:
-    """Return a view's width and height, pixels, and pixels per metre."""
+    """Return a view's width and height in pixels, and the scale in pixels per metre."""
     extent = (samples.points.max(axis=0) - samples.points.min(axis=0))[[0, 2]]
     scale = _PIXELS / float(extent.max())
     width, height = np.ceil(extent * scale).astype(int) + 2 * _MARGIN
@@ -181,15 +191,15 @@ def _image_size(samples: Samples) -> tuple[int, int, float]:
 
 
 def _aspect(samples: Samples) -> float:
-    """Return the height over the width of all views side by side."""
+    """Return the ratio of height to width of all views side by side."""
     width, height, _ = _image_size(samples)
     return height / (len(_VIEWS) * width)
 
 
 def _image(view: _View, samples: Samples, colours: FloatArray) -> FloatArray:
-    """Return (height, width, 3) the surface as the viewer sees it, on white.
+    """Return (height, width, 3) the surface as seen by the viewer, on white.
 
-    Every sample becomes a small square; nearer ones cover those behind them.
+    Every sample is drawn as a small square, the nearest last.
     """
     points = samples.points
     low, high = points.min(axis=0), points.max(axis=0)
@@ -201,14 +211,14 @@ def _image(view: _View, samples: Samples, colours: FloatArray) -> FloatArray:
     square = np.indices((2 * reach + 1, 2 * reach + 1)).reshape(2, -1) - reach
     shaded = _shade(view, samples.normals, colours)
     image = np.ones((height, width, 3))
-    # Where indices repeat NumPy keeps the last value: the nearest.
+    # For repeated indices NumPy keeps the last value: the nearest sample.
     order = np.argsort(points @ view.towards, kind="stable")[:, None]
     image[row[order] + square[0], column[order] + square[1]] = shaded[order]
     return image
 
 
 def _reach(samples: Samples, scale: float) -> int:
-    """Return how many pixels a sample must cover to each side for the surface to have no holes."""
+    """Return by how many pixels a sample's square must extend to each side to leave no holes."""
     spacing = np.sqrt(samples.areas.sum() / len(samples)) * scale
     return int(np.clip(np.ceil(spacing), 1, _MARGIN))
 
@@ -232,11 +242,11 @@ def _write_title(axes: Axes, title: str, fresh: Problem, focus: FloatArray) -> N
 
 
 def _draw_cameras(axes: Axes, rig: Rig, centre: FloatArray, colours: FloatArray) -> None:
-    """Draw the cameras unrolled: at their angle about the surface, and their height."""
+    """Draw the cameras unrolled: by angle around the surface and by height."""
     positions = camera_positions(rig)
     x, y, _ = (positions - centre).T
     angle = np.degrees(np.arctan2(x, -y))  # the front, −y, in the middle
-    size = float(np.clip(_DOTS / len(rig), 2, 150))
+    size = float(np.clip(_MARKER_AREA / len(rig), 2, 150))
     axes.scatter(angle, positions[:, 2], c=colours, s=size, marker="s", linewidths=0)
     axes.set_xlim(-190, 190)
     axes.set_xticks([-90, 0, 90], ["−x", "front (−y)", "+x"])
@@ -253,10 +263,10 @@ def _write_heights(axes: Axes, rig: Rig) -> None:
     axes.set_yticks(ends, [f"{z:.1f} m" for z in ends])
 
 
-def _draw_scales(sheet: _Sheet, metres: ScalarMappable) -> None:
-    cost = sheet.figure.colorbar(_COST, cax=sheet.cost_scale(), extend="max")
+def _draw_scales(layout: _Layout, metres: ScalarMappable) -> None:
+    cost = layout.figure.colorbar(_COST, cax=layout.cost_scale(), extend="max")
     cost.set_label("cost of a point (0 best, 1 unseen)", color=_INK)
-    focus = sheet.figure.colorbar(metres, cax=sheet.focus_scale(), extend="both")
+    focus = layout.figure.colorbar(metres, cax=layout.focus_scale(), extend="both")
     focus.set_label("focus distance / m", color=_INK)
     for bar in (cost, focus):
         bar.outline.set_visible(False)
@@ -270,8 +280,8 @@ def _write_headline(figure: Figure, rig: Rig, fresh: Problem, shots: set[int]) -
         x, top, f"{cameras}, {_shots(shots)}", fontsize=20, weight="bold", color=_INK, va="top"
     )
     text = (
-        "What each point costs in the camera that images it best, and the cameras unrolled.\n"
-        f"Measured on {fresh.sample_count:,} points of the surface; no camera sees what is grey."
+        "The cost of each point in the camera that images it best, and the cameras unrolled.\n"
+        f"Estimated on {fresh.sample_count:,} points of the surface; no camera sees the grey ones."
     )
     below = top - 0.42 / figure.get_figheight()
     figure.text(x, below, text, fontsize=10, color=_FAINT, va="top", linespacing=1.4)

@@ -1,4 +1,4 @@
-"""problem.npz: the discrete problem, for anyone to check or to solve with other means."""
+"""problem.npz: the discrete problem, for anyone to check or to solve by other means."""
 
 from __future__ import annotations
 
@@ -8,37 +8,37 @@ import numpy as np
 
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_one_shot
-from focus_planner.io.files import whole_file
+from focus_planner.io.files import atomic_write
 
 
 def save_problem(problem: Problem, path: Path) -> None:
-    """Write the problem as a compressed archive of NumPy arrays, whole or not at all.
+    """Write the problem as a compressed archive of NumPy arrays, atomically.
 
     N samples, C cameras, P visible pairs; metres.
 
     ==================== ====== ===================================================
     points               (N, 3)
     normals              (N, 3) unit length, outward
-    areas                (N,)   surface area that the sample stands for, m²
-    weights              (N,)   what it counts: area × importance, the greatest being 1
-    sample_index         (P,)   samples ascending, and a sample's cameras
+    areas                (N,)   surface area that the sample represents, m²
+    weights              (N,)   area × importance relative to the greatest, m²
+    sample_index         (P,)   ascending; a sample's pairs by ascending camera
     camera_index         (P,)
     depth                (P,)   d, along the optical axis
-    base_cost            (P,)   what the pair costs in focus
-    focus_near           (P,)   from here the camera's focus distances hold the pair in focus
-    focus_far            (P,)   to here; where none does from inf to -inf
-    focus_weight         ()     what it costs more out of focus
+    base_cost            (P,)   cost of the pair in focus
+    focus_near           (P,)   nearest focus distance that holds the pair in focus
+    focus_far            (P,)   farthest such distance; (inf, -inf) if there is none
+    focus_weight         ()     extra cost out of focus, w₃
     camera_names         (C,)
     focal_length         (C,)   F
     hyperfocal_distance  (C,)   H
-    min_focus, max_focus (C,)   what the lens can be set to; max_focus may be inf
-    shots                ()     how many focus distances each camera has
+    min_focus, max_focus (C,)   limits of the lens; max_focus may be inf
+    shots                ()     focus distances per camera
     ==================== ====== ===================================================
 
-    A pair is in focus from d(H+F)/(H+d) to d(H−F)/(H−d), without an end where d ≥ H, each for the
-    depth that the depth tolerance makes it, cut to what the lens can be set to: where it takes
-    certain distances only, to those. A sample costs the least of its pairs over all shots, or 1
-    without any; a plan 1000 × the weighted mean.
+    A pair is in focus from d(H+F)/(H+d) to d(H−F)/(H−d), unbounded above where d ≥ H. With a depth
+    tolerance t these ends are evaluated at d + t and d − t. The interval is restricted to what the
+    lens can be set to. A sample costs the least of its pairs over all shots, or 1 if it has no
+    pair; a plan costs 1000 × the weighted mean over samples.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def save_problem(problem: Problem, path: Path) -> None:
     """
     shots, problem = problem.shots, with_one_shot(problem)
     samples, lenses = problem.samples, problem.lenses
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         np.savez_compressed(
             file,
             points=samples.points,

@@ -14,19 +14,19 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import whole_file
-from focus_planner.io.lens_tables import table_of, table_values
+from focus_planner.io.files import atomic_write
+from focus_planner.io.lens_tables import lens_table_from_values, lens_table_values
 from focus_planner.io.yaml_values import (
     Values,
+    abbreviated,
+    errors_within,
     flow,
     load_yaml,
     mapping,
     number,
     numbers,
     scalar,
-    shown,
     vector,
-    within,
 )
 
 _Reader = Callable[[str, Any], Any]
@@ -38,58 +38,62 @@ _PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
 _APERTURE_KEYS = ("f_number", "circle_of_confusion")
 _LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
-# Keys that say the same in another form.
-_FORMS = ((_APERTURE_KEYS, ("hyperfocal_distance",)), (("focus_distances",), ("focus_steps",)))
+# Keys that express the same property in different ways.
+_ALTERNATIVES = (
+    (_APERTURE_KEYS, ("hyperfocal_distance",)),
+    (("focus_distances",), ("focus_steps",)),
+)
 
 
 def load_rig(path: str | PathLike[str]) -> Rig:
     """Read rig.yaml.
 
-    ``image`` and ``lens`` hold for all cameras; a camera may override any of their keys. What is
-    given nowhere is the paper's. A lens has a ``hyperfocal_distance``, or ``f_number`` and
-    ``circle_of_confusion``; a camera that gives either replaces the shared one, and so with
-    ``focus_distances`` and ``focus_steps``, of which null is neither. Its ``table`` says what its
-    driver wants to be told (:class:`~focus_planner.core.lens_table.LensTable`); null is none.
-    ``grid`` tells ``--tuples grid`` how the cameras stand.
+    ``image`` and ``lens`` apply to all cameras; a camera may override any of their keys. Missing
+    keys default to the paper's values. A lens has a ``hyperfocal_distance``, or ``f_number`` and
+    ``circle_of_confusion``; a camera that gives either form overrides the shared one. The same
+    goes for ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
+    converts distances to the driver's values
+    (:class:`~focus_planner.core.rig.lens_table.LensTable`); null for none. ``grid`` describes the
+    arrangement of the cameras for ``--tuples grid``.
 
     Raises
     ------
     InputError
-        Names the file, the camera, the key, and a key that was probably meant.
+        If the file is invalid; names the file, the camera, the key, and the key probably meant.
     """
     path = Path(path)
     data = load_yaml(path, "a rig.yaml")
     top = mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
-        raise InputError(f"{path}: cameras", "a list of cameras", shown(entries))
+        raise InputError(f"{path}: cameras", "a list of cameras", abbreviated(entries))
     intrinsics = _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS)
     lens = _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS)
-    with within(str(path)):  # a fault that all cameras share is not the first one's
+    with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
         CameraIntrinsics(**intrinsics)
-        lens_of(f"{path}: lens", lens)
+        lens_from_values(f"{path}: lens", lens)
     cameras = tuple(
         _camera(f"{path}: cameras[{i}]", entry, intrinsics, lens) for i, entry in enumerate(entries)
     )
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
-        raise InputError(f"{path}: frame_id", "a name", shown(frame_id))
-    with within(str(path)):
+        raise InputError(f"{path}: frame_id", "a name", abbreviated(frame_id))
+    with errors_within(str(path)):
         return Rig(cameras, frame_id, _grid(f"{path}: grid", top))
 
 
 def rig_to_yaml(rig: Rig) -> str:
     """Return a rig as the text of rig.yaml; reading it back gives the same rig, bit for bit.
 
-    What most cameras share stands at the top, one camera a line below.
+    The most common image and lens come first, then one line per camera.
     """
     intrinsics = Counter(camera.intrinsics for camera in rig.cameras).most_common(1)[0][0]
     lens = Counter(camera.lens for camera in rig.cameras).most_common(1)[0][0]
-    told = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
+    optics = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
     lines = [
         f"frame_id: {scalar(rig.frame_id)}",
         f"image: {flow(_image_values(intrinsics))}   # pixels",
-        f"lens: {flow(told | _beyond(lens, Lens()))}   # metres",
+        f"lens: {flow(optics | _differing(lens, Lens()))}   # metres",
     ]
     if rig.grid:
         lines.append(f"grid: {flow(asdict(rig.grid))}")
@@ -99,39 +103,41 @@ def rig_to_yaml(rig: Rig) -> str:
 
 
 def save_rig(rig: Rig, path: Path) -> None:
-    """Write rig.yaml, whole or not at all.
+    """Write rig.yaml atomically.
 
     Raises
     ------
     InputError
         If it cannot be written.
     """
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write(rig_to_yaml(rig).encode())
 
 
-def lens_of(where: str, values: Values) -> Lens:
-    """Return the lens that has these values; what is not among them is the paper's.
+def lens_from_values(where: str, values: Values) -> Lens:
+    """Return the lens with these values, the paper's where they are missing.
 
     Parameters
     ----------
     where : str
-        What the values are called in errors.
+        The values' name in errors.
     values : mapping
-        Keys are Lens's, or ``f_number`` and ``circle_of_confusion`` for ``hyperfocal_distance``.
+        Lens's attributes; ``f_number`` and ``circle_of_confusion`` may replace
+        ``hyperfocal_distance``.
 
     Raises
     ------
     InputError
-        If both forms of blur are there, or half of one, or a value is out of range.
+        If both are given, only one of ``f_number`` and ``circle_of_confusion`` is, or a value is
+        out of range.
     """
     aperture = [values[key] for key in _APERTURE_KEYS if key in values]
     if aperture and "hyperfocal_distance" in values:
         raise InputError(
-            where, "hyperfocal_distance, or f_number and circle_of_confusion", "values of both"
+            where, "either hyperfocal_distance or f_number and circle_of_confusion", "both"
         )
     if len(aperture) == 1:
-        raise InputError(where, "f_number and circle_of_confusion together", "only one of them")
+        raise InputError(where, "both f_number and circle_of_confusion", "only one of them")
     own = {key: value for key, value in values.items() if key not in _APERTURE_KEYS}
     if aperture:
         focal_length = own.get("focal_length", Lens().focal_length)
@@ -146,7 +152,7 @@ def _camera(where: str, entry: Any, intrinsics: Values, shared: Values) -> Camer
             raise InputError(f"{where}.{key}", "a value", "none")
     own_image = _values(f"{where}.image", data.get("image", {}), _IMAGE_KEYS)
     own_lens = _values(f"{where}.lens", data.get("lens", {}), _LENS_KEYS)
-    with within(where):
+    with errors_within(where):
         x, y, z = vector(f"{where}.position", data["position"], 3)
         qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
         return Camera(
@@ -154,14 +160,16 @@ def _camera(where: str, entry: Any, intrinsics: Values, shared: Values) -> Camer
             position=(x, y, z),
             orientation=(qx, qy, qz, qw),
             intrinsics=CameraIntrinsics(**{**intrinsics, **own_image}),
-            lens=lens_of(f"{where}.lens", {**_not_replaced(shared, own_lens), **own_lens}),
+            lens=lens_from_values(
+                f"{where}.lens", {**_without_replaced(shared, own_lens), **own_lens}
+            ),
         )
 
 
-def _not_replaced(shared: Values, own: Values) -> Values:
-    """Return the shared values without those that the camera says in another form."""
+def _without_replaced(shared: Values, own: Values) -> Values:
+    """Return the shared values without those that the camera's own replace in another form."""
     replaced: set[str] = set()
-    for one, other in _FORMS:
+    for one, other in _ALTERNATIVES:
         for form, instead in ((one, other), (other, one)):
             if any(own.get(key) is not None for key in instead):
                 replaced |= set(form)
@@ -185,24 +193,24 @@ def _values(where: str, data: Any, keys: tuple[str, ...]) -> Values:
     }
 
 
-def _or_none(read: _Reader) -> _Reader:
+def _optional(read: _Reader) -> _Reader:
     return lambda where, value: None if value is None else read(where, value)
 
 
 def _text(where: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise InputError(where, "a name", shown(value))
+        raise InputError(where, "a name", abbreviated(value))
     return value
 
 
 _READERS = {
-    "focus_distances": _or_none(numbers),
-    "focus_steps": _or_none(number),
-    "table": _or_none(table_of),
+    "focus_distances": _optional(numbers),
+    "focus_steps": _optional(number),
+    "table": _optional(lens_table_from_values),
     "distortion_model": _text,
-    "distortion": _or_none(numbers),
-    "binning": _or_none(numbers),
-    "region": _or_none(numbers),
+    "distortion": _optional(numbers),
+    "binning": _optional(numbers),
+    "region": _optional(numbers),
 }
 
 
@@ -211,14 +219,14 @@ def _camera_values(camera: Camera, intrinsics: CameraIntrinsics, lens: Lens) -> 
         "name": camera.name,
         "position": camera.position,
         "orientation": camera.orientation,
-        "image": _beyond(camera.intrinsics, intrinsics),
-        "lens": _beyond(camera.lens, lens),
+        "image": _differing(camera.intrinsics, intrinsics),
+        "lens": _differing(camera.lens, lens),
     }
     return {key: value for key, value in values.items() if value}
 
 
 def _image_values(intrinsics: CameraIntrinsics) -> dict[str, Any]:
-    """Return size and intrinsics, and what else is not as in a plain image."""
+    """Return size and pinhole parameters, and any other values that are not the defaults."""
     plain = CameraIntrinsics(
         intrinsics.width,
         intrinsics.height,
@@ -228,11 +236,11 @@ def _image_values(intrinsics: CameraIntrinsics) -> dict[str, Any]:
         intrinsics.cy,
     )
     pinhole = {key: value for key, value in asdict(intrinsics).items() if key in _PINHOLE_KEYS}
-    return pinhole | _beyond(intrinsics, plain)
+    return pinhole | _differing(intrinsics, plain)
 
 
-def _beyond(own: CameraIntrinsics | Lens, shared: CameraIntrinsics | Lens) -> dict[str, Any]:
-    """Return the values that are not the shared ones."""
+def _differing(own: CameraIntrinsics | Lens, shared: CameraIntrinsics | Lens) -> dict[str, Any]:
+    """Return the values that differ from the shared ones."""
     mine, others = _as_values(own), _as_values(shared)
     return {key: value for key, value in mine.items() if value != others[key]}
 
@@ -240,5 +248,5 @@ def _beyond(own: CameraIntrinsics | Lens, shared: CameraIntrinsics | Lens) -> di
 def _as_values(optics: CameraIntrinsics | Lens) -> dict[str, Any]:
     values = dict(vars(optics))
     if isinstance(optics, Lens) and optics.table is not None:
-        values["table"] = table_values(optics.table)
+        values["table"] = lens_table_values(optics.table)
     return {field.name: values[field.name] for field in fields(optics)}

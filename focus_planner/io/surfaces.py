@@ -1,8 +1,7 @@
 """Meshes and point clouds from files.
 
-Half a file is an error here, never half a surface. The readers of trimesh (and, more so, of
-Open3D) take a text file that was cut off for a shorter one, so what a file tells of its own
-length is checked first.
+A truncated file is an error, never a part of a surface. trimesh's readers (and Open3D's even more
+so) accept truncated text files, so the counts that a file declares are checked first.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
 from focus_planner.io.clouds import CLOUDS, load_cloud
-from focus_planner.io.files import check_ended, check_readable, unreadable
+from focus_planner.io.files import check_final_newline, check_readable, unreadable
 from focus_planner.io.importance import importance_column, load_importance, with_importance
 
 MESHES = ("ply", "obj", "stl", "off", "glb", "gltf")
@@ -29,26 +28,26 @@ MESHES = ("ply", "obj", "stl", "off", "glb", "gltf")
 _PLY_ELEMENT = re.compile(rb"^element\s+(\w+)\s+(\d+)", re.MULTILINE)
 
 
-# The readers of the others leave vertices out and repeat them.
-_KEEP_VERTICES = ("ply", "off", *CLOUDS)
+# Read with their vertices in order; for the other formats trimesh drops and repeats vertices.
+_VERTICES_IN_ORDER = ("ply", "off", *CLOUDS)
 
 
 def load_surface(
     path: str | PathLike[str], importance: str | PathLike[str] | None = None
 ) -> Surface:
-    """Read a mesh or a point cloud; the file name's ending tells the format.
+    """Read a mesh or a point cloud, in the format given by the file name's suffix.
 
-    Meshes are ply, obj, stl, off, glb and gltf; clouds are ply without faces, pcd, xyz, xyzn, pts
-    and npy. Coordinates are taken as they stand, with all their digits: metres, in the rig's
-    frame. The normals of vertices and points are used where the file has them, and so is their
-    importance: a property or field ``importance``, or else ``weight``, of a ply or pcd.
+    Mesh formats are ply, obj, stl, off, glb and gltf; cloud formats are ply without faces, pcd,
+    xyz, xyzn, pts and npy. Coordinates are in metres in the rig's frame, and are not rounded.
+    Vertex or point normals are used if the file has them, and so is the importance: a property or
+    field ``importance``, or else ``weight``, of a ply or pcd file.
 
     Parameters
     ----------
     path : str or path-like
     importance : str or path-like, optional
-        A file of one number per vertex or point, instead of what the surface's own file says:
-        a ``.npy``, or a text, one a line. For ply, off and clouds.
+        A file with one number per vertex or point, which replaces the importance in the surface's
+        own file: ``.npy``, or text with one number per line. For ply, off and clouds.
 
     Returns
     -------
@@ -57,8 +56,8 @@ def load_surface(
     Raises
     ------
     InputError
-        If a file is missing, not what its name says, cut off, or holds no usable surface; or if
-        the importance does not fit it.
+        If a file is missing, truncated, in another format than its name says, or contains no
+        valid surface; or if the importance does not match the surface.
     """
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
@@ -69,14 +68,14 @@ def load_surface(
             f"a file name that ends in {', '.join((*MESHES, *CLOUDS))}",
             repr(path.suffix) if path.suffix else "none of them",
         )
-    if importance is not None and kind not in _KEEP_VERTICES:
+    if importance is not None and kind not in _VERTICES_IN_ORDER:
         raise InputError(
             str(importance),
-            f"a surface that ends in {', '.join(_KEEP_VERTICES)}",
+            f"a surface in one of the formats {', '.join(_VERTICES_IN_ORDER)}",
             str(path),
-            "other formats do not number vertices as they are read: save the mesh as ply",
+            "other formats do not keep the order of vertices: save the mesh as ply",
         )
-    with np.errstate(over="ignore", invalid="ignore"):  # whatever a broken file has for numbers
+    with np.errstate(over="ignore", invalid="ignore"):  # a broken file may contain any numbers
         surface, own = load_cloud(path, kind) if kind in CLOUDS else _load_mesh(path, kind)
     if importance is not None:
         own = load_importance(Path(importance), surface)
@@ -87,7 +86,7 @@ def _load_mesh(path: Path, kind: str) -> tuple[Surface, FloatArray | None]:
     if kind == "ply":
         return _ply(path)
     if kind in ("obj", "off"):
-        check_ended(path, kind, path.read_bytes())
+        check_final_newline(path, kind, path.read_bytes())
     if kind == "off":
         _check_off_counts(path)
     return _mesh(path, kind, _scene(path, kind)), None
@@ -96,14 +95,14 @@ def _load_mesh(path: Path, kind: str) -> tuple[Surface, FloatArray | None]:
 def _scene(path: Path, kind: str, **options: Any) -> trimesh.Scene:
     logger = logging.getLogger("trimesh")
     disabled = logger.disabled
-    logger.disabled = True  # what it warns of, colours and textures, is of no use here
+    logger.disabled = True  # it warns of colours and textures, which do not matter here
     try:
-        # Not processed: it would merge vertices, and drop what the core refuses with a reason.
+        # Processing would merge vertices, and silently drop what Mesh rejects with a reason.
         return trimesh.load_scene(
             path, file_type=kind, process=False, skip_materials=True, **options
         )
     except Exception as error:  # noqa: BLE001
-        # On a broken file the readers raise anything.
+        # The readers raise all kinds of exceptions for broken files.
         raise unreadable(path, kind, f"{type(error).__name__}: {error}".rstrip(": ")) from None
     finally:
         logger.disabled = disabled
@@ -119,7 +118,7 @@ def _mesh(path: Path, kind: str, scene: trimesh.Scene) -> Mesh:
     if not parts:
         raise unreadable(path, kind, "no triangle")
     whole: Any = trimesh.util.concatenate(parts) if len(parts) > 1 else parts[0]
-    # Asked for normals, trimesh makes them up; those from the file are in the cache already.
+    # trimesh computes missing normals on access; those from the file are in the cache already.
     given = "vertex_normals" in whole._cache.cache  # noqa: SLF001
     return Mesh(whole.vertices, whole.faces, whole.vertex_normals if given else None)
 
@@ -130,7 +129,7 @@ def _ply(path: Path) -> tuple[Surface, FloatArray | None]:
         raise unreadable(path, "ply", "no complete header")
     counts = {name.decode(): int(count) for name, count in _PLY_ELEMENT.findall(header)}
     if b"format ascii" in header:
-        check_ended(path, "ply", body)
+        check_final_newline(path, "ply", body)
         _check_lines(path, "ply", len(body.split(b"\n")) - 2, sum(counts.values()))
     if "tristrips" in counts:
         raise InputError(str(path), "triangles or points", "triangle strips", "convert the file")
@@ -141,7 +140,7 @@ def _ply(path: Path) -> tuple[Surface, FloatArray | None]:
             "a mesh with none (element face 0)",
             "if it is a cloud, save it without the face element",
         )
-    # Without that it would take vertices apart where textures meet.
+    # By default trimesh splits vertices at texture seams.
     scene = _scene(path, "ply", fix_texture=False)
     if "face" in counts:
         mesh = _mesh(path, "ply", scene)
@@ -153,7 +152,7 @@ def _ply(path: Path) -> tuple[Surface, FloatArray | None]:
 
 
 def _ply_columns(scene: trimesh.Scene) -> dict[str, NDArray[Any]]:
-    """Return all that the file says of its vertices, which trimesh keeps for itself."""
+    """Return all of the file's vertex properties, which trimesh keeps among its metadata."""
     columns = next(iter(scene.geometry.values())).metadata["_ply_raw"]["vertex"]["data"]
     names = columns if isinstance(columns, dict) else columns.dtype.names
     return {name: np.ravel(columns[name]) for name in names}

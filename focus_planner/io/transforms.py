@@ -1,4 +1,4 @@
-"""Rigs out of lists of transforms, as tf2 has them."""
+"""Rigs from lists of transforms, as published to tf2."""
 
 from __future__ import annotations
 
@@ -19,19 +19,25 @@ from focus_planner.core.rig.frames import (
     FrameTransform,
     FrameTree,
     Similarity,
-    pose,
-    quaternion_from_angles,
+    quaternion_from_rpy,
+    similarity_from_pose,
 )
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, check_choice, check_number
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
-from focus_planner.io.yaml_values import number, read_yaml_documents, shown, value_at, within
+from focus_planner.io.yaml_values import (
+    abbreviated,
+    errors_within,
+    number,
+    read_yaml_documents,
+    value_at,
+)
 
 CONVENTIONS = ("optical", "body")
 
-_WHAT = "a list of transforms"
+_EXPECTED = "a list of transforms"
 _PUBLISHER = "static_transform_publisher"
 _FLAGS = {
     "translation": ("--x", "--y", "--z"),
@@ -40,8 +46,8 @@ _FLAGS = {
     "frames": ("--frame-id", "--child-frame-id"),
 }
 _OPTICAL = re.compile(r"(^|[_/])optical(_frame)?$")
-_FARTHEST = 100.0  # metres between cameras that need no --scale
-_SHOWN = 6
+_MAX_SPAN = 100.0  # metres between cameras that need no --scale
+_MAX_NAMES = 6
 
 
 def load_transforms(
@@ -51,67 +57,67 @@ def load_transforms(
     cameras: str = "",
     convention: str = "",
     scale: float | None = None,
-    image_of: Callable[[str], CameraIntrinsics] | None = None,
+    intrinsics_of: Callable[[str], CameraIntrinsics] | None = None,
     lens: Lens | None = None,
     frame_id: str = "",
 ) -> tuple[Rig, list[str]]:
-    """Read transforms; some of their frames are the cameras of the rig.
+    """Read transforms; some of their frames become the cameras of the rig.
 
     Parameters
     ----------
     path : path
-        YAML or JSON of ``TransformStamped`` messages: a list, or what ``ros2 topic echo
-        /tf_static`` prints. Or text: ``x y z qx qy qz qw parent child`` or ``x y z yaw pitch roll
-        parent child`` a line, or commands of ``static_transform_publisher`` with their flags;
+        ``TransformStamped`` messages as YAML or JSON: a list, or the output of ``ros2 topic echo
+        /tf_static``. Or text with one transform per line: ``x y z qx qy qz qw parent child``,
+        ``x y z yaw pitch roll parent child``, or the arguments of ``static_transform_publisher``;
         metres and radians.
     root : str
-        The frame that the rig is in; by default the one frame without a parent.
+        The frame of the rig; by default the only frame without a parent.
     cameras : str
-        A pattern (``cam*_optical_frame``) of the frames of cameras. By default those that have no
-        children and an optical frame's name, or if there is none, all that have no children.
+        A pattern for the cameras' frames, such as ``cam*_optical_frame``. By default the frames
+        without children, restricted to those named like optical frames if there are any.
     convention : str
-        ``"optical"`` (z forward, x right, y down) or ``"body"`` (x forward, y left, z up), what
-        the frames of cameras are. By default (REP 103) those whose names end in ``_optical_frame``
-        or ``_optical`` are optical and others body.
+        The orientation of the cameras' frames: ``"optical"`` (z forward, x right, y down) or
+        ``"body"`` (x forward, y left, z up). By default, as in REP 103, frames whose names end in
+        ``_optical_frame`` or ``_optical`` are optical, others body frames.
     scale : float, optional
-        Metres per unit of the translations. By default 1, and cameras far apart are refused.
-    image_of : callable, optional
-        Gives a camera's intrinsics by its name; the paper's by default.
+        Metres per unit of translation. By default 1, but cameras far apart are rejected.
+    intrinsics_of : callable, optional
+        A function from a camera's name to its intrinsics; the paper's by default.
     lens : Lens, optional
-        That of all cameras.
+        Shared by all cameras.
     frame_id : str
         The frame's name in the rig; ``root`` by default.
 
     Returns
     -------
     rig : Rig
-        Cameras in the order of their first transforms, named by their frames, without
-        ``_optical_frame``: :func:`~focus_planner.io.names.camera_names`.
+        Cameras in the order of their first transforms, named after their frames without
+        ``_optical_frame``; see :func:`~focus_planner.io.names.camera_names`.
     notes : list of str
-        What had to be guessed.
+        Assumptions that were made.
 
     Raises
     ------
     InputError
-        If the file cannot be read, its frames are no tree, or there is no such frame.
+        If the file cannot be read, its frames do not form a tree, or a frame does not exist.
     """
     path = Path(path)
     notes: list[str] = []
-    with within(str(path)):
+    with errors_within(str(path)):
         tree = FrameTree(_transforms(path))
     root = _root(path, tree, root.lstrip("/"))
     frames = _camera_frames(path, tree, root, cameras, notes)
     names = camera_names(f"{path}: frames", [_without_optical(frame) for frame in frames])
-    bodies = _bodies(frames, convention, notes)
+    bodies = _body_frames(frames, convention, notes)
     poses = [
         tree.lookup(root, frame) @ (BODY_FROM_OPTICAL if frame in bodies else Similarity())
         for frame in frames
     ]
     to_metres = _to_metres(path, poses, scale)
-    image_of, of_all = image_of or (lambda _: CameraIntrinsics()), lens or Lens()
+    intrinsics_of, shared_lens = intrinsics_of or (lambda _: CameraIntrinsics()), lens or Lens()
     rig = Rig(
         tuple(
-            Camera(name, at.position, at.orientation, image_of(name), of_all)
+            Camera(name, at.position, at.orientation, intrinsics_of(name), shared_lens)
             for name, at in zip(names, (to_metres @ pose for pose in poses), strict=True)
         ),
         frame_id or root,
@@ -127,14 +133,16 @@ def _root(path: Path, tree: FrameTree, root: str) -> str:
         if root not in tree:
             close = difflib.get_close_matches(root, tree.frames, n=1)
             remedy = f"did you mean {close[0]}?" if close else ""
-            raise InputError(f"{path}: root", f"one of {_listed(tree.frames)}", repr(root), remedy)
+            raise InputError(
+                f"{path}: root", f"one of {_first_few(tree.frames)}", repr(root), remedy
+            )
         return root
     if len(tree.roots) > 1:
         raise InputError(
             f"{path}: frames",
             "one tree",
-            f"{len(tree.roots)}, of {_listed(tree.roots)}",
-            "add the transform between them, or name the --root of one",
+            f"{len(tree.roots)}, with the roots {_first_few(tree.roots)}",
+            "add the transform between them, or select one with --root",
         )
     return tree.roots[0]
 
@@ -149,12 +157,12 @@ def _camera_frames(
     if apart:
         raise InputError(
             f"{path}: frame {apart[0]}",
-            f"transforms that lead to {root}",
-            f"some that lead to {tree.root_of(apart[0])}",
+            f"a frame of the tree below {root}",
+            f"one below {tree.root_of(apart[0])}",
         )
     if not chosen:
         raise InputError(
-            f"{path}: cameras", f"frames that match {pattern}", f"only {_listed(tree.frames)}"
+            f"{path}: cameras", f"frames that match {pattern}", f"only {_first_few(tree.frames)}"
         )
     return chosen
 
@@ -167,20 +175,22 @@ def _optical_leaves(path: Path, tree: FrameTree, root: str, notes: list[str]) ->
         raise InputError(f"{path}: root {root}", "cameras in its tree", "none")
     left = [frame for frame in leaves if frame not in set(chosen)]
     if left:
-        notes.append(f"not taken for cameras: {_listed(left)}; --cameras says which frames are")
+        notes.append(
+            f"not used as cameras: {_first_few(left)}; select the cameras' frames with --cameras"
+        )
     return chosen
 
 
-def _bodies(frames: Sequence[str], convention: str, notes: list[str]) -> set[str]:
-    """Return which of the frames are body frames."""
+def _body_frames(frames: Sequence[str], convention: str, notes: list[str]) -> set[str]:
+    """Return those of the frames that are body frames."""
     if convention:
         check_choice("convention", convention, CONVENTIONS)
         return set(frames) if convention == "body" else set()
     bodies = [frame for frame in frames if not _OPTICAL.search(frame)]
     if bodies:
         notes.append(
-            f"taken for body frames, x forward, by their names: {_listed(bodies)};"
-            " --convention says what they are"
+            f"assumed from their names to be body frames, x forward: {_first_few(bodies)};"
+            " set --convention to decide"
         )
     return set(bodies)
 
@@ -189,19 +199,19 @@ def _without_optical(frame: str) -> str:
     return _OPTICAL.sub("", frame) or frame
 
 
-def _listed(frames: Sequence[str]) -> str:
-    more = f" and {len(frames) - _SHOWN} more" if len(frames) > _SHOWN else ""
-    return ", ".join(frames[:_SHOWN]) + more
+def _first_few(frames: Sequence[str]) -> str:
+    more = f" and {len(frames) - _MAX_NAMES} more" if len(frames) > _MAX_NAMES else ""
+    return ", ".join(frames[:_MAX_NAMES]) + more
 
 
 def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> Similarity:
     if scale is not None:
         return Similarity(scale=check_number("scale", scale, above=0))
     span = float(np.ptp([pose.translation for pose in poses], axis=0).max())
-    if span > _FARTHEST:
+    if span > _MAX_SPAN:
         raise InputError(
             f"{path}: translations",
-            f"metres, cameras at most {_FARTHEST:g} m apart",
+            f"metres, cameras at most {_MAX_SPAN:g} m apart",
             f"{span:g} m",
             "give --scale 0.001 if they are millimetres, --scale 1 if they are metres",
         )
@@ -212,7 +222,7 @@ def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> 
 
 
 def _transforms(path: Path) -> list[FrameTransform]:
-    text = read_text(path, _WHAT)
+    text = read_text(path, _EXPECTED)
     lines = [
         (f"{path}: line {i}", line.strip())
         for i, line in enumerate(text.splitlines(), start=1)
@@ -225,12 +235,12 @@ def _transforms(path: Path) -> list[FrameTransform]:
         _transform_of_message(f"{path}: transforms[{i}]", entry) for i, entry in enumerate(entries)
     ]
     if not transforms:
-        raise InputError(str(path), _WHAT, "none")
+        raise InputError(str(path), _EXPECTED, "none")
     return transforms
 
 
 def _is_command(line: str) -> bool:
-    """Return whether the line is text's; YAML's and JSON's start otherwise."""
+    """Return whether a file that starts with this line has one transform per line, unlike YAML."""
     return _PUBLISHER in line or re.match(r"--[a-z]|[-+]?[.\d][-+.e\d]*\s", line) is not None
 
 
@@ -242,7 +252,7 @@ def _entries(path: Path, documents: Sequence[Any]) -> Iterator[Any]:
         if messages is None:  # after the last ---
             continue
         if not isinstance(messages, list):
-            raise InputError(f"{path}: transforms", _WHAT, shown(messages))
+            raise InputError(f"{path}: transforms", _EXPECTED, abbreviated(messages))
         yield from messages
 
 
@@ -259,13 +269,13 @@ def _transform_of_message(where: str, data: Any) -> FrameTransform:
     return FrameTransform(
         _frame(where, value_at(where, data, "header", "frame_id")),
         _frame(where, value_at(where, data, "child_frame_id")),
-        pose(where, translation, rotation),
+        similarity_from_pose(where, translation, rotation),
     )
 
 
 def _frame(where: str, name: Any) -> str:
     if not isinstance(name, str) or not name.lstrip("/"):
-        raise InputError(where, "a frame's name", shown(name))
+        raise InputError(where, "a frame's name", abbreviated(name))
     return name.lstrip("/")
 
 
@@ -280,14 +290,18 @@ def _transform_of_line(where: str, line: str) -> FrameTransform:
             "x y z qx qy qz qw parent child, or x y z yaw pitch roll parent child",
             f"{len(words)} words",
         )
-    x, y, z, *turn = (number(where, value) for value in numbers)
-    if len(turn) == 3:
-        turn = list(quaternion_from_angles(*reversed(turn)))
-    return FrameTransform(_frame(where, parent), _frame(where, child), pose(where, (x, y, z), turn))
+    x, y, z, *rotation = (number(where, value) for value in numbers)
+    if len(rotation) == 3:
+        rotation = list(quaternion_from_rpy(*reversed(rotation)))
+    return FrameTransform(
+        _frame(where, parent),
+        _frame(where, child),
+        similarity_from_pose(where, (x, y, z), rotation),
+    )
 
 
 def _arguments(where: str, line: str) -> list[str]:
-    """Return the words of a line without the command that they are for."""
+    """Return the words of a line without the command that they are arguments of."""
     try:
         words = shlex.split(line, comments=True)
     except ValueError as error:
@@ -307,10 +321,12 @@ def _transform_of_flags(where: str, words: Sequence[str]) -> FrameTransform:
 
     by_angles = any(flag in given for flag in _FLAGS["angles"])
     if by_angles and any(flag in given for flag in _FLAGS["quaternion"]):
-        raise InputError(where, "a quaternion, or roll, pitch and yaw", "both")
-    turn = quaternion_from_angles(*values("angles")) if by_angles else values("quaternion")
+        raise InputError(where, "either a quaternion or roll, pitch and yaw", "both")
+    rotation = quaternion_from_rpy(*values("angles")) if by_angles else values("quaternion")
     parent, child = (_frame(where, given.get(flag)) for flag in _FLAGS["frames"])
-    return FrameTransform(parent, child, pose(where, values("translation"), turn))
+    return FrameTransform(
+        parent, child, similarity_from_pose(where, values("translation"), rotation)
+    )
 
 
 def _flags(where: str, words: Sequence[str]) -> dict[str, str]:

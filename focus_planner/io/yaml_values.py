@@ -1,4 +1,4 @@
-"""Values out of YAML that people write, and errors that say in one line what is wrong where."""
+"""Reading hand-written YAML, with one-line errors that say what is wrong and where."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from focus_planner.io.files import read_text
 
 Values = Mapping[str, Any]
 
-# The C parser reads 10,000 cameras in a second, the Python one in ten.
+# The C parser is ten times as fast: 10,000 cameras take it a second.
 _SafeLoader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class _Loader(_SafeLoader):  # type: ignore[misc] # whichever of the two it is
-    """Refuses a key that stands twice, of which YAML's readers silently take the last."""
+    """Rejects duplicate keys, of which PyYAML silently uses the last."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         seen = set()
@@ -29,38 +29,38 @@ class _Loader(_SafeLoader):  # type: ignore[misc] # whichever of the two it is
             name = key.tag, str(key.value)
             if name in seen:
                 raise yaml.MarkedYAMLError(
-                    problem=f"{key.value} stands twice", problem_mark=key.start_mark
+                    problem=f"duplicate key {key.value}", problem_mark=key.start_mark
                 )
             seen.add(name)
         return super().construct_mapping(node, deep)
 
 
 def read_yaml(where: str, text: str) -> Any:
-    """Return what a YAML text says.
+    """Return the contents of a YAML text.
 
     Parameters
     ----------
     where : str
-        Where the text is from, for the error.
+        Where the text is from, for errors.
     text : str
 
     Raises
     ------
     InputError
-        If it is no YAML, or a key stands twice; says in which line.
+        If it is not valid YAML or has a duplicate key; names the line.
     """
     with _as_yaml(where):
         return yaml.load(text, _Loader)  # noqa: S506
 
 
 def load_yaml(path: Path, what: str) -> Any:
-    """Return what a YAML file says.
+    """Return the contents of a YAML file.
 
     Parameters
     ----------
     path : Path
     what : str
-        What was expected there, for the error.
+        What was expected there, for errors.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def load_yaml(path: Path, what: str) -> Any:
 
 
 def read_yaml_documents(where: str, text: str) -> list[Any]:
-    """Return the documents of a text, which ``---`` separates.
+    """Return the documents of a YAML text, which are separated by ``---``.
 
     Raises
     ------
@@ -88,7 +88,8 @@ def value_at(where: str, data: Any, *keys: str) -> Any:
     Parameters
     ----------
     where : str
-        What ``data`` is called in errors; one that ends in a space gets the key without a point.
+        The name of ``data`` in errors. Keys are appended after a dot, or directly if it ends in a
+        space.
     data : Any
     *keys : str
 
@@ -99,7 +100,7 @@ def value_at(where: str, data: Any, *keys: str) -> Any:
     """
     for key in keys:
         if not isinstance(data, Mapping):
-            raise InputError(where.rstrip(": "), f"{key} and its value", shown(data))
+            raise InputError(where.rstrip(": "), f"{key} and its value", abbreviated(data))
         where = where + key if where.endswith(" ") else f"{where}.{key}"
         if key not in data:
             raise InputError(where, "a value", "none")
@@ -108,15 +109,16 @@ def value_at(where: str, data: Any, *keys: str) -> Any:
 
 
 def mapping(where: str, data: Any, keys: tuple[str, ...], prefix: str = "") -> Values:
-    """Return keys and values, all of them known.
+    """Return a mapping all of whose keys are among ``keys``.
 
     Raises
     ------
     InputError
-        Names an unknown key, after ``prefix`` or else ``where``, and the one probably meant.
+        If it is not a mapping, or has an unknown key; names it, after ``prefix`` or else
+        ``where``, and the key probably meant.
     """
     if not isinstance(data, dict):
-        raise InputError(where, "keys and values: " + ", ".join(keys), shown(data))
+        raise InputError(where, "keys and values: " + ", ".join(keys), abbreviated(data))
     for key in data:
         if key not in keys:
             close = difflib.get_close_matches(str(key), keys, n=1)
@@ -130,34 +132,34 @@ def mapping(where: str, data: Any, keys: tuple[str, ...], prefix: str = "") -> V
 
 
 def number(where: str, value: Any) -> Any:
-    """Return the number; YAML 1.1 takes 1e-5, without a point, for text."""
+    """Return a number; also from text, because 1e-5 without a dot is text in YAML 1.1."""
     if isinstance(value, str):
         try:
             return float(value)
         except ValueError:
             pass
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(where, "a number", shown(value))
+        raise InputError(where, "a number", abbreviated(value))
     return value
 
 
 def numbers(where: str, value: Any) -> tuple[Any, ...]:
     """Return a list of numbers."""
     if not isinstance(value, list):
-        raise InputError(where, "a list of numbers", shown(value))
+        raise InputError(where, "a list of numbers", abbreviated(value))
     return tuple(number(f"{where}[{i}]", item) for i, item in enumerate(value))
 
 
 def vector(where: str, value: Any, length: int) -> tuple[Any, ...]:
-    """Return a list of so many numbers."""
+    """Return a list of ``length`` numbers."""
     if not isinstance(value, list) or len(value) != length:
-        raise InputError(where, f"a list of {length} numbers", shown(value))
+        raise InputError(where, f"a list of {length} numbers", abbreviated(value))
     return numbers(where, value)
 
 
 @contextmanager
-def within(where: str) -> Iterator[None]:
-    """Say where in the file the core found fault."""
+def errors_within(where: str) -> Iterator[None]:
+    """Prefix the arguments of errors with their place in the file."""
     try:
         yield
     except InputError as error:
@@ -168,8 +170,8 @@ def within(where: str) -> Iterator[None]:
         ) from None
 
 
-def shown(value: Any) -> str:
-    """Return what came, in short."""
+def abbreviated(value: Any) -> str:
+    """Return the value as a short text for errors."""
     if value is None:
         return "nothing"
     text = repr(value)
@@ -177,7 +179,7 @@ def shown(value: Any) -> str:
 
 
 def flow(value: Any) -> str:
-    """Return mappings, tuples and scalars as YAML in one line."""
+    """Return mappings, tuples and scalars as YAML on one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, tuple):
@@ -186,7 +188,7 @@ def flow(value: Any) -> str:
 
 
 def scalar(value: str | float | None) -> str:
-    """Return a scalar as YAML, quoted or pointed where it would be read as something else."""
+    """Return a scalar as YAML, quoted or with a dot where it would be read as another type."""
     if isinstance(value, float) and math.isfinite(value):
         text = repr(value)
         return text if "." in text else text.replace("e", ".0e")
@@ -197,7 +199,7 @@ def scalar(value: str | float | None) -> str:
 def _as_yaml(where: str) -> Iterator[None]:
     try:
         yield
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no such date
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: an invalid date
         if isinstance(error, InputError):
             raise
         raise InputError(where, "YAML", _syntax_error(error)) from None

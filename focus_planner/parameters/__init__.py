@@ -1,1 +1,1 @@
-"""parameters."""
+"""The nodes' parameters, without ROS: declarations, validated settings, parameter files."""

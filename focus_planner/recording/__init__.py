@@ -1,1 +1,1 @@
-"""Recorded runs: written while the planner works, read, planned again and compared, without ROS."""
+"""Recording the planner's runs; reading, replaying and comparing recorded ones. Without ROS."""

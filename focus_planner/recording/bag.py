@@ -1,7 +1,7 @@
-"""Bags: a folder with one MCAP file and ``metadata.yaml``, as rosbag2 has them.
+"""Bags in rosbag2's format: a folder with one MCAP file and ``metadata.yaml``.
 
-While it is written a bag's folder ends in ``.partial``, and it has no ``metadata.yaml``. What is
-there of it after a power cut, or a kill, can be read up to the last chunk that is whole.
+While a bag is being written its folder's name ends in ``.partial`` and it has no
+``metadata.yaml``. After a crash or power failure it can be read up to its last complete chunk.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from focus_planner.messages.typestore import definition_of, deserialize, type_ha
 PARTIAL = ".partial"
 METADATA = "metadata.yaml"
 _ROSBAG2_VERSION = 9  # of ROS 2 Jazzy
-# Records that a file's data is made of, except messages.
+# The records of a file's data section, except messages.
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.HEADER: Header.read,
     Opcode.SCHEMA: Schema.read,
@@ -57,7 +57,7 @@ _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.DATA_END: DataEnd.read,
 }
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
-#: What the planner's topics offer: a bag is played back so that late subscribers get all of it.
+#: The QoS of the planner's topics, with which a bag is played back: late subscribers get it all.
 _LATCHED = {
     "history": "keep_last",
     "depth": 1,
@@ -80,11 +80,11 @@ class BagMessage:
     ----------
     topic, type_name : str
     payload : bytes
-        In CDR.
+        CDR.
     at : int
-        When it was received or made, nanoseconds since the epoch.
+        When it was received or created, nanoseconds since the epoch.
     definition : str
-        What the payload means; the one known here if empty.
+        The definition of its type; the one known here if empty.
     """
 
     topic: str
@@ -94,20 +94,20 @@ class BagMessage:
     definition: str = field(default="", repr=False)
 
     def read(self) -> Message:
-        """Return the message itself.
+        """Return the deserialized message.
 
         Raises
         ------
         InputError
-            If the payload is something else.
+            If the payload is not of this type.
         """
         return deserialize(self.type_name, self.payload, self.definition or None)
 
 
 class BagWriter:
-    """Writes a bag; in memory until it is given a folder.
+    """Writes a bag, in memory until it is opened in a folder.
 
-    Any method may raise ``OSError``; the bag is then to be given up by :meth:`abandon`.
+    Any method may raise ``OSError``; call :meth:`abandon` then.
     """
 
     def __init__(self) -> None:
@@ -139,19 +139,19 @@ class BagWriter:
         self._first, self._last = min(self._first, message.at), max(self._last, message.at)
 
     def flush(self) -> None:
-        """End the chunk: what was added is in the file, or in memory and compressed."""
+        """End the chunk: compress all messages added so far, and write them if there is a file."""
         self._writer.flush()
         self._stream.flush()
 
     def open(self, folder: Path) -> None:
-        """Go on in a file, in a new folder that ends in ``.partial`` for now.
+        """Continue in a file, in a new folder with the suffix ``.partial`` for now.
 
-        A bag that has a folder already is moved.
+        A bag that already has a folder is moved.
 
         Raises
         ------
         FileExistsError
-            If there is such a folder, partial or whole: nothing is ever overwritten.
+            If the folder exists, partial or complete: nothing is ever overwritten.
         """
         if folder.exists():
             raise FileExistsError(f"{folder} exists")
@@ -163,20 +163,20 @@ class BagWriter:
         partial.mkdir()
         self._folder = folder
         file = (partial / _mcap_name(folder)).open("xb")
-        # Says to all other processes, as long as this one lives, that this is being written.
+        # Tells other processes, for as long as this one lives, that the bag is being written.
         with suppress(OSError):  # some file systems have no locks
-            fcntl.flock(file, fcntl.LOCK_EX)  # waits for whoever is trying it just now
-        self._stream.go_on_in(file)
+            fcntl.flock(file, fcntl.LOCK_EX)  # waits while another process probes the lock
+        self._stream.continue_in(file)
 
     def sync(self) -> None:
-        """Return when all that was added is on the disk, not in some cache."""
+        """Return once all messages added so far are on the disk itself."""
         self.flush()
         self._stream.sync()
         _sync_folder(self._partial)
         _sync_folder(self._partial.parent)
 
     def close(self) -> Path:
-        """Write indices and ``metadata.yaml``, and give the folder its name; return it."""
+        """Write indices and ``metadata.yaml``, and return the folder under its final name."""
         assert self._folder is not None
         partial, folder = self._partial, self._folder
         information = yaml.safe_dump(self._information(), sort_keys=False)
@@ -196,18 +196,18 @@ class BagWriter:
 
     def abandon(self) -> None:
         """Leave the bag as it is, partial."""
-        with suppress(OSError):  # what it could not write it cannot write now
+        with suppress(OSError):  # closing tries to write what could not be written before
             self._stream.close()
 
     def discard(self) -> None:
-        """Delete what there is of the bag; it is not to be used any more."""
+        """Delete the bag, which must not be used any more."""
         self.abandon()
-        if self._folder is not None and self.is_there:
+        if self._folder is not None and self.exists:
             shutil.rmtree(self._partial)
 
     @property
-    def is_there(self) -> bool:
-        """Whether its folder is where it was made."""
+    def exists(self) -> bool:
+        """Whether the bag's partial folder still exists."""
         return self._folder is not None and self._partial.is_dir()
 
     @property
@@ -243,7 +243,7 @@ class BagWriter:
         return channel
 
     def _information(self) -> dict[str, Any]:
-        """Return what ``metadata.yaml`` says."""
+        """Return the contents of ``metadata.yaml``."""
         assert self._folder is not None
         times = {
             "starting_time": {"nanoseconds_since_epoch": min(self._first, self._last)},
@@ -261,8 +261,8 @@ class BagWriter:
                         "name": topic,
                         "type": type_name,
                         "serialization_format": "cdr",
-                        # A list of its own, or YAML would refer to the first from all others.
-                        "offered_qos_profiles": [_copied(_LATCHED)],
+                        # A copy, because YAML would turn repeated objects into references.
+                        "offered_qos_profiles": [_deep_copy(_LATCHED)],
                         "type_description_hash": type_hash(type_name),
                     },
                     "message_count": self._counts[topic],
@@ -272,7 +272,7 @@ class BagWriter:
             "compression_format": "",
             "compression_mode": "",
             "relative_file_paths": [name],
-            "files": [{"path": name, **_copied(times)}],
+            "files": [{"path": name, **_deep_copy(times)}],
             "custom_data": None,
             "ros_distro": "jazzy",
         }
@@ -280,16 +280,16 @@ class BagWriter:
 
 @dataclass(frozen=True)
 class Bag:
-    """What was read of a bag.
+    """The readable contents of a bag.
 
     Attributes
     ----------
     messages : tuple of BagMessage
         In the order in which they were written.
     whole : bool
-        Whether the file goes to its end.
+        Whether the file is complete and undamaged.
     fault : str
-        What ended it before; empty if it is whole.
+        What is wrong with it otherwise.
     """
 
     messages: tuple[BagMessage, ...]
@@ -298,19 +298,18 @@ class Bag:
 
 
 def read_bag(path: Path) -> Bag:
-    """Return what can be read of a bag.
-
-    Checksums are looked at; what comes after the first fault is not returned.
+    """Read a bag up to its end or the first error; checksums are verified.
 
     Parameters
     ----------
     path : Path
-        Its folder, or the MCAP file itself.
+        The bag's folder, or the MCAP file itself.
 
     Raises
     ------
     InputError
-        If it is neither. A file of something else is a bag without messages, with its fault.
+        If there is no such file. A file of another format gives a bag without messages and with a
+        fault.
     """
     file = _mcap_file(path)
     messages: list[BagMessage] = []
@@ -321,22 +320,22 @@ def read_bag(path: Path) -> Bag:
         raise InputError(
             str(file), "a file that can be read", error.strerror or str(error)
         ) from None
-    except Exception as error:  # noqa: BLE001 - broken bytes make the library raise anything
+    except Exception as error:  # noqa: BLE001 - the library raises anything for broken bytes
         if not messages and file.stat().st_size == 0:
             return Bag((), False, "an empty file")
         return Bag(tuple(messages), False, _fault(error))
     if not ended:
-        return Bag(tuple(messages), False, "a file without its end")
+        return Bag(tuple(messages), False, "a file without an end")
     return Bag(tuple(messages), True)
 
 
 def bag_size(folder: Path) -> int:
-    """Return the bytes that a bag's files take."""
+    """Return the total size of a bag's files, bytes."""
     return sum(file.stat().st_size for file in folder.iterdir() if file.is_file())
 
 
 def being_written(folder: Path) -> bool:
-    """Return whether some process is writing this partial bag."""
+    """Return whether any process is writing this partial bag."""
     for file in folder.glob("*.mcap"):
         with file.open("rb") as stream:
             try:
@@ -347,7 +346,7 @@ def being_written(folder: Path) -> bool:
 
 
 class _Stream:
-    """What the library writes to: memory at first, a file later."""
+    """The stream that the MCAP writer writes to: memory at first, later a file."""
 
     def __init__(self) -> None:
         self._target: BinaryIO = BytesIO()
@@ -364,7 +363,7 @@ class _Stream:
     def flush(self) -> None:
         self._target.flush()
 
-    def go_on_in(self, file: BinaryIO) -> None:
+    def continue_in(self, file: BinaryIO) -> None:
         memory = self._target
         assert isinstance(memory, BytesIO)
         self._target = file
@@ -379,19 +378,19 @@ class _Stream:
 
 
 def _read_into(messages: list[BagMessage], stream: BinaryIO) -> bool:
-    """Append the messages of a stream; return whether it has an end."""
+    """Append the messages of a stream; return whether its data section has an end."""
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     chunked = ended = False
     for opcode, body, checksum in _records(stream):
-        if ended:  # all but messages comes again
+        if ended:  # the summary section repeats schemas and channels
             continue
         record = _record(opcode, body)
         if isinstance(record, MessageRecord) and chunked:
             raise ValueError("a message outside of a chunk")
         if isinstance(record, DataEnd):
             if record.data_section_crc not in {0, checksum}:
-                raise ValueError("not the bytes that the checksum of all is of")
+                raise ValueError("the checksum of the data section does not match")
             ended = True
         elif isinstance(record, Chunk):
             chunked = True
@@ -420,10 +419,10 @@ def _collect(
 
 
 def _records(stream: BinaryIO) -> Iterator[tuple[int, bytes, int]]:
-    """Yield opcode and body of each record, and the checksum of what is before it.
+    """Yield each record's opcode and body, and the checksum of all bytes before it.
 
-    The library's own reader goes on after what it does not know and after what is longer than it
-    should be: what is damaged there would be missed, and a chunk with it.
+    The library's own reader skips unknown records and excess bytes, and would thus overlook
+    damage, and lose a chunk with it.
     """
     size = os.fstat(stream.fileno()).st_size
     data = ReadDataStream(stream, calculate_crc=True)
@@ -439,7 +438,7 @@ def _records(stream: BinaryIO) -> Iterator[tuple[int, bytes, int]]:
 
 
 def _record(opcode: int, body: bytes) -> McapRecord:
-    """Return a record of those that may stand before the end of the data."""
+    """Parse a record of the data section."""
     data = ReadDataStream(BytesIO(body))
     record: McapRecord
     if opcode == Opcode.MESSAGE:
@@ -449,15 +448,15 @@ def _record(opcode: int, body: bytes) -> McapRecord:
     else:
         raise ValueError(f"a record of unknown kind {opcode}")
     if data.count != len(body):
-        raise ValueError("a record that is not as long as it says")
+        raise ValueError("a record with a wrong length")
     return record
 
 
 def _fault(error: Exception) -> str:
     if isinstance(error, InvalidMagic):
-        return "a file that is no MCAP file, or damaged"
+        return "a file that is damaged, or not an MCAP file"
     if isinstance(error, (EndOfFile, struct.error)):
-        return "a file that is cut off"
+        return "a truncated file"
     kind = "" if isinstance(error, (McapError, ValueError)) else f"{type(error).__name__}: "
     return " ".join(f"a damaged file: {kind}{error}".split())[:200]
 
@@ -473,7 +472,7 @@ def _mcap_file(path: Path) -> Path:
         raise InputError(str(path), "a recorded run", "no such folder or file")
     if len(files) != 1:
         what = f"a folder with {len(files)} of them" if files else "a folder without one"
-        raise InputError(str(path), "the folder of a run, with one .mcap file", what)
+        raise InputError(str(path), "the folder of a run with one .mcap file", what)
     return files[0]
 
 
@@ -481,12 +480,12 @@ def _mcap_name(folder: Path) -> str:
     return f"{folder.name}_0.mcap"
 
 
-def _copied(value: dict[str, Any]) -> dict[str, Any]:
-    return {k: _copied(v) if isinstance(v, dict) else v for k, v in value.items()}
+def _deep_copy(value: dict[str, Any]) -> dict[str, Any]:
+    return {k: _deep_copy(v) if isinstance(v, dict) else v for k, v in value.items()}
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the names in a folder on the disk too."""
+    """Flush a folder's entries to the disk."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,4 +1,4 @@
-"""How two plans for one surface compare."""
+"""Comparison of two plans for the same surface."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from focus_planner.core.planning.plan import FocusPlan
 
 @dataclass(frozen=True)
 class CameraChange:
-    """What became of one camera.
+    """A camera whose focus distance differs between two plans.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class CameraChange:
     before, after : float
         Focus distances, metres.
     samples_before, samples_after : int
-        Assigned to it.
+        Numbers of assigned samples.
     """
 
     name: str
@@ -31,12 +31,12 @@ class CameraChange:
 
     @property
     def moved(self) -> float:
-        """By how much, metres."""
+        """The absolute change of focus distance, metres."""
         return abs(self.after - self.before)
 
 
 def camera_changes(before: FocusPlan, after: FocusPlan) -> list[CameraChange]:
-    """Return the cameras of both plans whose focus distances differ, the farthest first."""
+    """Return the changes of the cameras that both plans have, the largest first."""
     now = {camera.name: camera for camera in after.cameras}
     changes = [
         CameraChange(
@@ -53,12 +53,12 @@ def camera_changes(before: FocusPlan, after: FocusPlan) -> list[CameraChange]:
 
 
 def median_moved(changes: list[CameraChange]) -> float:
-    """Return the median of how far those that moved did, metres."""
+    """Return the median absolute change of focus distance, metres."""
     return float(np.median([change.moved for change in changes]))
 
 
 def quantities(plan: FocusPlan) -> Iterator[tuple[str, float | str | bool | None, str]]:
-    """Yield what plans are compared by: name, value, and unit or error."""
+    """Yield the quantities to compare plans by: name, value, and unit or error."""
     yield "method", plan.method, ""
     yield "samples", plan.samples, ""
     yield "cost", plan.cost, ""

@@ -1,4 +1,4 @@
-"""The plan that was in force when a planner ended, from its records."""
+"""Restoring the plan that was in force when a planner ended, from its recorded runs."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from focus_planner.messages.typestore import PLAN
 from focus_planner.recording.bag import METADATA, read_bag
 from focus_planner.recording.retention import runs_newest_first
 
-# Runs without a plan that are looked at before it is given up.
-_MOST_RUNS = 1000
+# How many runs to search for a published plan.
+_MAX_RUNS = 1000
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @dataclass(frozen=True)
 class LastPlan:
-    """A plan that was published.
+    """A published plan.
 
     Attributes
     ----------
     message : FocusPlan message
     run : Path
-        The folder that it was recorded in.
+        The folder of its run.
     """
 
     message: Message
@@ -36,24 +36,24 @@ class LastPlan:
 def last_plan(directory: Path, planner: str) -> LastPlan | None:
     """Return the newest plan that a planner published and recorded; None if there is none.
 
-    A run that was cut off counts, if its plan was published: it is in the file before that.
+    Truncated runs are searched too: a plan is written to the file before it is published.
 
     Parameters
     ----------
     directory : Path
-        Where the runs' folders are.
+        The parent of the runs' folders.
     planner : str
-        The full name of the planner that made them.
+        The planner's full name.
 
     Raises
     ------
     OSError
-        If the directory is there and cannot be read.
+        If the directory exists but cannot be read.
     """
     if not directory.is_dir():
         return None
     topic = f"{planner}/focus_plan"
-    for run in runs_newest_first(directory)[:_MOST_RUNS]:
+    for run in runs_newest_first(directory)[:_MAX_RUNS]:
         message = _plan_of(run, topic)
         if message is not None:
             return LastPlan(message, run)
@@ -61,7 +61,7 @@ def last_plan(directory: Path, planner: str) -> LastPlan | None:
 
 
 def _plan_of(run: Path, topic: str) -> Message | None:
-    """Return the plan published in a run, None if there is none or it cannot be read."""
+    """Return the plan published in a run; None if there is none or it cannot be read."""
     if not _may_hold(run, topic):
         return None
     try:
@@ -73,7 +73,7 @@ def _plan_of(run: Path, topic: str) -> Message | None:
 
 
 def _may_hold(run: Path, topic: str) -> bool:
-    """Return whether a run, by what its metadata says, has messages of a topic."""
+    """Return whether a run has messages of a topic, or its metadata cannot tell."""
     try:
         text = (run / METADATA).read_text(encoding="utf-8")
         topics = yaml.load(text, _Loader)["rosbag2_bagfile_information"][  # noqa: S506

@@ -1,9 +1,9 @@
-"""Recording runs beside the planning, in threads of its own.
+"""Recording runs in background threads while the planner works.
 
-What it costs the planner: inputs are compressed, and large ones written, when they come, not when
-they are planned with; a run's beginning is written, and waited for, while rays are cast; its steps
-are noted, and written once a second; its end is written after the caller has the answer. Nothing
-that goes wrong here reaches the planner: it is logged, and told with the plan.
+Planning is hardly delayed. Inputs are compressed, and large ones written, when they arrive rather
+than when they are planned with. The beginning of a run is written while rays are cast; its
+progress is buffered and written once a second; its end is written after the caller has the
+response. A failed recording never fails a plan: the error is logged and reported with the plan.
 """
 
 from __future__ import annotations
@@ -28,103 +28,105 @@ from focus_planner.recording.retention import delete_leftovers, prune
 from focus_planner.recording.run import (
     Beginning,
     Ending,
-    answered_plan,
     beginning_messages,
     ending_messages,
     markers_message,
+    plan_message,
     progress_message,
     stamp_of,
 )
 from focus_planner.runtime.log import Log
 
 _SECONDS_BETWEEN_WRITES = 1.0
-# The caller, probably on this machine, is reading its answer meanwhile.
+# Leaves the processor to the caller, probably on this machine, while it reads its response.
 _SECONDS_TO_DELIVER = 0.03
-_MOST_JOBS = 16
-# Bytes that take longer to write than a caller should wait.
+_MAX_PENDING_JOBS = 16
+# Bytes that take longer to write than a caller should have to wait.
 _LARGE = 1_000_000
-# For the disk's cache, which a busy disk may make wait.
+# Longest wait until a plan is in the disk's cache.
 _SECONDS_TO_KEEP = 0.1
-# For a disk, at most.
+# Longest wait for a disk.
 _SECONDS_TO_WAIT = 20.0
 
 
 @dataclass(frozen=True)
-class _Ready:
-    """A bag with inputs, for the next run; below a directory, or in memory."""
+class _PreparedBag:
+    """A bag that contains the inputs of the next run, in a directory or in memory."""
 
     directory: Path | None
     inputs: tuple[BagMessage, ...]
     bag: BagWriter
 
-    def serves(self, directory: Path, inputs: tuple[BagMessage, ...]) -> bool:
-        """Return whether the next run, if it has these inputs, can go on in it."""
-        there = self.directory is None or (self.directory == directory and self.bag.is_there)
+    def fits(self, directory: Path, inputs: tuple[BagMessage, ...]) -> bool:
+        """Return whether a run with these inputs can be continued in this bag."""
+        there = self.directory is None or (self.directory == directory and self.bag.exists)
         return there and self.inputs == inputs
 
 
 class Recorder:
-    """Writes runs, in two threads: one for what a planner waits for, one for all else.
+    """Writes runs in two threads: one for jobs that the planner waits for, one for all others.
 
     Parameters
     ----------
     log : Log
-        Told of every run that could not be recorded.
+        Receives an error for every run that could not be recorded.
     """
 
     def __init__(self, log: Log) -> None:
         self._log = log
-        self._now = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording")
-        self._later = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording, later")
+        self._urgent_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recording")
+        self._background_thread = ThreadPoolExecutor(
+            max_workers=1, thread_name_prefix="recording, later"
+        )
         self._jobs: set[Future[None]] = set()
-        self._ready: _Ready | None = None
-        self._taking = Lock()
+        self._prepared: _PreparedBag | None = None
+        self._prepared_lock = Lock()
 
     def prepare(self, directory: Path, inputs: Sequence[BagMessage]) -> None:
-        """Compress what the next run will probably begin with.
+        """Compress the inputs that the next run will probably have.
 
-        What is large is written too, into a hidden folder that becomes the run's.
+        Large inputs are also written, into a hidden folder that becomes the run's.
         """
         self.do_later(lambda: self._prepare(directory, tuple(inputs)), lambda _: None)
 
     def begin(
-        self, how: Recording, inputs: Sequence[BagMessage], beginning: Beginning
+        self, options: Recording, inputs: Sequence[BagMessage], beginning: Beginning
     ) -> RunRecorder:
-        """Begin to write a run, in ``how.directory``.
+        """Begin to write a run in ``options.directory``.
 
-        Where runs come faster than they can be written this waits until few are left to finish.
+        Blocks while too many earlier runs are still to be finished.
         """
         until = time.monotonic() + _SECONDS_TO_WAIT
-        while len(self._jobs) > _MOST_JOBS and time.monotonic() < until:
+        while len(self._jobs) > _MAX_PENDING_JOBS and time.monotonic() < until:
             wait(self._jobs.copy(), 0.05, FIRST_COMPLETED)
-        return RunRecorder(self, self._log, how, tuple(inputs), beginning)
+        return RunRecorder(self, self._log, options, tuple(inputs), beginning)
 
     def close(self, timeout: float | None = None) -> bool:
-        """Write what is still to be written; return whether all of it was, in time."""
+        """Finish all writing; return whether that succeeded within ``timeout`` seconds."""
         self.do_later(self._discard, lambda _: None)
-        self._now.shutdown(wait=False)
-        self._later.shutdown(wait=False)
+        self._urgent_thread.shutdown(wait=False)
+        self._background_thread.shutdown(wait=False)
         return not wait(self._jobs.copy(), timeout).not_done
 
     @property
     def jobs(self) -> int:
-        """How many jobs wait or are done just now."""
+        """The number of jobs that are pending or running."""
         return len(self._jobs)
 
     @property
     def busy(self) -> bool:
-        """Whether other jobs wait than the one that asks."""
+        """Whether there are other jobs than the one that asks."""
         return len(self._jobs) > 1
 
     def do_now(self, job: Callable[[], None], failed: Callable[[Exception], None]) -> Future[None]:
-        """Do a job that a planner waits for; call ``failed`` if it raises."""
-        return self._do(self._now, job, failed)
+        """Run a job that the planner waits for; call ``failed`` with any exception."""
+        return self._do(self._urgent_thread, job, failed)
 
     def do_later(
         self, job: Callable[[], None], failed: Callable[[Exception], None]
     ) -> Future[None]:
-        """Do a job after all others of the kind; call ``failed`` if it raises."""
-        return self._do(self._later, job, failed)
+        """Run a job after all others submitted here; call ``failed`` with any exception."""
+        return self._do(self._background_thread, job, failed)
 
     def _do(
         self,
@@ -136,35 +138,35 @@ class Recorder:
         def guarded() -> None:
             try:
                 job()
-            except Exception as error:  # noqa: BLE001 - a run lost must not cost a plan
+            except Exception as error:  # noqa: BLE001 - a lost recording must not cost a plan
                 failed(error)
 
         try:
             future = thread.submit(guarded)
         except RuntimeError:  # after close
             failed(InterruptedError(errno.EINTR, "the planner is shutting down"))
-            return _done()
+            return _completed()
         self._jobs.add(future)
         future.add_done_callback(self._jobs.discard)
         return future
 
     def take_prepared(self, directory: Path, inputs: tuple[BagMessage, ...]) -> BagWriter:
-        """Return a bag with these inputs, in memory or below the directory."""
+        """Return a bag with these inputs, the prepared one if it fits."""
         ready = self._take()
-        if ready is not None and ready.serves(directory, inputs):
+        if ready is not None and ready.fits(directory, inputs):
             return ready.bag
         if ready is not None:
             ready.bag.discard()
-        return _bag_of(inputs)
+        return _compressed_bag(inputs)
 
     def _prepare(self, directory: Path, inputs: tuple[BagMessage, ...]) -> None:
-        ready = self._ready
-        if ready is not None and ready.serves(directory, inputs):
+        ready = self._prepared
+        if ready is not None and ready.fits(directory, inputs):
             return
         self._discard()
-        bag = _bag_of(inputs)
+        bag = _compressed_bag(inputs)
         if bag.size < _LARGE:
-            self._ready = _Ready(None, inputs, bag)
+            self._prepared = _PreparedBag(None, inputs, bag)
             return
         directory.mkdir(parents=True, exist_ok=True)
         delete_leftovers(directory)
@@ -174,57 +176,57 @@ class Recorder:
         except OSError:
             bag.discard()
             raise
-        self._ready = _Ready(directory, inputs, bag)
+        self._prepared = _PreparedBag(directory, inputs, bag)
 
     def _discard(self) -> None:
         ready = self._take()
         if ready is not None:
             ready.bag.discard()
 
-    def _take(self) -> _Ready | None:
-        """Take what is ready, so that nobody else has it."""
-        with self._taking:
-            ready, self._ready = self._ready, None
+    def _take(self) -> _PreparedBag | None:
+        """Take the prepared bag; it is nobody else's from now on."""
+        with self._prepared_lock:
+            ready, self._prepared = self._prepared, None
         return ready
 
 
 class RunRecorder:
-    """Writes one run.
+    """Writes a single run.
 
     Attributes
     ----------
     failure : str
-        Why it is not recorded; empty as long as it is.
+        Why the run could not be recorded; empty so far.
     path : Path or None
-        Its folder, once it is whole.
+        The run's folder, once it is complete.
     """
 
     def __init__(
         self,
         recorder: Recorder,
         log: Log,
-        how: Recording,
+        options: Recording,
         inputs: tuple[BagMessage, ...],
         beginning: Beginning,
     ) -> None:
-        assert how.directory is not None
+        assert options.directory is not None
         self.failure = ""
         self.path: Path | None = None
         self._recorder = recorder
         self._log = log
-        self._how = how
-        self._directory = how.directory
+        self._options = options
+        self._directory = options.directory
         self._inputs = inputs
         self._beginning = beginning
         self._began = self._written = time.perf_counter()
         self._steps: list[tuple[float, Progress]] = []
         self._bag: BagWriter | None = None
-        self._kept: Future[None] | None = None
-        self._writing = Lock()
+        self._plan_written: Future[None] | None = None
+        self._write_lock = Lock()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
     def wrap_callback(self, on_progress: ProgressCallback) -> ProgressCallback:
-        """Return a callback that also records every step, with all inputs on disk by solving."""
+        """Return a callback that records every step; solving waits until inputs are on disk."""
 
         def recorded(progress: Progress) -> bool:
             now = time.perf_counter()
@@ -239,18 +241,18 @@ class RunRecorder:
         return recorded
 
     def keep_plan(self, payload: bytes, *, published: bool = True) -> None:
-        """Have a plan in the file before anybody else has it: a planner killed then finds it there.
+        """Write the plan before anyone receives it, so that a planner killed later can restore it.
 
         Parameters
         ----------
         payload : bytes
-            The message of it.
+            The serialized plan.
         published : bool
-            Whether it is the one in force from now on, or only answered.
+            Whether the plan is in force from now on, or only returned to the caller.
         """
-        message = answered_plan(self._beginning, payload, published=published)
-        self._kept = self._recorder.do_now(lambda: self._keep(message), self._fail)
-        wait([self._kept], _SECONDS_TO_KEEP)
+        message = plan_message(self._beginning, payload, published=published)
+        self._plan_written = self._recorder.do_now(lambda: self._keep(message), self._fail)
+        wait([self._plan_written], _SECONDS_TO_KEEP)
 
     def finish(
         self,
@@ -260,24 +262,24 @@ class RunRecorder:
         rig: Rig | None = None,
         stamp: Stamp | None = None,
     ) -> Future[None]:
-        """Write the run's end, in the background.
+        """Write the run's end in the background.
 
         Parameters
         ----------
         success : bool
         message : str
-            What the caller is told.
+            The response's message.
         plan, rig : optional
-            If there is a plan: it, and what it is for.
+            The plan, if there is one, and the rig that it is for.
         stamp : tuple of int, optional
-            The plan's, seconds and nanoseconds; now, if it is not given.
+            The plan's stamp, seconds and nanoseconds; now by default.
         """
         at = time.time_ns()
         ending = Ending(success, message, plan, stamp=stamp or stamp_of(at))
         return self._do(lambda: self._finish(ending, plan, rig, at))
 
     def give_up(self) -> None:
-        """Leave the run as it is, partial: there will be no end of it."""
+        """Leave the run partial, without an end."""
         self._do(self._abandon)
 
     def _abandon(self) -> None:
@@ -286,9 +288,9 @@ class RunRecorder:
         self._bag.abandon()
 
     def _wait_for_disk(self, on_progress: ProgressCallback, progress: Progress) -> None:
-        """Wait until the beginning is on disk, or the planner is told to stop.
+        """Wait until the beginning is on disk, or the planner is to stop.
 
-        A disk that hangs costs the recording, not the plan.
+        After a while a hanging disk fails the recording, not the plan.
         """
         until = time.monotonic() + _SECONDS_TO_WAIT
         while not wait([self._on_disk], 0.05).done and on_progress(progress):
@@ -322,7 +324,7 @@ class RunRecorder:
 
     def _write_steps(self) -> None:
         assert self._bag is not None
-        with self._writing:
+        with self._write_lock:
             steps, self._steps = self._steps, []
             for elapsed, progress in steps:
                 self._bag.add(progress_message(self._beginning, elapsed, progress))
@@ -332,41 +334,41 @@ class RunRecorder:
         self._on_disk.result()
         if self._bag is None or self.failure:
             return
-        with self._writing:
+        with self._write_lock:
             self._bag.add(message)
             self._bag.flush()
 
     def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
         if not self._recorder.busy:
             time.sleep(_SECONDS_TO_DELIVER)
-        if self._kept is not None:
-            self._kept.result()  # nobody waited longer than _SECONDS_TO_KEEP
+        if self._plan_written is not None:
+            self._plan_written.result()  # keep_plan() waited for at most _SECONDS_TO_KEEP
         if self.failure:
             return
         self._write_steps()
         assert self._bag is not None
         if plan is not None:
-            if rig is not None and self._how.markers:
+            if rig is not None and self._options.markers:
                 self._bag.add(markers_message(self._beginning, plan, rig, at))
-            ending = replace(ending, answers=plan.answers, fingerprints=fingerprints(plan))
-        if self._kept is not None:
+            ending = replace(ending, stop_log=plan.stop_log, fingerprints=fingerprints(plan))
+        if self._plan_written is not None:
             ending = replace(ending, plan=None)
         for message in ending_messages(self._beginning, ending, at):
             self._bag.add(message)
         self._bag.flush()
         self.path = self._bag.close()
         self._keep_to_limits()
-        self._recorder.prepare(self._directory, self._inputs)  # the next run may well have the same
+        self._recorder.prepare(self._directory, self._inputs)  # probably the next run's as well
 
     def _keep_to_limits(self) -> None:
         try:
-            prune(self._directory, self._how.max_runs, self._how.max_bytes)
+            prune(self._directory, self._options.max_runs, self._options.max_bytes)
         except OSError as error:
             self._log.error(f"old runs in {self._directory} cannot be deleted: {error}")
 
 
-def _bag_of(inputs: tuple[BagMessage, ...]) -> BagWriter:
-    """Return a bag in memory, compressed."""
+def _compressed_bag(inputs: tuple[BagMessage, ...]) -> BagWriter:
+    """Return a compressed bag in memory."""
     bag = BagWriter()
     for message in inputs:
         bag.add(message)
@@ -374,7 +376,7 @@ def _bag_of(inputs: tuple[BagMessage, ...]) -> BagWriter:
     return bag
 
 
-def _done() -> Future[None]:
+def _completed() -> Future[None]:
     done: Future[None] = Future()
     done.set_result(None)
     return done

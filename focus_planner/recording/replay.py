@@ -1,4 +1,4 @@
-"""Planning a recorded run again, as it was or with changes, and comparing the two."""
+"""Replaying recorded runs, unchanged or with changes, and comparing the results."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from focus_planner.recording.run import Ending, Run
 from focus_planner.runtime.log import SilentLog
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
 
-# What differs from run to run.
+# These differ from run to run.
 _SECONDS = ("solve_seconds", "total_seconds")
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """What planning a run again came to.
+    """The result of replaying a run.
 
     Attributes
     ----------
     ending : Ending
     progress : tuple of Progress
     plan : SolvedPlan or None
-        The ending's, with its problem.
+        The ending's plan with its problem.
     rig : Rig or None
-        What the plan is for.
+        The rig that the plan is for.
     """
 
     ending: Ending
@@ -43,14 +43,14 @@ class Replayed:
 
 @dataclass(frozen=True)
 class Difference:
-    """Where two runs of the same begin to differ, or an effect of it.
+    """A difference between a run and its replay.
 
     Attributes
     ----------
     stage : str
-        A fingerprint's, "steps", "plan" or "outcome".
+        A fingerprint's stage, "steps", "plan", "focus" or "outcome".
     what : str
-        How much, in a few words.
+        A short description.
     """
 
     stage: str
@@ -58,24 +58,24 @@ class Difference:
 
 
 def plan_run(
-    run: Run, on_progress: ProgressCallback = never_stop, *, as_it_was: bool = True
+    run: Run, on_progress: ProgressCallback = never_stop, *, stop_as_recorded: bool = True
 ) -> Replayed:
-    """Plan what a run asks for, on the inputs that it had.
+    """Plan a run again, with its request and inputs.
 
     Parameters
     ----------
     run : Run
-        A partial one too.
+        May be incomplete.
     on_progress : callable, optional
-    as_it_was : bool
-        Whether the plan ends where it ended then, whatever its time budget; else where the budget
-        ends it now.
+        Called after every step; return False to stop.
+    stop_as_recorded : bool
+        Whether planning stops at the recorded step; else when the time budget runs out.
     """
-    ended = run.ending is not None and run.ending.success and as_it_was
-    answers = run.ending.answers if run.ending and ended else None
+    ended = run.ending is not None and run.ending.success and stop_as_recorded
+    stop_log = run.ending.stop_log if run.ending and ended else None
     progress: list[Progress] = []
 
-    def noted(step: Progress) -> bool:
+    def record_step(step: Progress) -> bool:
         progress.append(step)
         return on_progress(step)
 
@@ -87,46 +87,46 @@ def plan_run(
             beginning.request,
             settings.optics,
             settings.model,
-            noted,
+            record_step,
             warm_start=beginning.warm_start is not None,
-            answers=answers,
+            stop_log=stop_log,
         )
     except (InputError, NotReady) as error:
         return Replayed(Ending(False, str(error)), tuple(progress))
-    except Exception as error:  # noqa: BLE001 - it may be what the run was recorded for
+    except Exception as error:  # noqa: BLE001 - the run may have been recorded to reproduce it
         return Replayed(Ending(False, internal_error(error)), tuple(progress))
-    ending = Ending(True, "", plan, plan.answers, fingerprints(plan))
+    ending = Ending(True, "", plan, plan.stop_log, fingerprints(plan))
     return Replayed(ending, tuple(progress), plan, rig)
 
 
 def differences(run: Run, replayed: Replayed) -> list[Difference]:
-    """Return how a replay differs from what was recorded, bit for bit; nothing if it does not.
+    """Return how a replay differs from the recorded run, bit for bit; empty if it does not.
 
-    The first that is returned is where the two begin to differ.
+    Differences are in the order of planning: the first is where the two begin to differ.
     """
     assert run.ending is not None
     outcomes = outcome_differences(run, replayed.ending)
     if run.ending.plan is None or replayed.plan is None:
         return outcomes
     return [
-        *_of_fingerprints(run.ending.fingerprints, replayed.ending.fingerprints),
-        *_of_steps(run, replayed.progress),
+        *_fingerprint_differences(run.ending.fingerprints, replayed.ending.fingerprints),
+        *_step_differences(run, replayed.progress),
         *outcomes,
     ]
 
 
 def outcome_differences(run: Run, now: Ending) -> list[Difference]:
-    """Return how another outcome of a run's request differs, whatever it came from."""
+    """Return how an outcome, of a replay or a running node, differs from the recorded one."""
     assert run.ending is not None
     if run.ending.plan is None or now.plan is None:
-        return list(_of_outcomes(run.ending, now))
-    return list(_of_plans(run.ending.plan, now.plan))
+        return list(_outcome_differences(run.ending, now))
+    return list(_plan_differences(run.ending.plan, now.plan))
 
 
 def _feed(planner: Planner, run: Run) -> None:
-    """Let a planner receive what was recorded."""
-    # Where there are two of a kind the older is in force, and the newer was refused beside it,
-    # whatever came between.
+    """Let the planner receive the recorded inputs."""
+    # Of two inputs of a kind, the older is in force and the newer was rejected, whatever arrived
+    # in between.
     arrivals: list[tuple[int, datetime, Callable[[], None]]] = [
         *((k, a.at, partial(planner.surface.receive, a)) for k, a in enumerate(run.surfaces())),
         *((k, a.at, partial(planner.rig.receive, a)) for k, a in enumerate(run.rigs())),
@@ -139,15 +139,15 @@ def _feed(planner: Planner, run: Run) -> None:
 # --- comparing ---------------------------------------------------------------------------------
 
 
-def _of_outcomes(recorded: Ending, now: Ending) -> Iterator[Difference]:
+def _outcome_differences(recorded: Ending, now: Ending) -> Iterator[Difference]:
     if recorded.success or now.success or recorded.message != now.message:
-        told = [
+        before, after = (
             f"a plan of cost {e.plan.cost:.2f}" if e.plan else e.message for e in (recorded, now)
-        ]
-        yield Difference("outcome", f"recorded: {told[0]}; now: {told[1]}")
+        )
+        yield Difference("outcome", f"recorded: {before}; now: {after}")
 
 
-def _of_fingerprints(
+def _fingerprint_differences(
     recorded: Sequence[Fingerprint], now: Sequence[Fingerprint]
 ) -> Iterator[Difference]:
     again = {fingerprint.stage: fingerprint for fingerprint in now}
@@ -156,10 +156,10 @@ def _of_fingerprints(
         if after is None:
             yield Difference(before.stage, "no such stage now")
         elif after != before:
-            yield Difference(before.stage, _how_much(before, after))
+            yield Difference(before.stage, _extent(before, after))
 
 
-def _how_much(before: Fingerprint, after: Fingerprint) -> str:
+def _extent(before: Fingerprint, after: Fingerprint) -> str:
     totals = f"{sum(before.counts)} then, {sum(after.counts)} now"
     if len(before.digests) == 1:
         return f"not the same bits; {totals}"
@@ -172,50 +172,50 @@ def _how_much(before: Fingerprint, after: Fingerprint) -> str:
     return f"{cameras} of {len(before.counts)} cameras {what}; pairs: {totals}"
 
 
-def _of_steps(run: Run, now: Sequence[Progress]) -> Iterator[Difference]:
+def _step_differences(run: Run, now: Sequence[Progress]) -> Iterator[Difference]:
     """Yield the first step that differs."""
-    recorded, again = _numbered(run.progress), _numbered(now)
-    if run.ending and len(run.ending.answers) > 1:
-        # A watch that had said no was told of no more steps.
+    recorded, again = _comparable_steps(run.progress), _comparable_steps(now)
+    if run.ending and run.ending.stop_log.stopped:
+        # Once stopped, the recorded run's callback was not called any more.
         again = again[: len(recorded)]
     none = (0, None)
     for (here, before), (there, after) in zip_longest(recorded, again, fillvalue=none):
-        if _bits(before) != _bits(after):
-            what = f"step {here or there}: {_step(before)} then, {_step(after)} now"
+        if _comparable(before) != _comparable(after):
+            what = f"step {here or there}: {_step_text(before)} then, {_step_text(after)} now"
             yield Difference("steps", what)
             return
 
 
-def _numbered(steps: Sequence[Progress]) -> list[tuple[int, Progress | None]]:
-    """Return the steps and their numbers, without those that earlier runs were not told of."""
+def _comparable_steps(steps: Sequence[Progress]) -> list[tuple[int, Progress | None]]:
+    """Return the numbered steps without those that older versions did not record."""
     return [(number, step) for number, step in enumerate(steps, 1) if step.stage != "cells"]
 
 
-def _bits(step: Progress | None) -> object:
+def _comparable(step: Progress | None) -> object:
     if step is None:
         return None
-    # NaN is equal to NaN here.
+    # By their texts, so that NaN equals NaN.
     return step.stage, step.iteration, repr(step.cost), repr(step.lower_bound)
 
 
-def _step(step: Progress | None) -> str:
+def _step_text(step: Progress | None) -> str:
     if step is None:
         return "none"
     bound = "" if step.lower_bound is None else f", bound {step.lower_bound!r}"
     return f"{step.stage} {step.iteration} of cost {step.cost!r}{bound}"
 
 
-def _of_plans(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
-    names = [each.name for each in fields(FocusPlan) if each.name not in (*_SECONDS, "cameras")]
+def _plan_differences(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
+    names = [f.name for f in fields(FocusPlan) if f.name not in (*_SECONDS, "cameras")]
     values = [(name, getattr(recorded, name), getattr(now, name)) for name in names]
     changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]
     if changed:
         yield Difference("plan", "; ".join(changed))
     if recorded.cameras != now.cameras:
-        yield Difference("focus", _how_far(recorded.cameras, now.cameras))
+        yield Difference("focus", _focus_extent(recorded.cameras, now.cameras))
 
 
-def _how_far(recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]) -> str:
+def _focus_extent(recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]) -> str:
     if [c.name for c in recorded] != [c.name for c in now]:
         return "other cameras"
     changed = [(a, b) for a, b in zip(recorded, now, strict=True) if a != b]

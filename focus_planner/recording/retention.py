@@ -1,4 +1,4 @@
-"""Keeping no more runs than wanted."""
+"""Deleting old runs, to stay within a number of runs and of bytes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,15 @@ from focus_planner.recording.naming import RUN_NAME
 
 
 def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
-    """Delete the oldest runs until no more are left than wanted; return them.
+    """Delete the oldest runs that exceed the limits, and return them.
 
-    Never the newest, and never the newest whole one, if the newest is partial.
-
-    Only folders that are named, and filled, as runs are count and are deleted. One that is being
-    written counts, and is not deleted.
+    The newest run is never deleted, nor is the newest complete one, nor one that is being written.
+    Folders whose names and contents are not those of runs are ignored.
 
     Parameters
     ----------
     directory : Path
-        Where the runs' folders are.
+        The parent of the runs' folders.
     max_runs, max_bytes : int
         0 for no limit.
     """
@@ -34,7 +32,7 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
     deleted = []
     count = size = 0
     for run in newest_first:
-        # Another planner may record here: what it deletes, or renames as it is whole, is gone.
+        # Another planner may record here, and delete or rename its runs at any time.
         with suppress(FileNotFoundError):
             size_of_run = bag_size(run)
             count += 1
@@ -49,7 +47,7 @@ def prune(directory: Path, max_runs: int, max_bytes: int) -> list[Path]:
 
 
 def delete_leftovers(directory: Path) -> None:
-    """Delete bags that were prepared for runs by planners that are dead."""
+    """Delete bags that were prepared for runs by planners that no longer exist."""
     for folder in directory.glob(f".*{PARTIAL}"):
         name = folder.name.removeprefix(".").removesuffix(PARTIAL)
         if RUN_NAME.fullmatch(name) and not folder.is_symlink() and not being_written(folder):
@@ -57,7 +55,7 @@ def delete_leftovers(directory: Path) -> None:
 
 
 def runs_newest_first(directory: Path) -> list[Path]:
-    """Return the folders that are named, and filled, as runs are; partial ones too."""
+    """Return the folders with the names and contents of runs, including partial ones."""
     return sorted(_runs(directory), key=lambda run: run.name, reverse=True)
 
 
@@ -68,6 +66,6 @@ def _runs(directory: Path) -> Iterator[Path]:
             continue
         with suppress(FileNotFoundError):
             files = {file.name for file in folder.iterdir()}
-            # One without any is about to be written.
+            # An empty folder is about to be written.
             if files and files <= {f"{name}_0.mcap", METADATA}:
                 yield folder

@@ -1,4 +1,4 @@
-"""What a recorded run says: from the planner's values to messages, and back."""
+"""Recorded runs: conversion of requests, inputs and results to messages, and back."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ import numpy as np
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
@@ -31,8 +32,12 @@ from focus_planner.messages.reading import (
     mesh_from_bytes,
     plan_from_message,
     poses_from_message,
-    request_from_message,
     rig_from_message,
+)
+from focus_planner.messages.requests import (
+    request_from_message,
+    request_to_fields,
+    request_to_values,
 )
 from focus_planner.messages.typestore import (
     CLOUD,
@@ -52,7 +57,6 @@ from focus_planner.messages.writing import (
     cloud_to_fields,
     mesh_to_bytes,
     plan_to_fields,
-    request_to_fields,
     rig_to_fields,
 )
 from focus_planner.parameters.declaration import Value
@@ -66,13 +70,13 @@ _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PARAMETER = "rcl_interfaces/msg/Parameter"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
-# What has no limits: plans for files, and nodes that are older than limits.
+# Plans for files have no limits; nor had nodes before limits were introduced.
 _WITHOUT_LIMITS = {"max_points": 0, "max_triangles": 0, "max_cameras": 0}
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
 class _ParameterType(IntEnum):
-    """Which field of a parameter's value counts; equal to ``ParameterType.msg``."""
+    """Which field of a parameter's value is used; as in ``ParameterType.msg``."""
 
     BOOL = 1
     INTEGER = 2
@@ -83,23 +87,23 @@ class _ParameterType(IntEnum):
 
 @dataclass(frozen=True)
 class Beginning:
-    """What a plan depends on, beside the surface and the rig.
+    """The request, and all else that a plan depends on besides the surface and the rig.
 
     Attributes
     ----------
     run_id : str
-        The run's name, its folder's, and its plan's.
+        The name of the run and its folder, and the id of its plan.
     planner : str
-        The full name of a node, whose topics the run is recorded under.
+        The node's full name, the prefix of the recorded topics.
     settings : Settings
     asked : dict
-        The fields of the request; what is 0 or "" is taken from the settings.
+        The fields of the request; those that are 0 or "" default to the settings.
     at : int
-        When it was asked for, nanoseconds since the epoch.
+        The time of the request, nanoseconds since the epoch.
     software : dict
         Versions by name.
     warm_start : WarmStart or None
-        What the plan starts from.
+        The earlier plan to start from.
     """
 
     run_id: str
@@ -112,7 +116,7 @@ class Beginning:
 
     @property
     def request(self) -> PlanRequest:
-        """What was asked for, by the request and the settings.
+        """The request, completed from the settings.
 
         Raises
         ------
@@ -125,45 +129,45 @@ class Beginning:
 
 @dataclass(frozen=True)
 class Ending:
-    """What a run came to.
+    """The outcome of a run.
 
     Attributes
     ----------
     success : bool
     message : str
-        What the caller was told.
+        The response's message.
     plan : FocusPlan or None
-    answers : tuple of int
-        The plan's: when it was told to end.
+    stop_log : StopLog
+        Where the plan was ended.
     fingerprints : tuple of Fingerprint
     stamp : tuple of int
-        Of the plan: seconds and nanoseconds.
+        The plan's stamp, seconds and nanoseconds.
     """
 
     success: bool
     message: str
     plan: FocusPlan | None = None
-    answers: tuple[int, ...] = ()
+    stop_log: StopLog = field(default_factory=StopLog)
     fingerprints: tuple[Fingerprint, ...] = ()
     stamp: Stamp = (0, 0)
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run as it was recorded.
+    """A recorded run.
 
     Attributes
     ----------
     path : Path
-        Its folder, or file.
+        Its folder or file.
     inputs : tuple of BagMessage
-        The surfaces and rigs that it had, oldest first.
+        The surfaces and rigs that the planner had, oldest first.
     beginning : Beginning
     progress : tuple of Progress
     ending : Ending or None
-        None if it was cut off.
+        None if the recording is incomplete.
     fault : str
-        Why it is not whole; empty if it is.
+        Why the recording is incomplete; empty if it is complete.
     """
 
     path: Path
@@ -174,7 +178,7 @@ class Run:
     fault: str
 
     def surfaces(self) -> list[Arrival[Surface]]:
-        """Return the surfaces, as messages to be read."""
+        """Return the surfaces as the planner received them."""
         data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
         frame_id = self.beginning.settings.frame_id
         return [
@@ -184,7 +188,7 @@ class Run:
         ]
 
     def rigs(self) -> list[Arrival[Rig]]:
-        """Return the rigs, as messages to be read."""
+        """Return the rigs as the planner received them."""
         frame_id = self.beginning.settings.frame_id
         return [
             _arrival(message, partial(_read_rig, message, frame_id, self._limits))
@@ -194,18 +198,18 @@ class Run:
 
     @property
     def _limits(self) -> Limits:
-        """What refused an input; nothing did where there is a plan, whatever the limits were."""
+        """The limits on inputs; none for a run with a plan, whose inputs were accepted."""
         planned = self.ending is not None and self.ending.success
         return Limits() if planned else self.beginning.settings.limits
 
 
 def stamp_of(at: int) -> Stamp:
-    """Return seconds and nanoseconds."""
+    """Return nanoseconds since the epoch as seconds and nanoseconds."""
     return divmod(at, _NANO)
 
 
 def input_message(arrival: Arrival[Any]) -> BagMessage:
-    """Return a message that a planner received, as it is recorded."""
+    """Return an input that the planner received as the message to record."""
     at = (arrival.at - _EPOCH) // timedelta(microseconds=1) * 1000
     return BagMessage(arrival.topic, arrival.type_name, arrival.payload, at)
 
@@ -221,12 +225,11 @@ def beginning_of(
     software: Mapping[str, str],
     tables: LensTables | None = None,
 ) -> Beginning:
-    """Return the beginning of a run that plans for files.
+    """Return the beginning of a run that plans for files rather than for messages.
 
-    All parameters are the request's, but for the file that the lens tables are from.
+    The parameters are taken from the request, except for the lens tables.
     """
-    values: dict[str, Any] = _WITHOUT_LIMITS | vars(request) | {"frame_id": frame_id}
-    values["time_budget"] = 0.0 if math.isinf(request.time_budget) else request.time_budget
+    values = _WITHOUT_LIMITS | request_to_values(request) | {"frame_id": frame_id}
     values["lens_tables"] = tables.where if tables else ""
     settings = Settings.from_values(values, tables.text if tables else "")
     asked = request_to_fields(request)
@@ -234,14 +237,14 @@ def beginning_of(
 
 
 def inputs_of(beginning: Beginning, surface: Surface, rig: Rig) -> list[BagMessage]:
-    """Return the messages that say what a surface and a rig read from files are."""
+    """Return the input messages for a surface and a rig that were read from files."""
     planner, at = beginning.planner, beginning.at
     messages = surface_messages(planner, surface, rig.frame_id, at)
     return [*messages, rig_message(planner, rig, at)]
 
 
 def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> list[BagMessage]:
-    """Return the messages that say what a surface read from a file is."""
+    """Return the input messages for a surface that was read from a file."""
     if isinstance(surface, PointCloud):
         payload = serialize(CLOUD, cloud_to_fields(surface, frame_id))
         return [BagMessage(f"{planner}/cloud", CLOUD, payload, at)]
@@ -258,12 +261,12 @@ def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> 
 
 
 def rig_message(planner: str, rig: Rig, at: int) -> BagMessage:
-    """Return the message that says what a rig read from a file is."""
+    """Return the input message for a rig that was read from a file."""
     return BagMessage(f"{planner}/rig", RIG, serialize(RIG, rig_to_fields(rig)), at)
 
 
 def beginning_messages(beginning: Beginning) -> list[BagMessage]:
-    """Return the messages that a run begins with, after its inputs."""
+    """Return the messages at the beginning of a run, after its inputs."""
     seconds, nanoseconds = stamp_of(beginning.at)
     warm_start = beginning.warm_start
     run = {
@@ -276,12 +279,15 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
         "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
         "warm_start": {} if warm_start is None else _warm_start_to_fields(warm_start),
     }
-    of_run = partial(_message, beginning)
-    return [of_run("run", _RUN, run), of_run("run/request", _REQUEST, beginning.asked)]
+    message_of_run = partial(_message, beginning)
+    return [
+        message_of_run("run", _RUN, run),
+        message_of_run("run/request", _REQUEST, beginning.asked),
+    ]
 
 
 def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -> BagMessage:
-    """Return the message of one step, so many seconds after the beginning."""
+    """Return the message of a step, ``elapsed`` seconds after the beginning."""
     bound = progress.lower_bound
     fields = {
         "elapsed": elapsed,
@@ -295,7 +301,7 @@ def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -
 
 
 def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
-    """Yield the messages that a run ends with."""
+    """Yield the messages at the end of a run."""
     if ending.plan is not None:
         frame_id = beginning.settings.frame_id
         fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
@@ -303,20 +309,20 @@ def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[B
     result = {
         "success": ending.success,
         "message": ending.message,
-        "answers": ending.answers,
+        "answers": ending.stop_log.to_counts(),
         "fingerprints": [vars(fingerprint) for fingerprint in ending.fingerprints],
     }
     yield _message(beginning, "run/result", _RESULT, result, at)
 
 
-def answered_plan(beginning: Beginning, payload: bytes, *, published: bool) -> BagMessage:
-    """Return the message of a plan, given its bytes; if not published it has another topic."""
+def plan_message(beginning: Beginning, payload: bytes, *, published: bool) -> BagMessage:
+    """Return the message of a serialized plan; unpublished plans have a topic of their own."""
     topic = "focus_plan" if published else "run/focus_plan"
     return BagMessage(f"{beginning.planner}/{topic}", PLAN, payload, time.time_ns())
 
 
 def markers_message(beginning: Beginning, plan: SolvedPlan, rig: Rig, at: int) -> BagMessage:
-    """Return the message that shows a plan in 3D."""
+    """Return the message with a plan's 3D markers."""
     fields = markers_to_fields(plan, rig, stamp_of(at))
     return _message(beginning, "markers", MARKERS, fields, at)
 
@@ -331,7 +337,7 @@ def _message(
 
 @lru_cache(maxsize=8)
 def _parameters(values: tuple[tuple[str, Value], ...]) -> list[Message]:
-    """Return the messages of parameters, which are many and seldom change."""
+    """Return the messages of parameters, cached because they are many and rarely change."""
     return [
         message_of(_PARAMETER, {"name": name, "value": _parameter_to_fields(value)})
         for name, value in values
@@ -363,12 +369,12 @@ def _warm_start_to_fields(warm_start: WarmStart) -> Fields:
 
 
 def read_run(path: Path) -> Run:
-    """Return a run; one that was cut off too, if it goes as far as its request.
+    """Read a run, even an incomplete one as long as it contains the request.
 
     Raises
     ------
     InputError
-        If there is none, or not that much of it.
+        If there is no run, or its request is missing or invalid.
     """
     bag = read_bag(path)
     messages = _by_type(bag)
@@ -379,7 +385,7 @@ def read_run(path: Path) -> Run:
         return _run(path, bag, messages)
     except InputError as error:
         raise InputError(str(path), "a recorded run", f"one with a bad {error}") from None
-    except (TypeError, ValueError, AttributeError) as error:  # values of other kinds than known
+    except (TypeError, ValueError, AttributeError) as error:  # values of unknown types
         why = " ".join(f"one with a bad value: {error}".split())
         raise InputError(str(path), "a recorded run", why, "update focus_planner") from None
 
@@ -486,7 +492,7 @@ def _ending(result: Message, plan: Message | None) -> Ending:
         message=result.message,
         plan=None if plan is None else plan_from_message(plan),
         stamp=(0, 0) if plan is None else (plan.header.stamp.sec, plan.header.stamp.nanosec),
-        answers=tuple(result.answers.tolist()),
+        stop_log=StopLog.from_counts(result.answers.tolist()),
         fingerprints=tuple(
             Fingerprint(f.stage, tuple(f.counts.tolist()), tuple(f.digests.tolist()))
             for f in result.fingerprints

@@ -1,4 +1,4 @@
-"""What a run ran on: versions that a plan may depend on."""
+"""Versions of the software and the kind of machine, which a plan's bits may depend on."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 _PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy", "open3d-cpu", "trimesh")
-# Those that ray casting comes in several versions for.
+# Instruction sets between which the ray-casting library chooses at run time.
 _INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 
 
 @cache
 def software() -> dict[str, str]:
-    """Return versions by name: of the planner, of Python and libraries, the system, the CPU."""
+    """Return the versions of the planner, Python, libraries and system, and the CPU, by name."""
     versions = {name: _version(name) for name in _PACKAGES}
     return {
         **versions,

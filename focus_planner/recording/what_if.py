@@ -1,4 +1,4 @@
-"""What another request, lens or cost would have given: a recorded run with changes."""
+"""What-if analysis: a recorded run with another request, lens, image or cost."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import RIG
-from focus_planner.parameters.declaration import Value
+from focus_planner.parameters.declaration import Value, group
 from focus_planner.parameters.planner import DECLARATIONS, Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Run, rig_message
@@ -21,22 +21,22 @@ from focus_planner.recording.run import Run, rig_message
 _DEFAULTS: dict[str, Value] = {
     declaration.name: declaration.default for declaration in DECLARATIONS
 }
-_OF_CAMERAS = ("lens.", "image.")
-# What says nothing of how to plan, or cannot be changed afterwards.
-_FIXED = ("frame_id", "warm_start")
-# The usual choice of what is sharp on a sensor: its diagonal over 1500.
+_CAMERA_PREFIXES = ("lens.", "image.")
+# These do not affect a plan, or cannot be changed afterwards.
+_NOT_SETTABLE = ("frame_id", "warm_start")
+# The customary circle of confusion is the sensor's diagonal divided by 1500.
 _CIRCLES_PER_DIAGONAL = 1500
 
 
 @dataclass(frozen=True)
 class Changed:
-    """A run with changes, not yet planned.
+    """A changed run that has not been planned yet.
 
     Attributes
     ----------
     run : Run
     notes : tuple of str
-        What was assumed.
+        Assumptions that were made.
     """
 
     run: Run
@@ -44,18 +44,18 @@ class Changed:
 
 
 def settable_names() -> list[str]:
-    """Return the names that can be changed."""
-    names = [d.name for d in DECLARATIONS if d.plans and d.name not in _FIXED]
+    """Return the names of the parameters that can be changed."""
+    names = [d.name for d in DECLARATIONS if d.plans and d.name not in _NOT_SETTABLE]
     return names + [name.removeprefix("lens.") for name in names if name.startswith("lens.")]
 
 
 def parse_changes(assignments: list[str]) -> dict[str, Value]:
-    """Return the changes that texts such as ``"samples=65536"`` ask for, by parameter.
+    """Return the changes in texts such as ``"samples=65536"``, by parameter.
 
     Raises
     ------
     InputError
-        If one is not NAME=VALUE, or names or says what cannot be set.
+        If a text is not NAME=VALUE, the parameter cannot be changed, or the value is invalid.
     """
     changes: dict[str, Value] = {}
     for assignment in assignments:
@@ -72,12 +72,13 @@ def parse_changes(assignments: list[str]) -> dict[str, Value]:
 
 
 def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
-    """Return the run with parameters changed, under a name of its own.
+    """Return the run with changed parameters, under a new name.
 
-    What the request said itself gives way to them. Changes of lens and image apply to every
-    camera, whether it brought its own or not. A lens is given by its hyperfocal distance, or by
-    f-number and circle of confusion: one of these may come from the recording, and the circle,
-    where neither says it, is the sensor's diagonal over 1500.
+    Changes override the values of the recorded request. Changes of lens and image apply to every
+    camera, whether or not it has values of its own. A lens is given by its hyperfocal distance,
+    or by f-number and circle of confusion. If only one of the latter two is given, the other is
+    taken from the recording; a circle of confusion that is not recorded is assumed to be the
+    sensor's diagonal divided by 1500.
 
     Raises
     ------
@@ -86,7 +87,7 @@ def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
     """
     before = run.beginning
     values = dict(before.settings.values)
-    of_cameras = {n: v for n, v in changes.items() if n.startswith(_OF_CAMERAS)}
+    of_cameras = {n: v for n, v in changes.items() if n.startswith(_CAMERA_PREFIXES)}
     values |= {n: v for n, v in changes.items() if n not in of_cameras}
     asked = {n: type(v)() if n in changes else v for n, v in before.asked.items()}
     text = None if "lens_tables" in changes else before.settings.lens_tables_text
@@ -110,21 +111,21 @@ def _value(name: str, text: str) -> Value:
         return type(default)(text)
     except (ValueError, KeyError):
         kinds = {bool: "true or false", int: "a whole number", float: "a number"}
-        kind = kinds.get(type(default), "numbers with commas between")
+        kind = kinds.get(type(default), "numbers separated by commas")
         raise InputError(f"--set {name}", kind, repr(text)) from None
 
 
 def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> Run:
-    """Return the run with every rig that can be read changed, and said in full."""
+    """Return the run with every valid rig changed, in its full form."""
     planner, optics = run.beginning.planner, run.beginning.settings.optics
     changed = {}
     for arrival in run.rigs():
         try:
             rig = arrival.read(optics)
         except InputError:
-            continue  # it was refused, and still is
-        circles = _circles(run, arrival.payload)
-        cameras = tuple(_changed(camera, changes, circles, notes) for camera in rig.cameras)
+            continue  # it was rejected, and still is
+        circles = _recorded_circles(run, arrival.payload)
+        cameras = tuple(_changed_camera(camera, changes, circles, notes) for camera in rig.cameras)
         changed[arrival.payload] = Rig(cameras, rig.frame_id, rig.grid)
     inputs = tuple(
         rig_message(planner, changed[message.payload], message.at)
@@ -135,8 +136,8 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> R
     return replace(run, inputs=inputs)
 
 
-def _circles(run: Run, payload: bytes) -> dict[str, float]:
-    """Return the circles of confusion that a rig's message says, by camera, and the default's."""
+def _recorded_circles(run: Run, payload: bytes) -> dict[str, float]:
+    """Return the recorded circles of confusion by camera; that of the settings under ""."""
     values: dict[str, Any] = dict(run.beginning.settings.values)
     circles: dict[str, float] = {"": values["lens.circle_of_confusion"]}
     message = next(message for message in run.inputs if message.payload == payload)
@@ -147,29 +148,29 @@ def _circles(run: Run, payload: bytes) -> dict[str, float]:
     return circles
 
 
-def _changed(
+def _changed_camera(
     camera: Camera, changes: Mapping[str, Any], circles: Mapping[str, float], notes: list[str]
 ) -> Camera:
-    intrinsics = replace(camera.intrinsics, **_group(changes, "image."))
-    of_lens = _group(changes, "lens.")
-    focal_length = of_lens.get("focal_length", camera.lens.focal_length)
+    intrinsics = replace(camera.intrinsics, **group(changes, "image."))
+    lens_changes = group(changes, "lens.")
+    focal_length = lens_changes.get("focal_length", camera.lens.focal_length)
     known = circles.get(camera.name, circles[""])
 
     def circle() -> float:
-        return known or _usual_circle(intrinsics, focal_length, notes)
+        return known or _default_circle(intrinsics, focal_length, notes)
 
-    lens = _changed_lens(camera.lens, of_lens, focal_length, circle)
+    lens = _changed_lens(camera.lens, lens_changes, focal_length, circle)
     return replace(camera, intrinsics=intrinsics, lens=lens)
 
 
-def _usual_circle(intrinsics: CameraIntrinsics, focal_length: float, notes: list[str]) -> float:
+def _default_circle(intrinsics: CameraIntrinsics, focal_length: float, notes: list[str]) -> float:
     diagonal = focal_length * math.hypot(
         intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
     )
     circle = diagonal / _CIRCLES_PER_DIAGONAL
     note = (
-        f"the recording says no circle of confusion: that of {1e3 * circle:.4f} mm, the sensor's"
-        " diagonal over 1500, is taken (--set circle_of_confusion=... for another)"
+        f"the recording has no circle of confusion: assumed {1e3 * circle:.4f} mm, the sensor's"
+        " diagonal / 1500 (--set circle_of_confusion=... for another)"
     )
     if note not in notes:
         notes.append(note)
@@ -184,13 +185,13 @@ def _changed_lens(
     if f_number is not None or given_circle is not None:
         if changes.get("hyperfocal_distance"):
             raise InputError(
-                "--set", "hyperfocal_distance, or f_number and circle_of_confusion", "both"
+                "--set", "either hyperfocal_distance or f_number and circle_of_confusion", "both"
             )
         f_number = _f_number(lens, circle()) if f_number is None else f_number
         blur = circle() if given_circle is None else given_circle
         changes["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, blur)
     elif "hyperfocal_distance" not in changes:
-        # The same f-number, and the same blur.
+        # Keep the f-number and the circle of confusion.
         ratio = focal_length / lens.focal_length
         changes["hyperfocal_distance"] = lens.hyperfocal_distance * ratio * ratio
     if "max_focus" in changes:
@@ -204,7 +205,3 @@ def _changed_lens(
 
 def _f_number(lens: Lens, circle: float) -> float:
     return float(lens.focal_length**2 / (lens.hyperfocal_distance * circle))
-
-
-def _group(changes: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {n.removeprefix(prefix): v for n, v in changes.items() if n.startswith(prefix)}

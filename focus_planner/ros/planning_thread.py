@@ -13,7 +13,7 @@ from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 
-from focus_planner.core.planning.precompile import warm_up
+from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.typestore import RIG, serialize
@@ -112,5 +112,5 @@ class PlanningThread:
         # The first calls take some time.
         software()
         serialize(RIG, {})
-        warm_up(lambda: not self._stopping.is_set())
+        precompile(lambda: not self._stopping.is_set())
         self._is_warm = not self._stopping.is_set()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import ProgressCallback, never_stop
@@ -106,12 +107,12 @@ class Planner:
         on_progress: ProgressCallback = never_stop,
         *,
         warm_start: bool = False,
-        answers: Sequence[int] | None = None,
+        stop_log: StopLog | None = None,
     ) -> tuple[SolvedPlan, Rig, str]:
         """Return a plan for the surface and the rig in force, that rig, and a reminder.
 
         The reminder says which input is not the newest received, because that was refused. With
-        ``warm_start`` the plan starts from the last one, if there was one. With ``answers`` it is
+        ``warm_start`` the plan starts from the last one, if there was one. With ``stop_log`` it is
         made again, as :func:`focus_planner.core.planning.plan_focus` says.
 
         Raises
@@ -130,7 +131,7 @@ class Planner:
         rig = self.rig.in_force.value
         start = self.warm_start if warm_start else None
         plan = plan_focus(
-            self.surface.in_force.value, rig, request, model, on_progress, start, answers
+            self.surface.in_force.value, rig, request, model, on_progress, start, stop_log
         )
         self.warm_start = plan.warm_start if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]

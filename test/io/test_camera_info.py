@@ -7,7 +7,7 @@ import pytest
 
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.validation import InputError
-from focus_planner.io.camera_info import image_of_camera, load_camera_info
+from focus_planner.io.camera_info import intrinsics_lookup, load_camera_info
 
 # As camera_calibration writes it.
 CALIBRATION = """image_width: 640
@@ -65,8 +65,8 @@ def test_a_fisheye_is_one(tmp_path: Path) -> None:
 def test_one_file_is_all_cameras_and_a_folder_each_ones(tmp_path: Path) -> None:
     path = file(tmp_path, CALIBRATION, "left.yaml")
     file(tmp_path, CALIBRATION.replace("640", "641"), "right.yml")
-    assert image_of_camera(path)("any") == IMAGE
-    of_name = image_of_camera(tmp_path)
+    assert intrinsics_lookup(path)("any") == IMAGE
+    of_name = intrinsics_lookup(tmp_path)
     assert of_name("left") == IMAGE
     assert of_name("right").width == 641
     telling = f"{tmp_path}: expected middle.yaml, a file per camera, got none of that name"

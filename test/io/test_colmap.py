@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.frames import Similarity, pose, similarity_from_matrix
+from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -148,11 +148,11 @@ def test_a_cylinder_comes_back(tmp_path: Path, write: Write) -> None:
 
 @WRITERS
 def test_it_moves_turns_and_scales(tmp_path: Path, write: Write) -> None:
-    model_from_rig = pose("", (1, -2, 3), (0.6, 0, 0, 0.8)) @ Similarity(scale=40.0)
+    model_from_rig = similarity_from_pose("", (1, -2, 3), (0.6, 0, 0, 0.8)) @ Similarity(scale=40.0)
     turned = [
         Camera(camera.name, at.position, at.orientation, camera.intrinsics, camera.lens)
         for camera in RIG.cameras
-        for at in [model_from_rig @ pose("", camera.position, camera.orientation)]
+        for at in [model_from_rig @ similarity_from_pose("", camera.position, camera.orientation)]
     ]
     write(tmp_path, *model_of(Rig(tuple(turned)), pinhole))
     assert_same(load_colmap(tmp_path, rig_from_model=model_from_rig.inverse(), lens=LENS), RIG)
@@ -193,8 +193,8 @@ def test_camera_models_that_camera_info_has_not_are_refused(
 ) -> None:
     write_text(tmp_path, [(1, model, 640, 480, parameters)], ONE[1])
     telling = (
-        "cameras.txt: line 4: expected a camera model that sensor_msgs/CameraInfo can hold exactly,"
-        f" got {got}; estimate the cameras as OPENCV, FULL_OPENCV or OPENCV_FISHEYE"
+        "cameras.txt: line 4: expected a camera model that sensor_msgs/CameraInfo can represent"
+        f" exactly, got {got}; estimate the cameras as OPENCV, FULL_OPENCV or OPENCV_FISHEYE"
     )
     with pytest.raises(InputError, match=re.escape(telling)):
         load_colmap(tmp_path)
@@ -220,7 +220,7 @@ def test_images_can_be_chosen_and_name_cameras(tmp_path: Path, write: Write) -> 
     assert [camera.name for camera in chosen.cameras] == ["left_side", "right"]
     everyone = [camera.name for camera in load_colmap(tmp_path).cameras]
     assert everyone == ["left_side_1", "left_side_2", "right_1"]
-    telling = "images: expected some that match up/*, got none of 3, right/1.jpg among them"
+    telling = "images: expected some that match up/*, got none among 3, for example right/1.jpg"
     with pytest.raises(InputError, match=re.escape(telling)):
         load_colmap(tmp_path, images="up/*")
 
@@ -236,7 +236,12 @@ def fails(folder: Path, telling: str) -> None:
 @pytest.mark.parametrize(
     ("file", "old", "new", "telling"),
     [
-        ("cameras", "1 PINHOLE", "1 WIDE", "line 4: expected a camera model of COLMAP, got WIDE"),
+        (
+            "cameras",
+            "1 PINHOLE",
+            "1 WIDE_ANGLE",
+            "line 4: expected a camera model of COLMAP, got WIDE_ANGLE",
+        ),
         (
             *("cameras", " 240.0", ""),
             "line 4: expected 4 parameters of PINHOLE: fx fy cx cy, got 3",
@@ -246,16 +251,16 @@ def fails(folder: Path, telling: str) -> None:
         ("cameras", "500.0", "nan", "line 4: expected finite numbers, got nan 510.0 320.0 240.0"),
         ("cameras", "500.0", "-1", "line 4: image.fx: expected a number above 0, got -1"),
         ("cameras", " 480 500.0 510.0 320.0 240.0", "", "expected CAMERA_ID MODEL WIDTH HEIGHT"),
-        ("cameras", "240.0\n", "240", "expected a whole txt file, got one whose last line has no"),
+        ("cameras", "240.0\n", "240", "expected a complete txt file, got one whose last line does"),
         ("images", "1 1 0 0 0", "1 2 0 0 0", "line 3: rotation: expected a unit quaternion"),
         ("images", "1 1 0 0 0", "1 nan 0 0 0", "line 3: expected finite numbers"),
-        ("images", "0 1 a.jpg", "0 2 a.jpg", "image a.jpg: camera: expected one that the model"),
+        ("images", "0 1 a.jpg", "0 2 a.jpg", "image a.jpg: camera: expected one of the model"),
         ("images", "1 a.jpg", "", "line 3: expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"),
         (
             *("images", "a.jpg\n", "a.jpg\n2 1 0 0 0 0 0 0 1 b.jpg\n"),
             "line 4: expected the points of a.jpg: X Y POINT3D_ID each, got '2 1 0 0 0 0 0 0 1",
         ),
-        ("images", "1 1 0 0 0 0 0 0 1 a.jpg", "#", "expected some that match *, got none of 0"),
+        ("images", "1 1 0 0 0 0 0 0 1 a.jpg", "#", "expected some that match *, got none among 0"),
         ("images", "0 0 0 1 a.jpg", "0 0 1e9 1 a.jpg", "image a.jpg: camera a: position: expected"),
     ],
 )
@@ -277,9 +282,9 @@ def test_binaries_cut_anywhere_are_refused(tmp_path: Path, file: str) -> None:
     whole = (tmp_path / file).read_bytes()
     for end in range(1, len(whole)):
         (tmp_path / file).write_bytes(whole[:end])
-        fails(tmp_path, f"{file}: expected a whole bin file, got")
+        fails(tmp_path, f"{file}: expected a complete bin file, got")
     (tmp_path / file).write_bytes(whole + b"12")
-    fails(tmp_path, f"{file}: expected a whole bin file, got 2 bytes too many")
+    fails(tmp_path, f"{file}: expected a complete bin file, got 2 bytes too many")
     (tmp_path / file).write_bytes(b"")
     fails(tmp_path, f"{file}: expected COLMAP's binary, got an empty file")
 
@@ -302,13 +307,13 @@ def replace_width(camera: Any, width: int) -> Any:
 def test_a_folder_without_a_model_is_refused(tmp_path: Path) -> None:
     expected = "expected a sparse model: cameras and images, .bin or .txt, got"
     fails(tmp_path / "none", f"none: {expected} no such folder")
-    fails(tmp_path, f"{tmp_path}: {expected} a folder without")
+    fails(tmp_path, f"{tmp_path}: {expected} a folder without them")
     (tmp_path / "file").write_text("a\n")
     fails(tmp_path / "file", f"file: {expected} a file")
     model = tmp_path / "sparse" / "0"
     model.mkdir(parents=True)
     write_text(model, *ONE)
-    fails(tmp_path, f"a folder without; did you mean {model}?")
+    fails(tmp_path, f"a folder without them; did you mean {model}?")
     (model / "images.txt").unlink()
     fails(model, "images.txt: expected COLMAP's text, got no such file")
 

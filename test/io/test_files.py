@@ -6,17 +6,17 @@ from pathlib import Path
 import pytest
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_readable, check_writable, whole_file
+from focus_planner.io.files import atomic_write, check_readable, check_writable
 
 
 def test_a_file_takes_its_place_only_when_it_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_text("old")
-    with pytest.raises(TypeError), whole_file(path) as file:
+    with pytest.raises(TypeError), atomic_write(path) as file:
         file.write(b"half" + path.read_text())  # type: ignore[operator]
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write(b"new")
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
@@ -24,7 +24,7 @@ def test_a_file_takes_its_place_only_when_it_is_whole(tmp_path: Path) -> None:
 
 def test_a_link_stays_a_link_and_permissions_follow_the_umask(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "file")
-    with whole_file(tmp_path / "link") as file:
+    with atomic_write(tmp_path / "link") as file:
         file.write(b"x")
     assert (tmp_path / "link").is_symlink()
     umask = os.umask(0)
@@ -34,7 +34,7 @@ def test_a_link_stays_a_link_and_permissions_follow_the_umask(tmp_path: Path) ->
 
 def test_a_device_is_written_to_as_it_is() -> None:
     check_writable(Path(os.devnull))
-    with whole_file(Path(os.devnull)) as file:
+    with atomic_write(Path(os.devnull)) as file:
         file.write(b"x")
 
 
@@ -51,7 +51,7 @@ def test_where_no_file_can_be_is_told_before(tmp_path: Path, path: str, telling:
 def test_a_full_disk_is_told_in_one_line() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("no /dev/full")
-    with pytest.raises(InputError, match="No space left"), whole_file(Path("/dev/full")) as file:
+    with pytest.raises(InputError, match="No space left"), atomic_write(Path("/dev/full")) as file:
         file.write(b"x" * 100_000)
 
 

@@ -130,11 +130,11 @@ def test_keys_it_does_not_know_are_passed_over(tmp_path: Path) -> None:
     ("text", "telling"),
     [
         ("", "an empty file"),
-        ("{", "no JSON"),
+        ("{", "invalid JSON"),
         ("[]", r"plan\.json"),
         ("{}", "the key 'method'"),
         (plan_to_json(PLAN).replace("unassigned", "lost"), "the key 'LOST'"),
-        (plan_to_json(PLAN)[:-40], "no JSON"),
+        (plan_to_json(PLAN)[:-40], "invalid JSON"),
     ],
 )
 def test_what_is_no_plan_is_refused(tmp_path: Path, text: str, telling: str) -> None:

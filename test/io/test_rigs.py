@@ -18,7 +18,7 @@ from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
-from testing.images import varied
+from testing.intrinsics import varied
 from testing.messages import lens_tables
 
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,12}", fullmatch=True) | st.sampled_from(
@@ -251,7 +251,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, .nan, 0]')}]",
-            r"cameras\[0\]: camera a: position: expected finite metres",
+            r"cameras\[0\]: camera a: position: expected finite coordinates",
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, 0]')}]",
@@ -263,10 +263,10 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (f"cameras: [{CAMERA.replace('a,', '1a,')}]", r"cameras\[0\]: camera name: .*got '1a'"),
         (f"cameras: [{CAMERA.replace('a,', 'yes,')}]", r"cameras\[0\]: camera name: .*got True"),
-        (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected f_number and circle"),
+        (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected both f_number and circle"),
         (
             f"lens: {{f_number: 8, hyperfocal_distance: 9}}\ncameras: [{CAMERA}]",
-            "lens: expected hyperfocal_distance, or .*got values of both",
+            "lens: expected either hyperfocal_distance or .*got both",
         ),
         (
             f"lens: {{focal_length: -1}}\ncameras: [{CAMERA}]",
@@ -296,7 +296,10 @@ def test_a_camera_overrides_what_its_lens_takes(
             f"lens: {{min_focus: 9, table: {TABLE}}}\ncameras: [{CAMERA}]",
             r"yaml: lens\.table: expected distances from min_focus \(9 m\) .*, got 0.4 to 2 m",
         ),
-        (f"image: {{width: 9}}\nimage: {{}}\ncameras: [{CAMERA}]", "line 2, .* image stands twice"),
+        (
+            f"image: {{width: 9}}\nimage: {{}}\ncameras: [{CAMERA}]",
+            "line 2, .* duplicate key image",
+        ),
         (
             f"lens: {{focus_steps: 2.5, min_focus: 1}}\ncameras: [{CAMERA}]",
             r"lens\.focus_steps: expected a whole number",

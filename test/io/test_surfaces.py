@@ -121,7 +121,7 @@ def test_a_gltf_is_read_with_its_buffers_and_poses(tmp_path: Path) -> None:
     assert mesh.vertices[:, 2].max() == pytest.approx(2 + VERTICES[:, 2].max())
     buffer = next(tmp_path.glob("*.bin"))
     buffer.write_bytes(buffer.read_bytes()[:-100])
-    with pytest.raises(InputError, match="whole gltf file"):
+    with pytest.raises(InputError, match="complete gltf file"):
         load_surface(tmp_path / "model.gltf")
 
 
@@ -315,7 +315,7 @@ def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
         (["3 0 1 7"], ["0 0 0", "1 0 0", "0 1 0"], "vertex indices from 0 to 2"),
         (["3 0 1 1"], ["0 0 0", "1 0 0", "0 1 0"], "1 of 1 degenerate"),
         ([], ["0 0 0", "1 0 0", "0 1 0"], "a mesh with none"),
-        (["3 0 1 2"], ["0 0 0", "1 zero 0", "0 1 0"], "whole ply file"),
+        (["3 0 1 2"], ["0 0 0", "1 zero 0", "0 1 0"], "complete ply file"),
     ],
 )
 def test_a_broken_mesh_is_refused(
@@ -332,7 +332,7 @@ def test_a_broken_mesh_is_refused(
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "out of bounds"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangle"),
         ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "NaN"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "last line has no end"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "last line does not end in a newline"),
     ],
 )
 def test_a_broken_obj_is_refused(tmp_path: Path, text: str, telling: str) -> None:

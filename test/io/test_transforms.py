@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from focus_planner.core.rig.camera import CameraIntrinsics
-from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity, pose
+from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity, similarity_from_pose
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -93,7 +93,10 @@ def assert_same(rig: Rig, expected: Rig) -> None:
 
 
 def poses_of(rig: Rig) -> dict[str, Similarity]:
-    return {camera.name: pose("", camera.position, camera.orientation) for camera in rig.cameras}
+    return {
+        camera.name: similarity_from_pose("", camera.position, camera.orientation)
+        for camera in rig.cameras
+    }
 
 
 @pytest.mark.parametrize("dump", [json.dumps, yaml.safe_dump])
@@ -108,8 +111,8 @@ def test_a_cylinder_comes_back(tmp_path: Path, dump: Any, wrapped: bool) -> None
 
 def test_chains_of_body_frames_are_composed(tmp_path: Path) -> None:
     """Each camera hangs as a body frame from a mount that hangs from a turned stand."""
-    stand = pose("", (1, 2, 3), (0.6, 0, 0, 0.8))
-    mount = pose("", (0.1, 0, 0), (0, HALF, 0, HALF))
+    stand = similarity_from_pose("", (1, 2, 3), (0.6, 0, 0, 0.8))
+    mount = similarity_from_pose("", (0.1, 0, 0), (0, HALF, 0, HALF))
     messages = [stamped("floor", "stand", stand)]
     for name, at in poses_of(RIG).items():
         link = mount.inverse() @ at @ BODY_FROM_OPTICAL.inverse()
@@ -119,8 +122,10 @@ def test_chains_of_body_frames_are_composed(tmp_path: Path) -> None:
     assert_same(rig, RIG)
     assert rig.frame_id == "stand"
     (note,) = notes
-    assert note.startswith("taken for body frames, x forward, by their names: cam_0_00, cam_0_01,")
-    assert note.endswith(" cam_0_05 and 6 more; --convention says what they are")
+    assert note.startswith(
+        "assumed from their names to be body frames, x forward: cam_0_00, cam_0_01,"
+    )
+    assert note.endswith(" cam_0_05 and 6 more; set --convention to decide")
     in_floor, _ = load_transforms(path, convention="body", frame_id="hall")
     expected = [stand @ at for at in poses_of(RIG).values()]
     np.testing.assert_allclose(
@@ -190,7 +195,7 @@ def test_frames_can_be_chosen(tmp_path: Path) -> None:
     path = file(tmp_path, TREE)
     rig, notes = load_transforms(path, root="rig")
     assert names(rig) == ["left", "right"]
-    assert notes == ["not taken for cameras: lamp, crater; --cameras says which frames are"]
+    assert notes == ["not used as cameras: lamp, crater; select the cameras' frames with --cameras"]
     rig, notes = load_transforms(path, root="/lamp", cameras="ns/*_frame")
     assert [camera.position for camera in rig.cameras] == [(1, 0, -5), (2, 0, -5)]
     assert notes == []
@@ -201,7 +206,7 @@ def test_frames_can_be_chosen(tmp_path: Path) -> None:
 def test_images_and_lenses_are_given(tmp_path: Path) -> None:
     images = {"left": CameraIntrinsics(640, 480), "right": CameraIntrinsics(320, 240)}
     path = file(tmp_path, TREE)
-    rig, _ = load_transforms(path, root="rig", image_of=images.__getitem__, lens=Lens(0.02))
+    rig, _ = load_transforms(path, root="rig", intrinsics_of=images.__getitem__, lens=Lens(0.02))
     assert {camera.name: camera.intrinsics for camera in rig.cameras} == images
     assert {camera.lens for camera in rig.cameras} == {Lens(0.02)}
 
@@ -226,11 +231,19 @@ def test_millimetres_are_refused_unless_there_is_a_scale(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "options", "telling"),
     [
-        (TREE, {}, "tf.txt: frames: expected one tree, got 2, of world, moon; add the transform"),
+        (
+            TREE,
+            {},
+            "tf.txt: frames: expected one tree, got 2, with the roots world, moon; add the transf",
+        ),
         (TREE, {"root": "rigg"}, "root: expected one of world, rig, ns/left, ns/left_optical_fra"),
         (TREE, {"root": "rigg"}, "and 3 more, got 'rigg'; did you mean rig?"),
-        (TREE, {"root": "rig", "cameras": "c*r"}, "frame crater: expected transforms that lead"),
-        (TREE, {"root": "rig", "cameras": "c*r"}, "to rig, got some that lead to moon"),
+        (
+            TREE,
+            {"root": "rig", "cameras": "c*r"},
+            "frame crater: expected a frame of the tree below",
+        ),
+        (TREE, {"root": "rig", "cameras": "c*r"}, "below rig, got one below moon"),
         (TREE, {"root": "rig", "cameras": "x*"}, "cameras: expected frames that match x*, got onl"),
         (TREE, {"root": "crater"}, "tf.txt: root crater: expected cameras in its tree, got none"),
         (TREE, {"root": "rig", "convention": "up"}, "convention: expected one of optical, body"),
@@ -243,13 +256,13 @@ def test_millimetres_are_refused_unless_there_is_a_scale(tmp_path: Path) -> None
         ("0 0 inf 0 0 0 1 rig a\n", {}, "line 1: translation: expected finite numbers"),
         ("0 0 0 0 0 0 1 a b\n0 0 0 0 0 0 1 b a\n", {}, "frame b: expected a tree, got a cycle"),
         ("0 0 0 0 0 0 1 a c\n0 0 0 0 0 0 1 b c\n", {}, "frame c: expected one parent, got two"),
-        ("0 0 0 0 0 0 1 a c\n0 0 1 0 0 0 1 a c\n", {}, "frame c: expected one place in a, got"),
+        ("0 0 0 0 0 0 1 a c\n0 0 1 0 0 0 1 a c\n", {}, "frame c: expected one pose in a, got"),
         ("--x 1 --frame-id a\n", {}, "line 1: expected a frame's name, got nothing"),
         ("--x 1 --frame-id\n", {}, "line 1: expected a value after each of --x --y --z"),
         ("--up 1 --frame-id a\n", {}, "--child-frame-id, got --up 1 --frame-id a"),
         (
             *("--qz 1 --yaw 1 --frame-id a --child-frame-id b\n", {}),
-            "line 1: expected a quaternion, or roll, pitch and yaw, got both",
+            "line 1: expected either a quaternion or roll, pitch and yaw, got both",
         ),
         ("", {}, "tf.txt: expected a list of transforms, got an empty file"),
         ("# nothing\n", {}, "tf.txt: expected a list of transforms, got none"),

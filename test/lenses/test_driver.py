@@ -122,7 +122,7 @@ def test_the_planners_value_precedes_the_adapters_table():
             FocusOrder("a", 0.4),
             V4L2,
             STEPS,
-            "focus distance: expected metres from 0.5 to inf, which the lens table has, got 0.4",
+            "focus distance: expected 0.5 to inf m, the range of the lens table, got 0.4",
         ),
     ],
 )

@@ -27,21 +27,22 @@ from focus_planner.messages.typestore import definition_of, serialize, type_hash
 from focus_planner.recording import bag as bag_module
 from focus_planner.recording.bag import BagMessage, BagWriter, bag_size, being_written, read_bag
 from focus_planner.recording.run import read_run
+from testing.forked import PIPE, ForkedProcess, run_forked
 from testing.made_up_runs import (
     MARKERS,
     chunk_ends,
     ending,
     input_messages,
+    message_as_json,
     messages,
     parts,
-    plain,
     record_ends,
     run_id,
-    said,
+    without_definitions,
     write,
 )
 
-TRUE = said(messages())
+TRUE = without_definitions(messages())
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +63,7 @@ def reads(tmp_path):
     def read(content):
         file.write_bytes(content)
         bag = read_bag(file)
-        found = said(bag.messages)
+        found = without_definitions(bag.messages)
         assert found == TRUE[: len(found)]
         assert bag.whole is (bag.fault == "")
         assert not bag.whole or found == TRUE
@@ -75,7 +76,7 @@ def reads(tmp_path):
             assert len(found) < len(TRUE)
             assert "\n" not in str(read)
             return bag, None
-        assert said(read.inputs) == said(input_messages())
+        assert without_definitions(read.inputs) == without_definitions(input_messages())
         assert read.beginning.run_id == run_id()
         if bag.whole:
             assert (read.ending, read.fault) == (ending(), "")
@@ -93,7 +94,7 @@ def reads(tmp_path):
 def test_what_is_written_is_read(run):
     bag = read_bag(run)
     assert (bag.whole, bag.fault) == (True, "")
-    assert said(bag.messages) == TRUE
+    assert without_definitions(bag.messages) == TRUE
     assert all(m.definition == definition_of(m.type_name) for m in bag.messages)
     assert read_bag(run / f"{run.name}_0.mcap") == bag
     assert bag_size(run) == sum(file.stat().st_size for file in run.iterdir())
@@ -166,9 +167,9 @@ def test_no_bag_is_ever_written_over(run, tmp_path):
     with pytest.raises(FileExistsError):
         other.open(tmp_path / "run")
     other.abandon()
-    assert said(read_bag(tmp_path / "run.partial").messages) == TRUE[:1]
+    assert without_definitions(read_bag(tmp_path / "run.partial").messages) == TRUE[:1]
     one.close()
-    assert said(read_bag(tmp_path / "run").messages) == TRUE[:1]
+    assert without_definitions(read_bag(tmp_path / "run").messages) == TRUE[:1]
 
 
 def test_a_bag_is_partial_until_it_is_closed(tmp_path):
@@ -196,10 +197,11 @@ def test_an_abandoned_bag_stays_partial_and_is_nobodys(tmp_path):
     bag.add(messages()[0])
     bag.flush()
     bag.abandon()
-    assert said(read_bag(tmp_path / "run.partial").messages) == TRUE[:1]
+    assert without_definitions(read_bag(tmp_path / "run.partial").messages) == TRUE[:1]
     assert not being_written(tmp_path / "run.partial")
 
 
+@pytest.mark.processes
 def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_it(
     tmp_path, monkeypatch
 ):
@@ -210,10 +212,8 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
         if not looking:
             looking.append(0)
             code = "import fcntl, sys, time; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_EX);"
-            process = subprocess.Popen(
-                [sys.executable, "-c", code + "print(flush=True); time.sleep(0.3)", file.name],
-                stdout=subprocess.PIPE,
-            )
+            code += "print(flush=True); time.sleep(0.3)"
+            process = ForkedProcess("testing.source", code, file.name, stdout=PIPE)
             process.stdout.readline()
             looking.append(process)
         mark(file, how)
@@ -221,7 +221,8 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
     monkeypatch.setattr(bag_module.fcntl, "flock", flock)
     bag = BagWriter()
     bag.open(tmp_path / "run")
-    looking[1].communicate()
+    looking[1].stdout.close()
+    assert looking[1].wait(60) == 0
     assert being_written(tmp_path / "run.partial")
     bag.abandon()
 
@@ -235,6 +236,7 @@ def test_a_folder_that_cannot_be_made_is_an_os_error(tmp_path):
         BagWriter().open(tmp_path / "file" / "run")
 
 
+@pytest.mark.processes
 def test_a_full_disk_is_an_os_error_and_what_is_there_is_read(tmp_path):
     code = """
 import resource, signal, sys
@@ -254,13 +256,13 @@ except OSError as error:
     print(error.strerror)
 bag.abandon()
 """
-    out = _python(code, str(tmp_path / "run"))
-    assert out == "File too large\n"
+    done = run_forked("testing.source", code, str(tmp_path / "run"))
+    assert (done.stdout, done.stderr) == ("File too large\n", "")
     bag = read_bag(tmp_path / "run.partial")
-    found = said(bag.messages)
+    found = without_definitions(bag.messages)
     assert 0 < len(found) < len(TRUE)
     assert found == TRUE[: len(found)]
-    assert bag.fault == "a file that is cut off"
+    assert bag.fault == "a truncated file"
     assert not being_written(tmp_path / "run.partial")
 
 
@@ -279,7 +281,7 @@ def test_what_fails_at_the_end_leaves_a_partial_bag(failing, tmp_path, monkeypat
         bag.close()
     bag.abandon()
     assert [path.name for path in tmp_path.iterdir()] == ["run.partial"]
-    assert said(read_bag(tmp_path / "run.partial").messages) == TRUE
+    assert without_definitions(read_bag(tmp_path / "run.partial").messages) == TRUE
 
 
 def test_what_is_no_bag_is_refused_in_one_line(tmp_path):
@@ -346,7 +348,7 @@ def test_rosbags_reads_every_message_by_the_definitions_in_the_bag(run):
     assert sorted(each[:4] for each in found) == sorted(TRUE)
     by_payload = {m.payload: m for m in messages()}
     for *_, payload, _, message in found:
-        assert plain(message) == plain(by_payload[payload].read())
+        assert message_as_json(message) == message_as_json(by_payload[payload].read())
 
 
 def test_mcap_ros2_reads_the_same_values(run):
@@ -356,7 +358,7 @@ def test_mcap_ros2_reads_the_same_values(run):
         decoded = reader.iter_decoded_messages(log_time_order=False)
         for _, channel, message, content in decoded:
             found.append((channel.topic, message.log_time, _slots(content)))
-    assert found == [(m.topic, m.at, plain(m.read())) for m in messages()]
+    assert found == [(m.topic, m.at, message_as_json(m.read())) for m in messages()]
 
 
 def _slots(value):
@@ -364,7 +366,7 @@ def _slots(value):
         return {name: _slots(getattr(value, name)) for name in value.__slots__}
     if isinstance(value, (list, tuple)) and value and hasattr(value[0], "__slots__"):
         return [_slots(item) for item in value]
-    return plain(list(value) if isinstance(value, memoryview) else value)
+    return message_as_json(list(value) if isinstance(value, memoryview) else value)
 
 
 _PACKAGES = (
@@ -441,6 +443,7 @@ def node_modules(tmp_path_factory):
     return folder
 
 
+@pytest.mark.processes
 def test_foxgloves_readers_read_the_same_values(run, node_modules):
     (node_modules / "read.js").write_text(_READER)
     command = ["node", "read.js", str(run / f"{run.name}_0.mcap")]
@@ -450,7 +453,7 @@ def test_foxgloves_readers_read_the_same_values(run, node_modules):
     assert done.returncode == 0, done.stderr
     read = json.loads(done.stdout)
     assert read["profile"] == "ros2"
-    expected = [[m.topic, m.type_name, str(m.at), plain(m.read())] for m in messages()]
+    expected = [[m.topic, m.type_name, str(m.at), message_as_json(m.read())] for m in messages()]
     assert MARKERS in {each[1] for each in read["found"]}
     found, expected = (
         sorted(json.dumps(_as_python(each), sort_keys=True) for each in values)
@@ -487,7 +490,7 @@ def test_what_is_cut_off_is_read_up_to_the_last_whole_chunk(data, reads):
         complete = sum(end <= length for end in chunks)
         assert len(bag.messages) == sum(sizes[:complete])
         assert not bag.whole
-        assert bag.fault in {"a file that is cut off", "an empty file"}
+        assert bag.fault in {"a truncated file", "an empty file"}
         assert (run is None) is (complete < 2)
         if run is not None:
             assert len(run.progress) == sum(sizes[2:complete][:2])
@@ -565,6 +568,7 @@ def _data_end(data):
     return next(end for start, end in pairwise(ends) if data[start] == 0x0F)
 
 
+@pytest.mark.processes
 def test_a_broken_length_takes_no_memory(data, tmp_path):
     files = []
     for k, content in enumerate(_greedy(data)):

@@ -45,7 +45,7 @@ from focus_planner.recording.run import (
 from testing import messages as build
 from testing.problems import sphere, torus
 from testing.runs import RIG as SMALL_RIG
-from testing.runs import TORUS, begun, cloud, record, rewritten, with_payload
+from testing.runs import TORUS, beginning_with, cloud, record, rewritten, with_payload
 
 RUN = "focus_planner_msgs/msg/Run"
 AT = 1_700_000_000_123_456_000
@@ -135,7 +135,7 @@ def mixed_rig():
 
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES.keys())
 def test_a_surface_is_read_to_the_bit(surface, tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     run = written(tmp_path, beginning, inputs_of(beginning, surface, SMALL_RIG))
     (arrival,) = run.surfaces()
     assert arrival.topic == ("/focus_planner/" + ("mesh" if isinstance(surface, Mesh) else "cloud"))
@@ -149,7 +149,7 @@ def test_a_surface_is_read_to_the_bit(surface, tmp_path):
 @given(st.data())
 def test_any_cloud_is_read_to_the_bit(data):
     surface = data.draw(build.clouds())
-    beginning = begun()
+    beginning = beginning_with()
     with tempfile.TemporaryDirectory() as folder:
         run = written(Path(folder), beginning, inputs_of(beginning, surface, SMALL_RIG))
     assert same_surface(run.surfaces()[0].read(Optics()), surface)
@@ -157,7 +157,7 @@ def test_any_cloud_is_read_to_the_bit(data):
 
 def test_a_rig_of_every_kind_of_camera_is_read_to_the_bit(tmp_path):
     rig = mixed_rig()
-    beginning = begun(rig=rig)
+    beginning = beginning_with(rig=rig)
     run = written(tmp_path, beginning, inputs_of(beginning, TORUS, rig))
     (arrival,) = run.rigs()
     # repr has all digits, and tells -0.0 from 0.0.
@@ -167,7 +167,7 @@ def test_a_rig_of_every_kind_of_camera_is_read_to_the_bit(tmp_path):
 @settings(max_examples=30)
 @given(build.rigs())
 def test_any_rig_is_read_to_the_bit(rig):
-    beginning = begun(rig=rig)
+    beginning = beginning_with(rig=rig)
     with tempfile.TemporaryDirectory() as folder:
         run = written(Path(folder), beginning, inputs_of(beginning, TORUS, rig))
     assert repr(run.rigs()[0].read(Optics())) == repr(rig)
@@ -178,7 +178,7 @@ def test_poses_take_image_and_lens_from_the_parameters(tmp_path):
     values |= {"lens.hyperfocal_distance": 0.0, "frame_id": "booth"}
     rig = mixed_rig()
     payload = serialize(POSES, poses_to_fields(rig))
-    beginning = replace(begun(), settings=Settings.from_values(values))
+    beginning = replace(beginning_with(), settings=Settings.from_values(values))
     topic = "/focus_planner/camera_poses"
     run = written(tmp_path, beginning, [BagMessage(topic, POSES, payload, AT)])
     (arrival,) = run.rigs()
@@ -191,7 +191,7 @@ def test_poses_take_image_and_lens_from_the_parameters(tmp_path):
 
 
 def test_inputs_keep_their_times_and_their_order(tmp_path):
-    beginning = begun()
+    beginning = beginning_with()
     rigs = [
         rig_message("/focus_planner", SMALL_RIG, AT + 2000),
         rig_message("/focus_planner", mixed_rig(), AT + 3000),
@@ -241,7 +241,7 @@ def test_every_parameter_is_read_as_it_was(tmp_path):
     values = {d.name: other_than_default(d) for d in DECLARATIONS}
     before = Settings.from_values(values, TABLES)
     assert {type(value) for _, value in before.values} == {bool, int, float, str, tuple}
-    run = written(tmp_path, replace(begun(), settings=before), [])
+    run = written(tmp_path, replace(beginning_with(), settings=before), [])
     assert run.beginning.settings == before
     assert [type(v) for _, v in run.beginning.settings.values] == [
         type(v) for _, v in before.values
@@ -253,7 +253,7 @@ def test_every_parameter_is_read_as_it_was(tmp_path):
 def test_lens_tables_are_read_as_their_file_had_them_then(tmp_path):
     path = tmp_path / "lenses.yaml"
     path.write_text(TABLES)
-    beginning = begun(lens_tables=str(path))
+    beginning = beginning_with(lens_tables=str(path))
     path.unlink()
     run = written(tmp_path, beginning, inputs_of(beginning, TORUS, SMALL_RIG))
     (message,) = (m for m in read_bag(run.path).messages if m.type_name == RUN)
@@ -280,7 +280,7 @@ def test_any_request_is_read_as_it_was(request):
     if request.seed >= 2**63:  # parameters have a sign
         request = replace(request, seed=request.seed - 2**63)
     with tempfile.TemporaryDirectory() as folder:
-        run = written(Path(folder), begun(request), [])
+        run = written(Path(folder), beginning_with(request), [])
     assert run.beginning.request == request
 
 
@@ -293,11 +293,11 @@ def test_any_request_is_read_as_it_was(request):
     ],
 )
 def test_what_only_parameters_say_is_read_too(request_, tmp_path):
-    assert written(tmp_path, begun(request_), []).beginning.request == request_
+    assert written(tmp_path, beginning_with(request_), []).beginning.request == request_
 
 
 def test_a_request_that_leaves_things_out_takes_the_parameters(tmp_path):
-    beginning = replace(begun(PlanRequest("average", 55)), asked={"seed": 9})
+    beginning = replace(beginning_with(PlanRequest("average", 55)), asked={"seed": 9})
     run = written(tmp_path, beginning, [])
     assert run.beginning.request == PlanRequest("average", 55, 9)
     assert run.beginning.asked["method"] == ""
@@ -328,7 +328,7 @@ def test_the_rest_of_a_beginning_is_read_as_it_was(tmp_path):
 def test_a_warm_start_is_read_to_the_bit(prices, tmp_path):
     random = np.random.default_rng(1)
     warm_start = WarmStart(("a", "a", "b"), random.random(3), random.normal(size=(5, 3)), prices)
-    read = written(tmp_path, begun(warm_start=warm_start), []).beginning.warm_start
+    read = written(tmp_path, beginning_with(warm_start=warm_start), []).beginning.warm_start
     assert read.names == warm_start.names
     for name in ("focus_distances", "points", "prices"):
         assert same_bits(getattr(read, name), getattr(warm_start, name))
@@ -340,7 +340,7 @@ def test_progress_is_read_as_it_was(tmp_path):
         Progress("em", 0, 1 / 3, 0.1 + 0.2),
         Progress("prices", 4, 712.25, -math.inf),
     ]
-    beginning = begun()
+    beginning = beginning_with()
     run = written(tmp_path, beginning, [], [(0.25 * k, step) for k, step in enumerate(steps)])
     assert repr(run.progress) == repr(tuple(steps))
     times = [m.at for m in read_bag(run.path).messages if m.topic.endswith("progress")]
@@ -353,7 +353,7 @@ def test_any_plan_is_read_as_it_was(plan):
     prints = (Fingerprint("samples", (3,), (2**64 - 1,)), Fingerprint("costs", (1, 0), (7, 8)))
     ending = Ending(True, "told", plan, (3, 1, 2), prints, (17, 999_999_999))
     with tempfile.TemporaryDirectory() as folder:
-        run = written(Path(folder), begun(), [], (), ending)
+        run = written(Path(folder), beginning_with(), [], (), ending)
     assert run.fault == ""
     assert run.ending == ending
     assert repr(run.ending.plan) == repr(plan)
@@ -361,7 +361,7 @@ def test_any_plan_is_read_as_it_was(plan):
 
 def test_a_run_that_failed_is_read_as_it_was(tmp_path):
     ending = Ending(False, "rig: expected «poses», got none yet")
-    run = written(tmp_path, begun(), [], (), ending)
+    run = written(tmp_path, beginning_with(), [], (), ending)
     assert run.ending == ending
     assert run.fault == ""
 

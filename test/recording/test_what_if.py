@@ -26,7 +26,7 @@ from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import Run, inputs_of, read_run, surface_messages
 from focus_planner.recording.what_if import parse_changes, settable_names, with_changes
-from testing.runs import REQUEST, TORUS, Log, begun, record
+from testing.runs import REQUEST, TORUS, Log, beginning_with, record
 from testing.runs import RIG as SMALL_RIG
 
 OWN = SMALL_RIG.cameras[0].lens
@@ -45,7 +45,7 @@ def lens_fields(**values):
 
 def run_of(messages, **values):
     """A run on these inputs, not written anywhere."""
-    beginning = begun(**values)
+    beginning = beginning_with(**values)
     surface = surface_messages(beginning.planner, TORUS, "world", beginning.at)
     inputs = (*surface, *(replace(m, at=beginning.at) for m in messages))
     return Run(None, inputs, beginning, (), None, "")
@@ -138,7 +138,7 @@ def test_several_changes_are_taken_together():
     ("assignments", "told"),
     [
         (["samples"], "--set: expected NAME=VALUE, got 'samples'"),
-        (["=3"], "--set: expected one of method, k, .*, got ''"),
+        (["=3"], "--set: expected one of method, samples, .*, got ''"),
         (["sample=3"], "--set: expected one of method, .*, got 'sample'"),
         (["record_directory=/tmp"], "got 'record_directory'"),
         (["warm_start=true"], "got 'warm_start'"),
@@ -147,8 +147,8 @@ def test_several_changes_are_taken_together():
         (["samples=1e3"], "--set samples: expected a whole number, got '1e3'"),
         (["samples="], "--set samples: expected a whole number, got ''"),
         (["f_number=f/8"], "--set lens.f_number: expected a number, got 'f/8'"),
-        (["lens.focus_distances=a,b"], "expected numbers with commas between, got 'a,b'"),
-        (["focus_distances="], "expected numbers with commas between, got ''"),
+        (["lens.focus_distances=a,b"], "expected numbers separated by commas, got 'a,b'"),
+        (["focus_distances="], "expected numbers separated by commas, got ''"),
         (["f_number=8", "lens.f_number=4"], "--set: expected lens.f_number once, got twice"),
         (["k=2", "k=2"], "--set: expected k once, got twice"),
     ],
@@ -231,7 +231,10 @@ def test_the_cost_is_changed(run):
         (["gap=nan"], "gap: expected a number of at least 0"),
         (["focal_length=0"], "focal_length: expected a number above 0"),
         (["hyperfocal_distance=-1"], "hyperfocal_distance: expected a number above"),
-        (["f_number=8", "hyperfocal_distance=5"], "expected hyperfocal_distance, or f_number"),
+        (
+            ["f_number=8", "hyperfocal_distance=5"],
+            "expected either hyperfocal_distance or f_number",
+        ),
         (["circle_of_confusion=3e-5", "hyperfocal_distance=5"], "got both"),
         (["focus_steps=5"], "expected a number above focal_length"),
         (["focus_distances=0.5,1", "focus_steps=5", "min_focus=0.2"], "got both"),
@@ -290,7 +293,7 @@ def test_lens_tables_can_be_given_and_taken_away(run, tmp_path):
     table = LensTable("steps", True, (1.0, 5.0), (0.0, 64.0))
     assert {lens.table for lens in lenses_of(after)} == {table}
     file.unlink()  # what it said is in the run
-    told = plan_run(after, as_it_was=False).plan
+    told = plan_run(after, stop_as_recorded=False).plan
     for camera in told.cameras:
         assert camera.device_value == table.value_at(camera.focus_distance)
         assert camera.focus_distance in table.settable_distances
@@ -343,7 +346,7 @@ def test_an_f_number_takes_the_usual_circle_of_the_sensor_and_says_so(run):
     for lens in lenses_of(after.run):
         assert lens.hyperfocal_distance == pytest.approx(expected, rel=1e-12)
     (note,) = after.notes
-    assert f"that of {1000 * diagonal / 1500:.4f} mm, the sensor's diagonal over 1500" in note
+    assert f"assumed {1000 * diagonal / 1500:.4f} mm, the sensor's diagonal / 1500" in note
     assert "--set circle_of_confusion=" in note
 
 
@@ -396,7 +399,7 @@ def without_seconds(plan):
     ],
 )
 def test_it_is_the_plan_that_these_changes_give(run, assignments, request_, lens, model):
-    again = plan_run(changed(run, *assignments).run, as_it_was=False)
+    again = plan_run(changed(run, *assignments).run, stop_as_recorded=False)
     cameras = tuple(replace(c, lens=replace(OWN, **lens)) for c in SMALL_RIG.cameras)
     request = replace(REQUEST, **request_)
     expected = plan_focus(Scene(TORUS), replace(SMALL_RIG, cameras=cameras), request, model)
@@ -410,9 +413,9 @@ def test_the_changed_run_is_recorded_and_replayed_as_one_of_its_own(run, tmp_pat
     log = Log()
     recorder = Recorder(log)
     record_ = recorder.begin(Recording(tmp_path), after.inputs, after.beginning)
-    again = plan_run(after, record_.wrap_callback(lambda _: True), as_it_was=False)
+    again = plan_run(after, record_.wrap_callback(lambda _: True), stop_as_recorded=False)
     record_.finish(True, again.plan.summary(), again.plan, again.rig)
-    assert recorder.close(30)
+    assert recorder.close(240)
     assert log.errors == []
     read = read_run(record_.path)
     assert read.beginning.run_id == after.beginning.run_id != run.beginning.run_id
@@ -436,5 +439,5 @@ def test_inputs_of_a_file_keep_what_is_not_changed(run):
     assert after.inputs == run.inputs
     lens = changed(run, "max_focus=3").run
     assert [m.payload for m in lens.inputs][:-1] == [m.payload for m in run.inputs][:-1]
-    beginning = begun()
+    beginning = beginning_with()
     assert inputs_of(beginning, TORUS, rig_of(lens))[-1].payload == lens.inputs[-1].payload

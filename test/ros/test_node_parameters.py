@@ -141,7 +141,7 @@ def test_a_lens_of_certain_distances(make_node):
     assert change(node, lens__focus_distances=[3.0]).successful
     assert parameters.current.optics.lens == Lens(focus_distances=(3.0,))
     result = change(node, lens__focus_steps=9, lens__min_focus=0.4)
-    assert "focus_distances or focus_steps, got both" in result.reason
+    assert "either focus_distances or focus_steps, got both" in result.reason
     assert change(
         node, lens__focus_distances=[0.0], lens__focus_steps=9, lens__min_focus=0.4
     ).successful

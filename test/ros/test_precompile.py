@@ -11,12 +11,13 @@ import pytest
 from focus_planner.core import kernels
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
-from focus_planner.core.planning.precompile import warm_up
+from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, PointCloud
+from testing.clock import Clock
 
 
 def compiled():
@@ -35,7 +36,7 @@ def compiled():
 
 @pytest.fixture(scope="module")
 def warm():
-    warm_up()
+    precompile()
     return compiled()
 
 
@@ -62,17 +63,18 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
         "weighted cloud": PointCloud(points, importance=points[:, 2]),
     }[kind]
     scene = Scene(surface)
-    budget = 0.5 if method == "optimal" else math.inf  # a proof may take minutes
+    # A proof may take minutes, so it gets so many questions whether to go on.
+    budget = 50.0 if method == "optimal" else math.inf
     for scope, tuples, k in product(SCOPES, TUPLES, (2, 3)):
         for samples in (150, 0) if "cloud" in kind else (150,):
             request = PlanRequest(
                 method, samples, k=k, scope=scope, tuples=tuples, time_budget=budget
             )
-            plan_focus(scene, rig, request)
+            plan_focus(scene, rig, request, clock=Clock(1.0))
         if method != "k_view":
             break
     assert compiled() == warm
-    # Posing that may be ended, after one question or after some; lists, brackets, a budget.
+    # Formulation that may be stopped, after one question or after some; lists, brackets, a budget.
     for samples in (4000, 0) if "cloud" in kind else (4000,):
         for answers in ([False], [True, True, False]):
             formulate_problem(
@@ -81,8 +83,8 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
     listed = Lens(focus_distances=(0.6, 0.8, 1.0, 1.2, 1.4))
     for lens in (rig.cameras[0].lens, listed):
         cameras = Rig(tuple(replace(camera, lens=lens) for camera in rig.cameras))
-        request = PlanRequest(method, 150, shots=2, depth_tolerance=0.002, time_budget=0.5)
-        plan_focus(scene, cameras, request)
+        request = PlanRequest(method, 150, shots=2, depth_tolerance=0.002, time_budget=50.0)
+        plan_focus(scene, cameras, request, clock=Clock(1.0))
     assert compiled() == warm
 
 
@@ -99,5 +101,5 @@ def test_every_kernel_that_a_plan_enters_is_compiled(warm):
 
 def test_it_stops_when_told():
     asked = []
-    warm_up(lambda: asked.append(1) or len(asked) < 3)
+    precompile(lambda: asked.append(1) or len(asked) < 3)
     assert len(asked) == 3

@@ -436,10 +436,10 @@ def test_the_first_plan_may_start_from_one_made_elsewhere(ready):
     assert planner.warm_start.prices is two.prices
 
 
-def test_a_plan_is_made_again_from_its_answers(ready):
+def test_a_plan_is_made_again_from_its_stop_log(ready):
     steps = iter([True] * 3 + [False] * 99)
     ended = ready.planner.plan(REQUEST, Optics(), on_progress=lambda _: next(steps))[0]
-    again = ready.planner.plan(REQUEST, Optics(), answers=ended.answers)[0]
+    again = ready.planner.plan(REQUEST, Optics(), stop_log=ended.stop_log)[0]
     assert again.cameras == ended.cameras
     assert not ended.converged
     assert not again.converged

@@ -1,1 +1,1 @@
-"""Nodes in processes of their own, and what is said to them."""
+"""Nodes in processes of their own, and clients that talk to them."""

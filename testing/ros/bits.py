@@ -1,5 +1,6 @@
-"""Messages to compare: a NaN in them is equal to itself; what fills gaps in bytes is not seen."""
+"""Comparison of messages: NaN equals NaN, and padding bytes are ignored."""
 
 
 def bits(message):
+    """Return all that a message says: NaN is equal to itself, and padding is left out."""
     return repr(message)

@@ -1,4 +1,4 @@
-"""What is asked of a running node, and waited for."""
+"""Calls to a running node, and waiting for conditions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from dataclasses import replace
 from focus_planner.messages.reading import plan_from_message
 from testing.ros.planner_process import PATIENCE
 
-FEW = ("-p", "samples:=300", "-p", "fresh_samples:=300")
+# Small plans, and calls that wait for their turn however busy the machine is.
+FEW = (
+    *("-p", "samples:=300"),
+    *("-p", "fresh_samples:=300"),
+    *("-p", f"service_max_wait:={float(PATIENCE)}"),
+)
 
 
 @contextmanager
@@ -20,20 +25,21 @@ def having(client, **parameters):
         name.replace(".", "__"): list(value) if isinstance(value, tuple) else value
         for name, value in client.get_parameters(names).items()
     }
-    set_(client, **parameters)
+    set_parameters(client, **parameters)
     try:
         yield
     finally:
-        set_(client, **own)
+        set_parameters(client, **own)
 
 
-def set_(client, **parameters):
+def set_parameters(client, **parameters):
+    """Set parameters of the node, all of which it accepts."""
     results = client.set_parameters(**parameters)
     assert all(result.successful for result in results), results
 
 
 def until(condition):
-    """Wait for it, and return it."""
+    """Wait until the condition holds, and return its value."""
     end = time.monotonic() + PATIENCE
     while not (found := condition()):
         assert time.monotonic() < end, "it never came"
@@ -42,5 +48,5 @@ def until(condition):
 
 
 def what_counts(plan):
-    """All of a plan but its name and its times."""
+    """All of a plan except its id and times."""
     return replace(plan_from_message(plan), solve_seconds=0.0, total_seconds=0.0)

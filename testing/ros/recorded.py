@@ -1,4 +1,4 @@
-"""What a running node records, and what it is sent to be recorded."""
+"""Runs that a running node records, and the inputs sent to it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ TYPES = {"mesh": MESH, "cloud": CLOUD, "camera_poses": POSES, "rig": RIG}
 
 
 def whole(folder):
-    """Return the finished runs by name, which is by time."""
+    """Return the finished runs in the order of time."""
     found = sorted(folder.iterdir()) if folder.exists() else []
     return {path.name: path for path in found if not path.name.endswith(PARTIAL)}
 
 
 def recorded(client, folder, **request):
-    """Call for a plan; return the answer and its run."""
+    """Request a plan; return the response and its run."""
     before = whole(folder).keys()
     answer = client.plan(**request)
     (name,) = until(lambda: whole(folder).keys() - before)
@@ -38,8 +38,12 @@ def recorded(client, folder, **request):
 
 
 def assert_reproduced(run):
+    """Check that a run is whole, and its plan the same to the bit when it is planned again."""
     assert run.fault == ""
     assert differences(run, plan_run(run)) == []
+
+
+# Of each input a payload, in either byte order.
 
 
 def mesh_payload(body, rig, little):
@@ -60,10 +64,12 @@ def rig_payload(body, rig, little):
 
 
 def in_cdr(type_name, fields, little):
+    """Return a message serialized in either byte order."""
     message = message_of(type_name, fields)
     return bytes(_store().serialize_cdr(message, type_name, little_endian=little))
 
 
 def moved(rig, factor):
+    """Return a rig whose cameras are so many times as far from the origin."""
     cameras = [replace(c, position=tuple(factor * x for x in c.position)) for c in rig.cameras]
     return replace(rig, cameras=tuple(cameras))

@@ -1,1 +1,1 @@
-"""Bounds: what no plan can be better than."""
+"""Lower bounds on the cost of every plan: Lagrangian prices, and branch and bound on them."""

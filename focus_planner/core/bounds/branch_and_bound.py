@@ -1,4 +1,4 @@
-"""Branch and bound on prices: what is left of the gap where the relaxation is torn.
+"""Branch and bound on prices: closes the gap that the relaxation leaves (docs/algorithm.md).
 
 A node confines cameras to parts of their cells. It branches on a camera whose best cell, over the
 last price steps, alternated between cells with a valley between them, and cuts it there in two. A
@@ -6,13 +6,14 @@ child inherits its parent's prices; only those near the cut camera need to adapt
 node cost a tenth of a bound from nothing. Reduced costs cut off the cells at either end of each
 range that no better plan can use. The node with the highest bound goes first.
 
-Which camera: the one whose two halves lower the bound most, by the geometric mean, tried out. What
-trying found is inherited, since tears are local, and ranks the cameras to try; what has not been
-tried ranks by how often and how deeply it alternated. With that, and steps that aim beyond the
-goal, a hundred nodes close a body with 8,192 samples to 1e-4, where three thousand had not.
+The camera to branch on is chosen by strong branching: the one whose two halves lower the bound
+most, by the geometric mean. Children inherit what was measured, since fractional solutions are
+local, and rank the candidates by it; cameras not yet measured rank by how often and how deeply they
+alternated. With this, and steps that aim beyond the goal, a hundred nodes close a body with 8,192
+samples to 1e-4, where three thousand had not.
 
-Tried on bodies beside it: HiGHS on what reduced costs leave, slower at every size; and pairs of
-cameras as blocks of their own in the bound, solved exactly by the sweep of kernels/pairs.py, which
+Also tried on bodies: HiGHS on the problem that reduced costs leave, slower at every size; and a
+bound whose blocks are pairs of cameras, solved exactly by the sweep of ``kernels/pairs.py``, which
 closed a quarter of the gap at most.
 """
 
@@ -30,28 +31,29 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.problem.gains import Gains
 
-# A price adapts within the cameras that overlap most with the cut one; each so many generations
-# all prices adapt.
+# Only prices around the cameras that overlap most with the branched one adapt; every few
+# generations all do.
 _NEAR = 20
 _WIDE_EVERY = 4
-_REACH = 3  # as in prices.py, 2^-3 of the sample's most
+# Pairs that gain less than the price by more than 2^-3 of the sample's largest gain are inactive.
+_REACH = 3
 _STEPS = 90
-# Cameras to try at the root, and at other nodes, unless one lowers the bound by nearly as much as
-# is expected of the next; and the part of the slack that even a half that lowers it by less counts.
+# How many cameras to try at the root and at other nodes, unless one lowers the bound by nearly as
+# much as is expected of the next; and the least part of the slack that a half counts with.
 _ROOT_TRIES, _TRIES = 24, 4
 _ENOUGH = 0.8
 _LEAST = 1e-3
-# Work of one batch of nodes, in pairs times steps: some 20 ms.
+# Work on one batch of nodes, in pairs times steps: some 20 ms.
 _WORK = 20_000_000
 _OPEN_BYTES = 1_000_000_000
 
 
 @dataclass(order=True)
 class _Node:
-    """``low``, ``high`` (C,), ``price`` (N,), ``score``, ``split`` (C,); highest bound first.
+    """An open node; its arrays are a row each of :class:`kernels.Nodes`. Highest bound first.
 
     ``worth`` (C,) is by how much branching on a camera lowered the bound when it was last tried,
-    there or above; NaN where it was not.
+    at this node or an ancestor; NaN where it was not.
     """
 
     negative_bound: int
@@ -67,7 +69,7 @@ class _Node:
 
 
 class _Part(NamedTuple):
-    """A node of which one camera is to be confined to some of its cells; -1 for none."""
+    """A part of a node: one camera, -1 for none, confined to cells ``first`` to ``last``."""
 
     node: _Node
     camera: int
@@ -76,71 +78,72 @@ class _Part(NamedTuple):
 
 
 class Branching:
-    """The open nodes.
+    """A search in progress: its open nodes, and how to branch on them.
 
     Parameters
     ----------
     gains : Gains
     price : (N,) array of int64
     bound : int
-        Exactly what these prices prove.
+        What these prices prove, exactly; units.
     goal : int
-        Nodes that cannot gain more are dropped.
+        Units; nodes that cannot gain more are dropped.
 
     Attributes
     ----------
     nodes : int
-        Bounded so far.
+        How many were bounded so far.
     leaf : (C,) array of int32, or None
-        The cells of a plan that branching came down to.
+        The cells of a plan, once a node has no other.
     """
 
     def __init__(self, gains: Gains, price: Offsets, bound: int, goal: int) -> None:
         self.nodes = 0
         self._gains = gains
-        self._near_offsets, self._near = _overlapping(gains, price)
-        self._by_sample = (
+        self._near = _overlapping(gains, price)
+        self._by_sample = kernels.GainsBySample(
             np.empty(len(gains.most) + 1, dtype=np.int64),
             np.empty_like(gains.sample),
             np.empty_like(gains.gain),
+            gains.most,
         )
-        kernels.gains_by_sample(gains.offsets, gains.sample, gains.gain, *self._by_sample)
+        kernels.gains_by_sample(gains.by_camera, self._by_sample)
         none = np.zeros(gains.camera_count, dtype=np.int32)
         high = (np.diff(gains.cell_offsets) - 1).astype(np.int32)
         score, unknown = none.astype(np.int64), np.full(len(none), np.nan)
         root = _Node(-bound, 0, 0, none, high, price, score, none, none - 1, unknown)
         self.leaf: IntArray | None = None
-        # Of all tries: what they were worth, and what they had scored.
+        # Totals over all tries: by how much they lowered the bound, and their scores.
         self._worth = self._score = 0.0
         self._open: list[_Node] = []
-        # Taken from the open ones: what is being branched on, and children yet to adapt widely.
+        # Not in the heap: nodes being branched on, and children whose prices still have to adapt.
         self._choices: list[_Choice] = []
         self._narrow: list[_Node] = []
         self._keep(self._adapt([_Part(root, -1, 0, 0)], goal), goal)
 
     @property
     def bound(self) -> int:
-        """What no plan exceeds unless it gains no more than the goal; 0 if no node is open."""
+        """The largest bound of the open nodes, which no gain above the goal exceeds; 0 if none."""
         return max((-node.negative_bound for node in self._first(1)), default=0)
 
     def plans(self, count: int) -> list[IntArray]:
-        """Return the best cells (C,) of the nodes that go next, of so many at most."""
+        """Return the best cells (C,) of up to ``count`` nodes, those with the highest bounds."""
         return [node.cell.copy() for node in self._first(count)]
 
     def _first(self, count: int) -> list[_Node]:
-        """Return the nodes with the highest bounds, of so many at most."""
+        """Return up to ``count`` nodes with the highest bounds."""
         taken = [choice.node for choice in self._choices] + self._narrow
         return heapq.nsmallest(count, taken + heapq.nsmallest(count, self._open))
 
     @property
     def exhausted(self) -> bool:
-        """Whether no node is left to branch on, or no room."""
+        """Whether no node is left to branch on, or no memory for more."""
         node = 8 * len(self._gains.most) + 32 * self._gains.camera_count
         left = len(self._open) + len(self._choices) + len(self._narrow)
         return not left or len(self._open) * node > _OPEN_BYTES
 
     def step(self, goal: int) -> None:
-        """Do a little to branch on a batch of nodes, those with the highest bounds.
+        """Take one step of branching on a batch of nodes, those with the highest bounds.
 
         Nodes that cannot exceed ``goal`` are dropped.
         """
@@ -172,7 +175,7 @@ class Branching:
             self._score += choice.node.score[camera]
 
     def _next(self, goal: int) -> list[_Node]:
-        """Take the nodes to branch on; none if none may exceed ``goal``, or one is a plan."""
+        """Take the nodes to branch on: none if none can exceed ``goal`` or the next is a leaf."""
         work = _STEPS * max(len(self._gains.gain), 1)
         batch = max(1, min(8, _WORK // work))
         nodes: list[_Node] = []
@@ -189,7 +192,7 @@ class Branching:
 
     @property
     def _worth_of_score(self) -> float:
-        """By how much a score of 1 is expected to lower the bound; inf before any is known."""
+        """By how much a score of 1 is expected to lower the bound; inf before the first try."""
         return self._worth / self._score if self._score else np.inf
 
     def _keep(self, nodes: list[_Node], goal: int) -> None:
@@ -198,67 +201,43 @@ class Branching:
                 heapq.heappush(self._open, node)
 
     def _adapt(self, parts: list[_Part], goal: int) -> list[_Node]:
-        """Return the parts as nodes, each with the least bound found for it.
+        """Bound the parts; return them as nodes.
 
-        Prices adapt near the confined camera, or all where there is none.
+        Prices adapt around the confined camera, or everywhere if there is none.
         """
         if not parts:
             return []
-        nodes, *cuts = zip(*parts, strict=True)
-        camera, first, last = (np.array(cut, dtype=np.int64) for cut in cuts)
-        bounds = np.array([-node.negative_bound for node in nodes], dtype=np.int64)
-        low, high = (np.stack([getattr(n, a) for n in nodes]) for a in ("low", "high"))
-        price, score = (np.stack([getattr(n, a) for n in nodes]) for a in ("price", "score"))
-        split, cell = (np.stack([getattr(n, a) for n in nodes]) for a in ("split", "cell"))
+        camera, first, last = (
+            np.array(cut, dtype=np.int64) for cut in list(zip(*parts, strict=True))[1:]
+        )
+        nodes = _stacked([part.node for part in parts])
         kernels.confine(
-            camera,
-            first,
-            last,
-            camera < 0,
-            self._near_offsets,
+            kernels.Cuts(camera, first, last, camera < 0),
             self._near,
-            *self._gains.pairs,
-            *self._by_sample,
-            self._gains.most,
-            _REACH,
-            bounds,
-            low,
-            high,
-            price,
-            score,
-            split,
-            cell,
+            self._gains.by_camera,
+            self._by_sample,
+            nodes,
             goal,
+            _REACH,
             _STEPS,
         )
         adapted = []
-        for b, node in enumerate(nodes):
+        for b, part in enumerate(parts):
             self.nodes += 1
-            adapted.append(
-                _Node(
-                    negative_bound=-int(bounds[b]),
-                    number=self.nodes,
-                    depth=node.depth + int(camera[b] >= 0),
-                    low=low[b].copy(),
-                    high=high[b].copy(),
-                    price=price[b].copy(),
-                    score=score[b].copy(),
-                    split=split[b].copy(),
-                    cell=cell[b].copy(),
-                    worth=node.worth,
-                )
-            )
+            row = {name: array[b].copy() for name, array in nodes._asdict().items()}
+            bound, depth = int(row.pop("bound")), part.node.depth + int(part.camera >= 0)
+            adapted.append(_Node(-bound, self.nodes, depth, worth=part.node.worth, **row))
         return adapted
 
 
 class _Choice:
-    """The camera to branch a node on, as far as it has been looked for.
+    """The search for the camera to branch a node on, by strong branching.
 
     Attributes
     ----------
     node : _Node
     children : list of _Node
-        The halves, of the best camera tried, that may exceed the goal.
+        The halves of the best camera tried so far that can still exceed the goal.
     """
 
     def __init__(self, node: _Node, goal: int, worth_of_score: float) -> None:
@@ -268,7 +247,7 @@ class _Choice:
         self._best = -1.0
         self._tries = _TRIES if node.depth else _ROOT_TRIES
         torn = np.flatnonzero(node.score > 0)
-        if not len(torn):  # nothing tells: the widest range
+        if not len(torn):  # no camera alternated: take the widest range
             torn = np.array([np.argmax(node.high - node.low)])
         score, known = node.score[torn], node.worth[torn]
         unknown = np.isnan(known)
@@ -281,7 +260,7 @@ class _Choice:
 
     @property
     def open(self) -> bool:
-        """Whether another camera may well be better than the best so far."""
+        """Whether another camera is likely to beat the best so far."""
         if not (self.children and self._tries and self._cameras):
             return False
         return bool(self._best < _ENOUGH * self._expected[0])
@@ -302,7 +281,7 @@ class _Choice:
         return _Part(node, camera, low, split), _Part(node, camera, split + 1, high)
 
     def tried(self, camera: int, halves: list[_Node]) -> float:
-        """Take note of what the halves came to; return by how much they lower the bound."""
+        """Record the bounds of a camera's halves; return by how much they lower the node's."""
         least = _LEAST * self._slack
         lowered = [half.negative_bound - self.node.negative_bound for half in halves]
         first, second = (min(max(by, least), self._slack) for by in lowered)
@@ -317,8 +296,15 @@ class _Choice:
         return worth
 
 
-def _overlapping(gains: Gains, price: Offsets) -> tuple[Offsets, IntArray]:
-    """Return, per camera, itself and those that hold most samples near their price with it."""
+def _stacked(nodes: list[_Node]) -> kernels.Nodes:
+    """Return copies of the nodes' arrays, a row each."""
+    bound = np.array([-node.negative_bound for node in nodes], dtype=np.int64)
+    rows = (np.stack([getattr(node, name) for node in nodes]) for name in kernels.Nodes._fields[1:])
+    return kernels.Nodes(bound, *rows)
+
+
+def _overlapping(gains: Gains, price: Offsets) -> kernels.Neighbourhoods:
+    """Return, per camera, itself and those that share most samples of active pairs with it."""
     cameras = np.repeat(np.arange(gains.camera_count), np.diff(gains.offsets))
     active = gains.gain > (price - (gains.most >> _REACH))[gains.sample]
     holds = csr_array(
@@ -333,4 +319,5 @@ def _overlapping(gains: Gains, price: Offsets) -> tuple[Offsets, IntArray]:
         order = np.lexsort((others, -counts))
         others = others[order]
         near.append(np.concatenate([[c], others[others != c][: _NEAR - 1]]).astype(np.int32))
-    return np.cumsum([0] + [len(n) for n in near]), np.concatenate(near)
+    offsets = np.cumsum([0] + [len(n) for n in near])
+    return kernels.Neighbourhoods(offsets, np.concatenate(near))

@@ -1,6 +1,7 @@
-"""Lagrangian bounds: a price per sample, and what no plan can gain at these prices.
+"""Lagrangian bounds: a price per sample bounds what any plan can gain (docs/algorithm.md).
 
-Every sample gets its price v, and a camera that holds it in focus only what it gains above:
+The bound counts every sample at its price v, and each camera's best cell at what its samples gain
+above their prices:
 
     D(v) = Σ_p v_p + Σ_c max_j Σ_{p held by cell j of camera c} (g_pc − v_p)⁺
 
@@ -11,7 +12,7 @@ weighted stabbing per camera, O(pairs + cells), and leaves a cell per camera fro
 be made.
 
 D is convex and piecewise linear. Subgradient steps with momentum and a falling target come to
-within a few 1e-5 of its least value in some hundred evaluations, in a tenth (1,000 samples) to a
+within a few 1e-5 of its minimum in some hundred evaluations, in a tenth (1,000 samples) to a
 hundredth (8,192) of the time that HiGHS's simplex or interior-point method takes for the same
 relaxation; see `make bench ARGS=optimum`.
 """
@@ -27,21 +28,22 @@ from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.gains import Gains
 from focus_planner.core.problem.problem import Problem
 
-# Pairs that gain less than the price by this part of the sample's most, at first and later on, are
-# left out for so many steps: prices seldom fall as far, and are kept from falling farther.
+# Pairs that gain less than the price by more than the sample's largest gain divided by this (first,
+# and later on) are inactive: left out for some steps, since prices seldom fall as far, and are kept
+# from falling farther.
 _REACH_FIRST, _REACH = 16, 64
 _STEPS_FIRST = 100
 _STEPS_LEFT_OUT = 50
-# Threads meet four times a step: only large problems are worth it.
+# Threads synchronise four times a step, which pays on large problems only.
 _THREADED = 10
-_WORK = 8_000_000  # pairs, samples and cells looked at
+_WORK = 8_000_000  # pairs, samples and cells visited in one call of descend
 _NONE = 2.0**62  # more than any bound
-# Hope that is so small a part of the gap changes nothing any more.
+# When the hope is this part of the gap, further steps hardly lower the bound.
 _HOPELESS = 0.005
 
 
 class Prices:
-    """Prices on their way to the least bound.
+    """A subgradient descent on the prices.
 
     Parameters
     ----------
@@ -52,7 +54,7 @@ class Prices:
     Attributes
     ----------
     price : (N,) array of int64
-        Those of the least bound found.
+        The prices that prove the least bound so far.
     steps : int
         Taken so far.
     """
@@ -63,49 +65,48 @@ class Prices:
         self.price = price.copy()
         self.steps = 0
         self._gains = gains
-        self._next = price.copy()
-        self._floor = np.zeros(samples, dtype=np.int64)
-        self._direction = np.zeros(samples)
+        self._active = kernels.GainsByCamera(*map(np.empty_like, gains.by_camera))
+        cells = int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
-            self._served = np.empty((get_num_threads(), samples), dtype=np.int32)
-        self._room = np.empty(gains.cell_offsets[-1] + gains.camera_count, dtype=np.int64)
-        self._chosen = np.zeros(gains.cell_offsets[-1], dtype=np.int64)
-        self._state: FloatArray = np.array([_NONE, np.inf, np.inf, 0.0])
-        self._active = tuple(np.empty_like(array) for array in gains.pairs)
+            threads = get_num_threads()
+        self._state = kernels.PriceDescent(
+            price=price.copy(),
+            floor=np.zeros(samples, dtype=np.int64),
+            most=gains.most,
+            best_price=self.price,
+            direction=np.zeros(samples),
+            served=np.empty((threads, samples), dtype=np.int32),
+            steps=np.empty(cells + gains.camera_count, dtype=np.int64),
+            chosen=np.zeros(cells, dtype=np.int64),
+            progress=np.array([_NONE, np.inf, np.inf, 0.0]),
+        )
 
     @property
     def bound(self) -> int:
-        """The least bound found; in units, exact."""
-        return int(self._state[0])
+        """The least bound so far; exact, in units."""
+        return int(self._state.progress[0])
 
     def settled(self, goal: int) -> bool:
         """Return whether more steps would hardly lower the bound."""
         if self.steps == 0:
             return False
-        return self.bound <= goal or self._state[1] < _HOPELESS * (self.bound - goal)
+        hope: float = self._state.progress[1]
+        return self.bound <= goal or hope < _HOPELESS * (self.bound - goal)
 
     def descend(self, goal: int) -> None:
-        """Lower the bound, until it is at ``goal``, by up to 50 steps or a fiftieth of a second.
+        """Take up to 50 steps, some 20 ms, towards a bound of ``goal``; stop when it is reached.
 
-        Work counts, not time: the steps do not depend on the machine.
+        The limit is on work, not time, so the steps do not depend on the machine.
         """
-        gains = self._gains
+        gains, state = self._gains, self._state
         reach = gains.most // (_REACH_FIRST if self.steps < _STEPS_FIRST else _REACH)
-        kernels.activate(*gains.pairs, self._next, reach, *self._active, self._floor)
-        work = int(self._active[0][-1]) + len(gains.most) + int(gains.cell_offsets[-1])
+        kernels.activate(gains.by_camera, state.price, reach, self._active, state.floor)
+        work = int(self._active.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(
-                *self._active,
+                self._active,
                 gains.cell_offsets,
-                self._next,
-                self._floor,
-                gains.most,
-                self.price,
-                self._direction,
-                self._served,
-                self._chosen,
-                self._room,
-                self._state,
+                state,
                 float(goal),
                 max(5, min(_STEPS_LEFT_OUT, _WORK // work)),
             )
@@ -113,20 +114,21 @@ class Prices:
     def frequent_cells(self) -> IntArray:
         """Return (C,) the cell that was most often each camera's best since the last call.
 
-        -1 for a camera without cells. Where the relaxation is torn between cells, the steps
-        alternate between them; the most frequent is where it leans to.
+        -1 for a camera without cells. Where the relaxation's solution is fractional, the steps
+        alternate between cells; the most frequent has the largest share in it.
         """
         offsets = self._gains.cell_offsets
         cell = np.full(self._gains.camera_count, -1, dtype=np.int32)
-        kernels.most_frequent(offsets, self._chosen, cell)
-        self._chosen //= 4
+        chosen = self._state.chosen
+        kernels.most_frequent(offsets, chosen, cell)
+        chosen //= 4
         return cell
 
 
 def cost_below(gains: Gains, bound: int) -> float:
-    """Return the cost that no plan goes below if none gains more than ``bound``.
+    """Return a lower bound on the cost of every plan, given that none gains more than ``bound``.
 
-    What the units round off, at most one per sample, is allowed for.
+    It allows for rounding to whole units, at most one per sample.
     """
     return cost_of_units(max(gains.out - bound - len(gains.most), 0))
 

@@ -1,4 +1,4 @@
-"""A lower bound for a plan of any method."""
+"""A lower bound on the cost of every plan, for plans of any method."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """What no plan for a problem costs less than.
+    """A cost that no plan for a problem can go below, and its proof.
 
     Attributes
     ----------
     lower_bound : float
         1000 × the weighted mean.
     prices : (N,) array
-        Of the samples, 0 to 1, that prove it.
+        Prices of the samples, 0 to 1, that prove it.
     """
 
     lower_bound: float
@@ -44,31 +44,32 @@ def lower_bound(
 ) -> Bound:
     """Return a lower bound on the cost of every plan for a problem.
 
-    That of the relaxation (core/proof/prices.py), which on bodies is some hundredths of a percent
-    below the optimum; method ``optimal`` closes the rest.
+    It is that of the Lagrangian relaxation (``lagrangian.py``; docs/algorithm.md), on bodies a few
+    hundredths of a percent below the optimum; method ``optimal`` closes the remaining gap.
 
     Parameters
     ----------
     problem : Problem
     cost : float
-        Of the plan that the bound is for, told to the watch.
+        The cost of the plan that the bound is for, reported to ``on_progress``.
     near : float
-        The cost of a good plan, which steps aim at: the better, the sooner the bound is good.
+        The cost of a good plan, which the steps aim at; the better the plan, the fewer they are.
     gap : float
         A bound this part of ``near`` below it is good enough.
     start : (N,) array, optional
         Prices of the samples to start from, 0 to 1.
     on_progress : callable, optional
-        Told of every few steps, stage "prices"; answers whether to go on.
+        Called after every few steps, stage "prices"; return False to stop.
     most_steps : int, optional
-        Of some 3 to 5 evaluations of the cost each; until they hardly matter when absent.
+        Price steps, each as long as some 3 to 5 evaluations of the cost. When absent, steps are
+        taken until they hardly raise the bound.
     """
     gains = gains_of(problem)
-    # A quick bound is as good as its few steps make it, whatever gap would do.
+    # With few steps, take them all: no gap is good enough to stop earlier.
     gap = gap if most_steps is None else 0.0
     goal = gains.out - units_of_cost(near * (1 - gap))
     prices = Prices(gains, None if start is None else prices_in_units(problem, start))
-    in_focus = int(gains.most.sum())  # of every sample in its best camera, for which nothing is due
+    in_focus = int(gains.most.sum())  # the gain with every sample in focus in its best camera
     rounds = 0
     while prices.steps < (most_steps or prices.steps + 1) and not prices.settled(goal):
         prices.descend(goal)

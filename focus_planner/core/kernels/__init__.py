@@ -1,13 +1,37 @@
 """Numba kernels: validated arrays in, arrays out, no Python objects, no GIL.
 
+The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
+its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
+``pairs`` the search within ``k_view``, and ``compiling`` the decorators.
+
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
 """
 
-from focus_planner.core.kernels.branching import confine
+from focus_planner.core.kernels.arrays import (
+    CameraTuples,
+    GainsByCamera,
+    GainsBySample,
+    PairsByCamera,
+    PairsBySample,
+)
+from focus_planner.core.kernels.branch_and_bound import (
+    Cuts,
+    Neighbourhoods,
+    Nodes,
+    confine,
+    gains_by_sample,
+)
+from focus_planner.core.kernels.camera_tuples import (
+    NEVER,
+    colour,
+    count_common,
+    count_shared,
+    list_shared,
+    strongest,
+)
 from focus_planner.core.kernels.cells import cell_ranges, maximal_cells
 from focus_planner.core.kernels.compiling import threads_for
-from focus_planner.core.kernels.cost import UNSEEN, base_costs, best_cameras, focus_room
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
     FISHEYE,
@@ -17,37 +41,37 @@ from focus_planner.core.kernels.distortion import (
     distort,
     keep_imaged,
 )
+from focus_planner.core.kernels.em import stab
+from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
 from focus_planner.core.kernels.k_view import (
     CAMERA_BITS,
-    NEVER,
+    DescentState,
     improve_tuples,
     rank_cameras,
     reassign,
 )
-from focus_planner.core.kernels.pairs import best_pair
-from focus_planner.core.kernels.prices import (
+from focus_planner.core.kernels.lagrangian import (
+    PriceDescent,
     activate,
-    count_gains,
     descend,
-    gains_by_sample,
-    list_gains,
     most_frequent,
-    most_gains,
 )
-from focus_planner.core.kernels.stabbing import assign, stab
-from focus_planner.core.kernels.tuples import (
-    colour,
-    count_common,
-    count_shared,
-    list_shared,
-    strongest,
+from focus_planner.core.kernels.pairs import best_pair
+from focus_planner.core.kernels.problem import (
+    UNSEEN,
+    CostTerms,
+    base_costs,
+    best_cameras,
+    sort_by_camera,
+    sort_by_sample,
 )
+from focus_planner.core.kernels.solution import assign, focus_room
 from focus_planner.core.kernels.visibility import (
     PLACES,
+    Blocks,
+    Views,
     block_keys,
     bound_blocks,
-    by_camera,
-    by_sample,
     count_near_view,
     fill_rays,
     gather,
@@ -64,6 +88,19 @@ __all__ = [
     "POLYNOMIAL",
     "PROJECTION",
     "UNSEEN",
+    "Blocks",
+    "CameraTuples",
+    "CostTerms",
+    "Cuts",
+    "DescentState",
+    "GainsByCamera",
+    "GainsBySample",
+    "Neighbourhoods",
+    "Nodes",
+    "PairsByCamera",
+    "PairsBySample",
+    "PriceDescent",
+    "Views",
     "activate",
     "assign",
     "base_costs",
@@ -72,8 +109,6 @@ __all__ = [
     "block_keys",
     "bound_blocks",
     "bound_view",
-    "by_camera",
-    "by_sample",
     "cell_ranges",
     "colour",
     "confine",
@@ -98,6 +133,8 @@ __all__ = [
     "most_gains",
     "rank_cameras",
     "reassign",
+    "sort_by_camera",
+    "sort_by_sample",
     "stab",
     "strongest",
     "threads_for",

@@ -1,9 +1,9 @@
-"""Cells of focus distance: the ranges over which what is in focus does not change.
+"""Cells: ranges of focus distance over which the set of samples in focus does not change.
 
 Of all the cells between a camera's sorted interval ends (paper, Sec. 3.4.1) only those that
-start where an interval starts and end where one ends matter: every other cell holds in focus a
-part of what one of these holds. They number a quarter of all at most in practice, and turn each
-interval into a range of whole numbers, so that no solver ever sorts again.
+start where an interval starts and end where one ends matter: every other cell's samples are a
+subset of one of theirs. In practice they are a quarter of all at most, and turn each interval into
+a range of whole numbers, so that no solver sorts again.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from focus_planner.core.kernels.compiling import parallel_kernel
 def maximal_cells(offsets, starts, ends, cell_counts, cell_near, cell_far):
     """Fill each camera's cells from its sorted interval starts and ends.
 
-    ``offsets`` (C + 1) bounds camera c's part of ``starts`` and ``ends``, and of the outputs,
-    which have room for as many cells as intervals. Empty intervals (start inf, end -inf) are
-    skipped.
+    ``offsets`` (C + 1,) bounds camera c's part of ``starts`` and ``ends``, and of the outputs,
+    which have room for as many cells as there are intervals. Empty intervals (start inf, end -inf)
+    are skipped.
     """
     for c in prange(len(offsets) - 1):
         low, high = offsets[c], offsets[c + 1]

@@ -13,18 +13,18 @@ from numba import config, get_num_threads, njit, set_num_threads
 
 # Numba's own default layer aborts the process when two threads enter parallel kernels at once.
 config.THREADING_LAYER = "omp"
-# For GNU's OpenMP, which reads it when the first parallel kernel runs. Threads that wait for the
-# others sleep after some 50 µs. Longer waits hold the cores that the others need wherever there
-# is other work on the machine; shorter ones would have them sleep between a plan's batches.
+# GNU's OpenMP reads this when the first parallel kernel runs: idle threads spin for some 50 µs,
+# then sleep. Spinning longer takes cores from other work on the machine; with less, threads would
+# sleep between the batches of a plan.
 os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 _PARALLEL_PAIRS = 200_000
 
 
 def _cache_folder() -> str:
-    """Return a folder for the machine code of just these sources.
+    """Return a folder for the machine code of exactly these sources.
 
-    Numba looks only at a kernel's own file for changes; kernels call those of other files.
+    Numba checks only a kernel's own file for changes, but kernels call those of other files.
     """
     here = Path(__file__).parent
     sources = b"".join(path.read_bytes() for path in sorted(here.glob("*.py")))
@@ -37,12 +37,12 @@ _CACHE = _cache_folder()
 
 
 def kernel(function: Kernel) -> Kernel:
-    """Compile a function that holds no lock and runs in one thread."""
+    """Compile a function that runs in one thread and releases the GIL."""
     return _compile(function, parallel=False)
 
 
 def parallel_kernel(function: Kernel) -> Kernel:
-    """Compile a function whose ``prange`` loops share the cores."""
+    """Compile a function whose ``prange`` loops are spread over the cores."""
     return _compile(function, parallel=True)
 
 
@@ -59,8 +59,8 @@ def _compile(function: Kernel, *, parallel: bool) -> Kernel:
 def threads_for(pairs: int) -> Iterator[None]:
     """Let kernels use all cores on large problems, one on small ones.
 
-    Threads meet at the end of every batch. Where another process holds a core that costs a time
-    slice of the scheduler's, a hundred times the batch of a small problem. Results are the same.
+    Threads synchronise after every batch. If another process holds a core, that costs a time slice
+    of the scheduler: a hundred times as long as a small problem's batch. Results are the same.
     """
     before = get_num_threads()
     set_num_threads(config.NUMBA_NUM_THREADS if pairs >= _PARALLEL_PAIRS else 1)

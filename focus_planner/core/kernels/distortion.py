@@ -1,4 +1,4 @@
-"""Where the images of points lie, for cameras with distortion."""
+"""Where points are imaged by cameras with lens distortion."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from numba import prange
 
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
-#: What the first number of a projection says: a pinhole, OpenCV's polynomials, its fisheye.
+#: A projection's first number, its kind: pinhole, OpenCV's polynomial model, or its fisheye model.
 PINHOLE, POLYNOMIAL, FISHEYE = 0, 1, 2
-#: Numbers of a projection before the coefficients, and of those.
+#: How many numbers of a projection precede the coefficients, and how many those are.
 PROJECTION, COEFFICIENTS = 8, 12
 
 
 @kernel
 def distort(x, y, kind, k):
-    """Return where the image of (x, y, 1) lies, from its centre, in focal lengths.
+    """Return the image of (x, y, 1) relative to the principal point, in focal lengths.
 
-    ``k`` is k₁, k₂, p₁, p₂, k₃, ..., k₆, s₁, ..., s₄ of the polynomials, k₁, ..., k₄ of a fisheye.
+    ``k`` is k₁, k₂, p₁, p₂, k₃, ..., k₆, s₁, ..., s₄ of the polynomial model, or k₁, ..., k₄ of the
+    fisheye model.
     """
     square = x * x + y * y
     if kind == FISHEYE:
@@ -29,7 +30,7 @@ def distort(x, y, kind, k):
         return scale * x, scale * y
     scale = 1 + square * (k[0] + square * (k[1] + square * k[4]))
     divisor = 1 + square * (k[5] + square * (k[6] + square * k[7]))
-    # Within reach a divisor that is not above 0 is a pole's, rounded.
+    # Within the valid angle a divisor is 0 or less only by rounding, next to a pole.
     scale = scale / divisor if divisor > 0 else np.inf
     twice = 2 * x * y
     u = scale * x + k[2] * twice + k[3] * (square + 2 * x * x) + square * (k[8] + square * k[9])
@@ -39,7 +40,7 @@ def distort(x, y, kind, k):
 
 @kernel
 def bound_view(distances, bend, tangents, directions, sides):
-    """Return (2, 2) the least and the greatest x, and y, at depth 1 of what may be imaged.
+    """Return (2, 2) the least and greatest x, and y, at depth 1 of all points that may be imaged.
 
     Ring i of cells reaches from ``tangents[i]`` to ``tangents[i + 1]`` off the axis, and its radial
     part from ``distances[i]`` to the next; cell j from ``directions[j, axis, 0]`` to ``[..., 1]``,
@@ -69,7 +70,7 @@ def bound_view(distances, bend, tangents, directions, sides):
 
 @kernel
 def _images(point, position, rotation, projection):
-    """Return whether a point before the camera falls on a pixel that is read out.
+    """Return whether a point in front of the camera falls on a pixel that is read out.
 
     ``projection`` is kind, reach (tan θ), fx, fy, cx, cy, width, height, and the coefficients;
     pixels are counted from the first that is read out.
@@ -88,9 +89,9 @@ def _images(point, position, rotation, projection):
 
 @parallel_kernel
 def keep_imaged(points, positions, rotations, projections, room, listed, counts):
-    """Keep of what each camera lists what its image shows, in place and order; return (C,) numbers.
+    """Filter each camera's list, in place, to the samples in its image; return (C,) their counts.
 
-    Camera c lists ``counts[c]`` samples from ``room[c]`` on; a pinhole's are all kept.
+    Camera c lists ``counts[c]`` samples from ``room[c]`` on; a pinhole camera keeps all.
     """
     left = counts.copy()
     for c in prange(len(positions)):

@@ -1,4 +1,4 @@
-"""The exact best cells of two cameras: a sweep over one with a segment tree over the other."""
+"""The exact best cells of two cameras: a sweep over one, with a segment tree over the other."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
     count : int
         How many of the rectangles there are.
     start_a, start_b : int
-        Cells to search from; any will do.
+        Cells to start the search from.
     floor : int
-        What must be exceeded.
+        Only a larger gain counts.
 
     Returns
     -------
@@ -32,27 +32,48 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
 
     Notes
     -----
-    Rectangles only take away, so gain_a[i] + max gain_b bounds what any j can give to i. First
-    one axis at a time is searched until that gains no more, at O(n + m + r) a turn; cells that
-    cannot exceed what it found are cut off at both ends. The sweep over the rest, at
-    O((n + m + r) log m), proves that nothing better is left, or finds it.
+    Rectangles only subtract, so gain_a[i] + max gain_b bounds the gain of any pair with i. A search
+    along one axis at a time, O(n + m + r) per turn, goes on until it gains no more; cells at both
+    ends that cannot exceed what it found are cut off. A sweep over the rest, O((n + m + r) log m),
+    finds something better or proves that there is nothing.
     """
     most_a, most_b = gain_a.max(), gain_b.max()
     if most_a + most_b <= floor:
         return floor, -1, -1
+    best, best_i, best_j = _search_in_turn(
+        gain_a, gain_b, rectangles, weights, count, start_a, start_b, floor
+    )
+    if most_a + most_b <= best:
+        return best, best_i, best_j
+    low_a, high_a = _hopeful(gain_a, best - most_b)
+    low_b, high_b = _hopeful(gain_b, best - most_a)
+    kept = _clip(rectangles, weights, count, low_a, high_a, low_b, high_b)
+    gain, i, j = _sweep(
+        gain_a[low_a : high_a + 1], gain_b[low_b : high_b + 1], rectangles[:kept], weights, best
+    )
+    if i >= 0:
+        best, best_i, best_j = gain, low_a + i, low_b + j
+    return best, best_i, best_j
+
+
+@kernel
+def _search_in_turn(gain_a, gain_b, rectangles, weights, count, i, j, floor):
+    """Search along one axis at a time until that gains no more; return as :func:`best_pair`."""
     best, best_i, best_j = floor, -1, -1
-    i, j = start_a, start_b
     while True:
         gain, j = _best_in_line(gain_b, gain_a[i], rectangles, weights, count, i, 0)
         gain, i = _best_in_line(gain_a, gain_b[j], rectangles, weights, count, j, 2)
         if gain <= best:
-            break
+            return best, best_i, best_j
         best, best_i, best_j = gain, i, j
-    if most_a + most_b <= best:
-        return best, best_i, best_j
-    floor = best
-    low_a, high_a = _hopeful(gain_a, floor - most_b)
-    low_b, high_b = _hopeful(gain_b, floor - most_a)
+
+
+@kernel
+def _clip(rectangles, weights, count, low_a, high_a, low_b, high_b):
+    """Clip the rectangles, in place, to the cells in between, counted from their first.
+
+    Returns how many are left.
+    """
     kept = 0
     for r in range(count):
         first_a, last_a = max(rectangles[r, 0], low_a), min(rectangles[r, 1], high_a)
@@ -62,23 +83,21 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
             rectangles[kept, 2], rectangles[kept, 3] = first_b - low_b, last_b - low_b
             weights[kept] = weights[r]
             kept += 1
-    span = high_a - low_a + 1
-    enter, leave = np.full(span, -1, dtype=np.int32), np.full(span + 1, -1, dtype=np.int32)
-    next_enter, next_leave = np.empty(kept, dtype=np.int32), np.empty(kept, dtype=np.int32)
-    for r in range(kept):
-        next_enter[r] = enter[rectangles[r, 0]]
-        enter[rectangles[r, 0]] = r
-        next_leave[r] = leave[rectangles[r, 1] + 1]
-        leave[rectangles[r, 1] + 1] = r
-    size = 1
-    while size < high_b - low_b + 1:
-        size *= 2
-    tree = np.full(2 * size, -(2**62), dtype=np.int64)
-    lazy = np.zeros(size, dtype=np.int64)
-    tree[size : size + high_b - low_b + 1] = gain_b[low_b : high_b + 1]
-    for node in range(size - 1, 0, -1):
-        tree[node] = max(tree[2 * node], tree[2 * node + 1])
-    for i in range(span):
+    return kept
+
+
+@kernel
+def _sweep(gain_a, gain_b, rectangles, weights, floor):
+    """Return the best gain, i and j; ``(floor, -1, -1)`` if nothing exceeds the floor.
+
+    Cell i of a after cell i, rectangles enter and leave a segment tree over the cells of b.
+    """
+    enter, next_enter = _by_place(rectangles, 0, 0, len(gain_a))
+    leave, next_leave = _by_place(rectangles, 1, 1, len(gain_a) + 1)
+    tree, lazy = _grow(gain_b)
+    size = len(lazy)
+    best, best_i, best_j = floor, -1, -1
+    for i in range(len(gain_a)):
         r = leave[i]
         while r >= 0:
             _add(tree, lazy, size, rectangles[r, 2], rectangles[r, 3], weights[r])
@@ -87,14 +106,41 @@ def best_pair(gain_a, gain_b, rectangles, weights, count, start_a, start_b, floo
         while r >= 0:
             _add(tree, lazy, size, rectangles[r, 2], rectangles[r, 3], -weights[r])
             r = next_enter[r]
-        gain = gain_a[low_a + i] + tree[1]
+        gain = gain_a[i] + tree[1]
         if gain > best:
-            best, best_i = gain, low_a + i
+            best, best_i = gain, i
             node = 1
             while node < size:
                 node = 2 * node if tree[2 * node] >= tree[2 * node + 1] else 2 * node + 1
-            best_j = low_b + node - size
+            best_j = node - size
     return best, best_i, best_j
+
+
+@kernel
+def _by_place(rectangles, side, shift, count):
+    """Return the last rectangle at each place, and before each rectangle the one there; -1: none.
+
+    A rectangle's place, of ``count``, is its ``side``, the column, plus ``shift``.
+    """
+    last, before = np.full(count, -1, dtype=np.int32), np.empty(len(rectangles), dtype=np.int32)
+    for r in range(len(rectangles)):
+        place = rectangles[r, side] + shift
+        before[r] = last[place]
+        last[place] = r
+    return last, before
+
+
+@kernel
+def _grow(gain):
+    """Return a segment tree over the gains, its root at index 1, and what :func:`_add` defers."""
+    size = 1
+    while size < len(gain):
+        size *= 2
+    tree = np.full(2 * size, -(2**62), dtype=np.int64)
+    tree[size : size + len(gain)] = gain
+    for node in range(size - 1, 0, -1):
+        tree[node] = max(tree[2 * node], tree[2 * node + 1])
+    return tree, np.zeros(size, dtype=np.int64)
 
 
 @kernel
@@ -128,8 +174,8 @@ def _hopeful(gain, floor):
 def _add(tree, lazy, size, first, last, value):
     """Add ``value`` to leaves ``first`` to ``last``; ``tree[1]`` is the maximum of all.
 
-    Bottom-up: ``lazy[v]`` is what v's whole subtree got beyond what its children know, and is
-    part of ``tree[v]``.
+    Bottom-up: ``lazy[v]`` was added to the whole subtree of v but not passed down to its children;
+    ``tree[v]`` includes it.
     """
     left, right = first + size, last + size + 1
     low, high = left, right - 1

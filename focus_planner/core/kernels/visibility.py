@@ -1,17 +1,21 @@
-"""Field of view, for every camera and sample."""
+"""Which samples are in the field of view of which camera."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
+from focus_planner.core.arrays import FloatArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
-#: Samples a block: fewer are tested in vain, more blocks are.
+#: Samples per block. Smaller blocks are more to test; of larger ones fewer can be ruled out whole.
 BLOCK = 64
-#: The last of the places that an axis is divided into for sorting.
+#: The last of the cells that an axis is divided into for sorting.
 PLACES = 2**20 - 1
-# Beyond what rounding may do to a test, of the distances in it, and to a root of its difference.
+# More than what rounding does to a test, relative to the distances in it; and what it does to the
+# square root of a difference.
 _SLACK = 1e-9
 _SLACK_OF_ROOT = 1e-6
 _SPREADING = (
@@ -21,6 +25,40 @@ _SPREADING = (
     (np.uint64(4), np.uint64(0x10C30C30C30C30C3)),
     (np.uint64(2), np.uint64(0x1249249249249249)),
 )
+
+
+class Views(NamedTuple):
+    """Where C cameras stand, and what their images hold.
+
+    Attributes
+    ----------
+    positions : (C, 3) array
+        Metres.
+    rotations : (C, 3, 3) array
+        From each camera's optical frame to the rig's.
+    frustums : (C, 7) array
+        fx, fy, cx, cy, width, height in pixels, and the least depth in metres.
+    """
+
+    positions: FloatArray
+    rotations: FloatArray
+    frustums: FloatArray
+
+
+class Blocks(NamedTuple):
+    """What bounds ``BLOCK`` samples each.
+
+    Attributes
+    ----------
+    spheres : (B, 4) array
+        Around the points: centre and radius, metres.
+    cones : (B, 5) array
+        Around the normals: axis, cosine and sine of the half-angle. The cosine of a half-angle of
+        a right angle or more is -1.
+    """
+
+    spheres: FloatArray
+    cones: FloatArray
 
 
 @kernel
@@ -43,7 +81,7 @@ def _sees(point, normal, position, rotation, frustum, facing):
 
 @kernel
 def _spread(value):
-    """Return the lower 20 bits of a number with two zeros between each two of them."""
+    """Return the lower 20 bits of a number, two zeros apart."""
     spread = np.uint64(value)
     for shift, mask in _SPREADING:
         spread = (spread | (spread << shift)) & mask
@@ -52,9 +90,9 @@ def _spread(value):
 
 @parallel_kernel
 def block_keys(points, normals, low, scale, facing):
-    """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by place.
+    """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by position.
 
-    The normal's octant stands above the place's Morton code, 20 bits an axis from ``low`` on.
+    Above the position's Morton code, 20 bits per axis from ``low`` on, is the normal's octant.
     """
     keys = np.empty(len(points), dtype=np.uint64)
     for p in prange(len(points)):
@@ -69,11 +107,7 @@ def block_keys(points, normals, low, scale, facing):
 
 @parallel_kernel
 def bound_blocks(points, normals):
-    """Return a sphere (B, 4) around each ``BLOCK`` points in turn, and a cone (B, 5) of normals.
-
-    Spheres are centre and radius; cones axis, cosine and sine of the half-angle. A half-angle of
-    a right angle or more has the cosine -1.
-    """
+    """Return the blocks of the samples in turn."""
     blocks = (len(points) + BLOCK - 1) // BLOCK
     spheres, cones = np.empty((blocks, 4)), np.empty((blocks, 5))
     for b in prange(blocks):
@@ -100,15 +134,15 @@ def bound_blocks(points, normals):
             cones[b, axis] /= max(length, 1e-300)
         cones[b, 3] = cosine - _SLACK if cosine > _SLACK else -1.0
         cones[b, 4] = np.sqrt(max(0.0, 1.0 - cones[b, 3] ** 2))
-    return spheres, cones
+    return Blocks(spheres, cones)
 
 
 @kernel
 def _may_see(sphere, cone, position, rotation, frustum, facing):
     """Return False only if :func:`_sees` is False for every point of the block, rounding included.
 
-    That is where the whole sphere lies beyond one side of the frustum, or the block's normals
-    all point away from the camera, whichever way they lean and wherever in the sphere they stand.
+    So it is where the whole sphere lies beyond one side of the frustum, or where all normals of the
+    cone point away from the camera from anywhere in the sphere.
     """
     dx, dy, dz = sphere[0] - position[0], sphere[1] - position[1], sphere[2] - position[2]
     away = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -135,8 +169,10 @@ def _may_see(sphere, cone, position, rotation, frustum, facing):
 
 
 @parallel_kernel
-def count_near_view(spheres, cones, count, positions, rotations, frustums, facing):
+def count_near_view(blocks, count, views, facing):
     """Return (C,) how many of the ``count`` samples lie in blocks that each camera may see."""
+    spheres, cones = blocks
+    positions, rotations, frustums = views
     counts = np.zeros(len(positions), dtype=np.int64)
     for c in prange(len(positions)):
         for b in range(len(spheres)):
@@ -146,14 +182,14 @@ def count_near_view(spheres, cones, count, positions, rotations, frustums, facin
 
 
 @parallel_kernel
-def list_in_view(
-    points, normals, spheres, cones, positions, rotations, frustums, facing, room, listed
-):
-    """List the samples in each camera's image, and facing it if ``facing``; return (C,) numbers.
+def list_in_view(points, normals, blocks, views, facing, room, listed):
+    """List the samples in each camera's image, and facing it if ``facing``; return (C,) counts.
 
-    Camera c's stand in ``listed`` from ``room[c]`` on, where :func:`count_near_view` says how
-    many may come.
+    Camera c's samples are written to ``listed`` from ``room[c]`` on, as many at most as
+    :func:`count_near_view` counted.
     """
+    spheres, cones = blocks
+    positions, rotations, frustums = views
     counts = np.zeros(len(positions), dtype=np.int64)
     for c in prange(len(positions)):
         at = room[c]
@@ -171,9 +207,9 @@ def list_in_view(
 
 @parallel_kernel
 def fill_rays(points, positions, room, listed, offsets, centre, stop_short, rays):
-    """Fill (n, 6) rays from each camera to what it lists, from ``offsets[c]`` on.
+    """Fill (n, 6) the rays from each camera to the samples it lists, from ``offsets[c]`` on.
 
-    They are relative to ``centre`` and end ``stop_short`` before the sample.
+    They are relative to ``centre`` and stop ``stop_short``, in metres, short of the sample.
     """
     for c in prange(len(positions)):
         ox = positions[c, 0] - centre[0]
@@ -192,7 +228,10 @@ def fill_rays(points, positions, room, listed, offsets, centre, stop_short, rays
 
 @parallel_kernel
 def keep_seen(room, listed, offsets, hidden, order):
-    """Keep what is not hidden, in place, as ``order[p]`` for p, ascending; return (C,) numbers."""
+    """Filter each camera's list, in place, to the samples not hidden; return (C,) their counts.
+
+    Sample p becomes ``order[p]``; the lists are sorted.
+    """
     counts = np.zeros(len(offsets) - 1, dtype=np.int64)
     for c in prange(len(counts)):
         kept = room[c]
@@ -207,9 +246,9 @@ def keep_seen(room, listed, offsets, hidden, order):
 
 @parallel_kernel
 def gather(starts, counts, shifts, offsets, source, gathered):
-    """Fill camera c's part of ``gathered``, from ``offsets[c]`` on, from its parts of ``source``.
+    """Fill camera c's part of ``gathered``, from ``offsets[c]`` on, with its parts of ``source``.
 
-    Part k of them, ``counts[k, c]`` from ``starts[k, c]`` on, comes ``shifts[k]`` higher.
+    Part k is ``counts[k, c]`` numbers from ``starts[k, c]`` on; each is raised by ``shifts[k]``.
     """
     for c in prange(len(offsets) - 1):
         at = offsets[c]
@@ -217,37 +256,3 @@ def gather(starts, counts, shifts, offsets, source, gathered):
             for i in range(starts[k, c], starts[k, c] + counts[k, c]):
                 gathered[at] = source[i] + shifts[k]
                 at += 1
-
-
-@kernel
-def by_sample(camera_offsets, sample_index, sample_offsets):
-    """Return the camera-by-camera pairs in the order of their samples, cameras ascending.
-
-    Fills ``sample_offsets`` (N + 1). The sort counts, so equal samples keep the cameras' order.
-    """
-    for p in sample_index:
-        sample_offsets[p + 1] += 1
-    for p in range(len(sample_offsets) - 1):
-        sample_offsets[p + 1] += sample_offsets[p]
-    at = sample_offsets[:-1].copy()
-    sample = np.empty(len(sample_index), dtype=np.int32)
-    camera = np.empty(len(sample_index), dtype=np.int32)
-    for c in range(len(camera_offsets) - 1):
-        for j in range(camera_offsets[c], camera_offsets[c + 1]):
-            p = sample_index[j]
-            sample[at[p]] = p
-            camera[at[p]] = c
-            at[p] += 1
-    return sample, camera
-
-
-@kernel
-def by_camera(camera_index, camera_offsets):
-    """Return the indices of the pairs camera by camera, each camera's ascending."""
-    at = camera_offsets[:-1].copy()
-    pairs = np.empty(len(camera_index), dtype=np.int32)
-    for q in range(len(camera_index)):
-        c = camera_index[q]
-        pairs[at[c]] = q
-        at[c] += 1
-    return pairs

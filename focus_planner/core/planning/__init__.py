@@ -1,1 +1,1 @@
-"""core/planning."""
+"""From request to plan: formulating, solving within a deadline, estimating the plan's quality."""

@@ -1,4 +1,4 @@
-"""What is probably wrong when a surface and a rig do not fit each other."""
+"""Checks that a surface and a rig fit each other, and what is probably wrong if they do not."""
 
 from __future__ import annotations
 
@@ -18,37 +18,39 @@ from focus_planner.core.surface.surface import Mesh, Samples, Surface
 from focus_planner.core.surface.visibility import Visibility, visible_pairs
 from focus_planner.core.validation import InputError
 
-# Real captures stay within a few times the subject's size; millimetres make it hundreds.
+# Cameras stand within a few times the subject's size; in millimetres it would be hundreds.
 _FARTHEST = 100.0
-# What looks smaller than this, metres, is not in millimetres: it would be a centimetre.
+# Metres. What seems smaller than this is not given in millimetres: it would be under a centimetre.
 _LARGE = 10.0
 _DIRECTIONS = 64
 _ENCLOSED = 0.8
 _TRIAL_SAMPLES = 500
-# A share of the surface that no wrong unit leaves in view, and one that no inverted normals do.
+# With a wrong unit less of the surface than this would be seen, and with inverted normals less
+# than that.
 _SEEN_ENOUGH = 0.2
 _SEEN_MOSTLY = 0.5
+# A suspected unit has to bring at least so much of the surface into view.
 _SEEN_AT_ALL = 0.02
-# By how much a unit's mistake scales the surface in the rig's eyes.
+# The factor that would correct the surface's size relative to the rig, and the mistake.
 _UNITS = (
     (1e-3, "the surface is", "millimetres: divide by 1000"),
     (1e-2, "the surface is", "centimetres: divide by 100"),
     (1e3, "the camera poses are", "millimetres: divide by 1000"),
     (1e2, "the camera poses are", "centimetres: divide by 100"),
 )
-# How many times larger or smaller than its distance a subject may be.
+# A subject is at most so many times larger or smaller than its distance.
 _ODD = 20.0
 
 
 def check_distance(scene: Scene, rig: Rig) -> None:
     """Raise if the cameras stand absurdly far from the surface.
 
-    They would see it, very small, and the plan would look like one.
+    They would see it, very small, and the result would pass for a plan.
 
     Raises
     ------
     InputError
-        Says which unit is suspected.
+        Names the suspected unit.
     """
     away = _distances(scene, rig)
     far = np.flatnonzero(away > _FARTHEST * scene.diagonal)
@@ -68,7 +70,7 @@ def check_cameras_outside(scene: Scene, rig: Rig) -> None:
     Raises
     ------
     InputError
-        Names the cameras, or the unit that is suspected.
+        Names the cameras, or the suspected unit.
     """
     enclosed = _enclosed(scene, camera_positions(rig))
     inside = [rig.cameras[c].name for c in np.flatnonzero(enclosed)]
@@ -88,13 +90,13 @@ def check_cameras_outside(scene: Scene, rig: Rig) -> None:
 
 
 def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibility) -> None:
-    """Raise if nothing is seen, or next to nothing and a mistake would explain it.
+    """Raise if nothing is seen, or next to nothing and a mistake would explain that.
 
     Raises
     ------
     InputError
-        Says what is suspected: the unit, inverted normals, the importance, what is read out of
-        the images or their distortion, the frame.
+        Names what is suspected: the unit, inverted normals, the importance, the images' regions
+        of interest or distortion, or the frame.
     """
     seen = _share_seen(visibility, samples)
     if seen < _SEEN_ENOUGH:
@@ -114,7 +116,7 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
 
 
 def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> None:
-    """Raise if the rig would see much more of the surface with its normals turned round."""
+    """Raise if the rig would see much more of the surface if its normals were inverted."""
     few = slice(None, None, max(1, len(samples) // _TRIAL_SAMPLES))
     turned = Samples(
         samples.points[few], -samples.normals[few], samples.areas[few], samples.weights[few]
@@ -130,7 +132,7 @@ def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> N
 
 
 def _suspect_importance(scene: Scene, rig: Rig) -> None:
-    """Raise if the surface has an importance, and what the rig sees of it has none."""
+    """Raise if the surface has an importance, and it is 0 on all that the rig sees."""
     surface = scene.surface
     if isinstance(surface, Mesh):
         name, importance = "mesh vertex_importance", surface.vertex_importance
@@ -146,7 +148,7 @@ def _suspect_importance(scene: Scene, rig: Rig) -> None:
 
 
 def _suspect_images(scene: Scene, rig: Rig) -> None:
-    """Raise if the rig would see the surface in whole images, without distortion."""
+    """Raise if the rig would see the surface in full images without distortion."""
     cameras = tuple(replace(camera, intrinsics=_plain(camera.intrinsics)) for camera in rig.cameras)
     samples = scene.sample(_TRIAL_SAMPLES, 0)
     seen = _share_seen(visible_pairs(scene, replace(rig, cameras=cameras), samples), samples)
@@ -171,12 +173,12 @@ def _plain(intrinsics: CameraIntrinsics) -> CameraIntrinsics:
 
 
 def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None:
-    """Raise if nothing can be brought into focus, or nothing needs to be.
+    """Raise if nothing can be brought into focus, or everything is in focus at infinity.
 
     Raises
     ------
     InputError
-        Says whether the depth tolerance, the lens's limits or distances, or the unit is suspected.
+        Names what is suspected: the depth tolerance, the lens's limits or distances, or the unit.
     """
     if not len(problem.depth):
         return
@@ -214,7 +216,7 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
 
 
 def _within_reach(problem: Problem) -> bool:
-    """Return whether some camera could hold some sample in focus, were its depth exact."""
+    """Return whether some camera could bring some sample into focus without a tolerance."""
     for c, lens in enumerate(problem.lenses):
         pairs = problem.camera_pairs[problem.camera_offsets[c] : problem.camera_offsets[c + 1]]
         near, far = focus_interval(problem.depth[pairs], lens)
@@ -224,13 +226,13 @@ def _within_reach(problem: Problem) -> bool:
 
 
 def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
-    """Raise if the rig would see the surface much better were one of the two in another unit."""
+    """Raise if the rig would see much more of the surface if one of them had another unit."""
     suspects = []
     for factor, what, size in _UNITS:
         if (scene.diagonal if factor < 1 else float(np.median(_distances(scene, rig)))) < _LARGE:
             continue
         scaled = Scene(_scaled(scene.surface, factor))
-        # A dot that all cameras happen to see explains nothing.
+        # That all cameras see a dot explains nothing.
         odds = abs(np.log(scaled.diagonal / np.median(_distances(scaled, rig))))
         if odds < np.log(_ODD):
             suspects.append((odds, factor, f"{what} probably in {size}", scaled))
@@ -248,7 +250,7 @@ def _suspect_units(scene: Scene, rig: Rig, seen: float) -> None:
 
 
 def _distances(scene: Scene, rig: Rig) -> FloatArray:
-    """Return (C,) the cameras' distances from the surface's middle, metres."""
+    """Return (C,) the cameras' distances from the middle of the surface, metres."""
     away: FloatArray = np.sqrt(((camera_positions(rig) - scene.centre) ** 2).sum(axis=1))
     return away
 
@@ -267,7 +269,7 @@ def _scaled(surface: Surface, factor: float) -> Surface:
 
 
 def _enclosed(scene: Scene, positions: FloatArray) -> NDArray[np.bool_]:
-    """Return whether the surface shows its inner side in nearly every direction, per position."""
+    """Return per position whether nearly every ray from it hits the inside of the surface."""
     directions = _sphere(_DIRECTIONS)
     hit, outer = scene.first_hits(
         np.repeat(positions, len(directions), axis=0), np.tile(directions, (len(positions), 1))

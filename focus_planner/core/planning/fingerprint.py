@@ -1,8 +1,8 @@
-"""Fingerprints of what a plan came from, stage by stage, to tell where two runs begin to differ.
+"""Fingerprints of a plan's stages, which show where two runs begin to differ.
 
-Sampling and solving repeat bit for bit wherever they run. Casting rays, and estimating a cloud's
-normals, is done in single precision by code that adapts to the processor: a ray that grazes an
-edge may hit on one machine and miss on another.
+Sampling and solving repeat bit for bit on every machine. Ray casting and the estimation of a
+cloud's normals run in single precision, in code that adapts to the processor: a ray that grazes
+an edge may hit on one machine and miss on another.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from focus_planner.core.problem.problem import Problem
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """What one stage came to.
+    """The result of one stage.
 
     Attributes
     ----------
     stage : str
-        "samples", "visibility" or "costs", of what was planned on; the same after "fresh " of what
-        the plan was judged on.
+        "samples", "visibility" or "costs" of the problem that was solved; prefixed with "fresh "
+        for the problem on the fresh samples.
     counts : tuple of int
-        Of samples, one entry; of visible pairs, one entry per camera.
+        The number of samples, or the numbers of visible pairs, one per camera.
     digests : tuple of int
-        64 bits of a hash of their bits, entry by entry.
+        For each count, 64 bits of a hash of what was counted.
     """
 
     stage: str
@@ -41,7 +41,7 @@ class Fingerprint:
 
 
 def fingerprints(plan: SolvedPlan) -> tuple[Fingerprint, ...]:
-    """Return the fingerprints of a plan's stages, in the order in which they were done."""
+    """Return the fingerprints of a plan's stages, in the order of the stages."""
     return (
         *_of_problem("fresh ", plan.fresh_problem),
         *_of_problem("", plan.problem),
@@ -52,7 +52,7 @@ def _of_problem(prefix: str, problem: Problem) -> Iterator[Fingerprint]:
     samples = problem.samples
     digest = _digest(samples.points, samples.normals, samples.weights, samples.areas)
     yield Fingerprint(f"{prefix}samples", (len(samples),), (digest,))
-    # Shots of a camera see the same: the first of each stands for all.
+    # All shots of a camera see the same, so the first stands for all.
     pairs = np.flatnonzero(problem.camera_index % problem.shots == 0)
     pairs = pairs[np.argsort(problem.camera_index[pairs], kind="stable")]
     cameras = np.arange(0, problem.camera_count + problem.shots, problem.shots)

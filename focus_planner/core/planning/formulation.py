@@ -30,8 +30,8 @@ from focus_planner.core.surface.surface import Mesh, Samples
 from focus_planner.core.surface.visibility import visible_pairs
 from focus_planner.core.validation import InputError
 
-# Enough to tell the costs' standard deviation to three percent; that it is EM's adds two, on the
-# safe side.
+# Enough to know the costs' standard deviation within three percent; that of EM's plan is another
+# two percent too large, which is on the safe side.
 _PILOT_SAMPLES = 2048
 
 
@@ -41,20 +41,27 @@ def formulate_problem(
     request: PlanRequest,
     model: CostModel | None = None,
     by: Density = "importance",
+    *,
+    fresh: bool = False,
     keep_going: Callable[[], bool] | None = None,
     enough: Callable[[], float] = lambda: math.inf,
 ) -> Problem:
-    """Return the discrete problem that a request poses, on samples by importance or by area.
+    """Return the discrete problem of a request, to plan on or to estimate a plan's quality on.
 
     Parameters
     ----------
     scene, rig, request, model
         As for :func:`plan_focus`.
+    by : {"importance", "area"}
+        The density of the samples.
+    fresh : bool
+        Whether to take the request's fresh samples, which no solver sees, in place of those to
+        plan on. That they fit is checked with the latter only.
     keep_going : callable, optional
-        Asked every few hundredths of a second of ray casting whether to go on. If not, the
-        problem is that of the samples so far, which are fewer and as fairly drawn.
+        Called every few hundredths of a second of ray casting; return False to stop. The problem
+        is then on the samples so far, which are fewer but drawn as fairly.
     enough : callable, optional
-        Asked, when not to go on, how many of the samples so far are enough.
+        Called after a stop: how many of the samples so far are enough. Parts beyond are left out.
 
     Raises
     ------
@@ -62,6 +69,28 @@ def formulate_problem(
         As :func:`plan_focus`.
     """
     request = choose_samples(scene, rig, request, model)
+    if fresh:
+        samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
+        order = None
+    else:
+        _check_counts(rig, request)
+        check_distance(scene, rig)
+        check_cameras_outside(scene, rig)
+        samples = scene.sample(request.samples, request.seed, by)
+        order = _fair_order(request, samples, keep_going)
+    visibility = visible_pairs(scene, rig, samples, keep_going, order, enough)
+    samples = _standing_for_all(samples, visibility.taken)
+    if not fresh:
+        _check_importance(samples, request)
+        explain_unseen(scene, rig, samples, visibility)
+    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
+    if not fresh:
+        check_depths(scene, problem, request.depth_tolerance)
+    return with_shots(problem, request.shots)
+
+
+def _check_counts(rig: Rig, request: PlanRequest) -> None:
+    """Raise if there are too few cameras and shots to move together, or too many to plan."""
     shots = len(rig) * request.shots
     if request.method == "k_view" and request.k > shots:
         raise InputError(
@@ -69,60 +98,24 @@ def formulate_problem(
             f"at most {shots}, the number of cameras"
             + (" times shots" if request.shots > 1 else ""),
             str(request.k),
-            "a single camera is planned for with method em",
+            "for a single camera, use method em",
         )
     if shots > MAX_CAMERAS:
         raise InputError(
             "shots", f"at most {MAX_CAMERAS // len(rig)} for {len(rig)} cameras", str(request.shots)
         )
-    check_distance(scene, rig)
-    check_cameras_outside(scene, rig)
-    samples = scene.sample(request.samples, request.seed, by)
-    visibility = visible_pairs(
-        scene, rig, samples, keep_going, _fair_order(request, samples, keep_going), enough
-    )
-    samples = _standing_for_all(samples, visibility.taken)
+
+
+def _check_importance(samples: Samples, request: PlanRequest) -> None:
+    """Raise if no sample has any importance."""
     if not samples.weights.any():
         raise InputError(
             "samples", "enough for one to have some importance", str(request.samples), "take more"
         )
-    explain_unseen(scene, rig, samples, visibility)
-    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
-    check_depths(scene, problem, request.depth_tolerance)
-    return with_shots(problem, request.shots)
-
-
-def formulate_fresh_problem(
-    scene: Scene,
-    rig: Rig,
-    request: PlanRequest,
-    model: CostModel | None = None,
-    by: Density = "importance",
-    keep_going: Callable[[], bool] | None = None,
-    enough: Callable[[], float] = lambda: math.inf,
-) -> Problem:
-    """Return the discrete problem that a request's plan is judged on.
-
-    Parameters
-    ----------
-    scene, rig, request, model, by, go_on, enough
-        As for :func:`formulate_problem`.
-
-    Raises
-    ------
-    InputError
-        As :func:`choose_samples`.
-    """
-    request = choose_samples(scene, rig, request, model)
-    samples = scene.fresh_samples(request.fresh_samples, request.seed, by)
-    visibility = visible_pairs(scene, rig, samples, keep_going, enough=enough)
-    samples = _standing_for_all(samples, visibility.taken)
-    problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
-    return with_shots(problem, request.shots)
 
 
 def subsample(problem: Problem, count: int, seed: int) -> Problem:
-    """Return the problem of some of a problem's samples, drawn at random."""
+    """Return the problem on ``count`` of a problem's samples, drawn at random."""
     drawn = np.random.default_rng(seed).permutation(problem.sample_count)[:count]
     taken = np.sort(drawn)
     counts = np.diff(problem.sample_offsets)[taken]
@@ -149,11 +142,11 @@ def choose_samples(
     model: CostModel | None = None,
     on_progress: ProgressCallback = never_stop,
 ) -> PlanRequest:
-    """Return the request with as many samples on a mesh as its standard error asks for.
+    """Return the request with as many samples on a mesh as its standard error takes.
 
-    The standard error falls with the square root of the number of samples; what it is for a few
-    of them, at the focus distances of EM on those, tells how many it takes. A request that says
-    how many, or takes a cloud's points, is returned as it is.
+    The standard error falls with the square root of the number of samples, so a pilot plan by EM
+    on a few of them tells how many are needed. A request that gives a number of samples, or takes
+    a cloud's own points, is returned unchanged.
 
     Raises
     ------
@@ -185,9 +178,10 @@ def choose_samples(
 def _fair_order(
     request: PlanRequest, samples: Samples, keep_going: Callable[[], bool] | None
 ) -> NDArray[np.int64] | None:
-    """Return the order in which the first samples stand for all, if it is not their own.
+    """Return an order in which any first part of the samples is a fair draw; None for their own.
 
-    A cloud's own points come as they were scanned, place by place.
+    Drawn samples are in random order already. A cloud's own points come as they were scanned,
+    place by place.
     """
     if keep_going is None or request.samples > 0:
         return None
@@ -195,7 +189,7 @@ def _fair_order(
 
 
 def _standing_for_all(samples: Samples, taken: NDArray[np.int64]) -> Samples:
-    """Return the samples taken; each stands for as much more of the surface as they are fewer."""
+    """Return the samples taken, scaled so that they stand for the area and weight of all."""
     if len(taken) == len(samples):
         return samples
     part = samples.take(taken)

@@ -1,24 +1,23 @@
-"""What a plan is asked for with, and what it says."""
+"""A plan: a focus distance per camera and shot, and how good they are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.planning.stop_log import StopLog
 
 if TYPE_CHECKING:
-    # It compiles kernels; requests and plans are also read where nothing is planned.
+    # Importing it loads compiled kernels, and plans are also read where nothing is planned.
     from focus_planner.core.problem.problem import Problem
 
 
-from enum import IntEnum
-
-
 class CameraStatus(IntEnum):
-    """What a plan says of one camera; equal to the constants of ``CameraFocus.msg``."""
+    """What a camera has to do in a plan; equal to the constants of ``CameraFocus.msg``."""
 
     UNKNOWN = 0
     PLANNED = 1
@@ -35,13 +34,13 @@ class Shot:
     focus_distance : float
         Along the optical axis from the centre of projection, metres.
     near_limit, far_limit : float
-        What is sharp there, metres; far may be inf.
+        The depth of field, metres; far may be inf.
     assigned_samples : int
-        Samples that this shot images better than all others of all cameras.
+        Samples that this shot images best of all shots of all cameras.
     in_focus_samples : int
-        Those of them that are in focus, within the depth tolerance.
+        How many of them are in focus, given the depth tolerance.
     device_value : float or None
-        What the lens's table has for the distance; None without a table.
+        The distance in the unit of the lens's table; None without a table.
     """
 
     focus_distance: float
@@ -54,21 +53,21 @@ class Shot:
 
 @dataclass(frozen=True)
 class CameraFocus:
-    """What a plan says of one camera.
+    """One camera's part of a plan.
 
     Attributes
     ----------
     name : str
     status : CameraStatus
     focus_distance, near_limit, far_limit : float
-        Those of the shot that images most samples best, metres; see :class:`Shot`.
+        Those of the shot with the most samples assigned, metres; see :class:`Shot`.
     assigned_samples, in_focus_samples : int
         Totals of all shots.
     shots : tuple of Shot
-        Ascending by focus distance, as many for every camera of a plan. One that images nothing
-        best has no samples assigned and may be left out.
+        Ascending by focus distance, the same number for every camera of a plan. A shot without
+        assigned samples need not be taken.
     device_value : float or None
-        What the lens's table has for ``focus_distance``; None without a table.
+        ``focus_distance`` in the unit of the lens's table; None without a table.
     device_unit : str or None
         The table's unit.
     """
@@ -89,10 +88,10 @@ class CameraFocus:
 class FocusPlan:
     """Focus distances for a rig, and how good they are.
 
-    On the samples that the solver was given a plan looks better than it is, and the fewer they
-    are the more so. Fresh samples, drawn independently of them, tell its cost and its areas
-    without that bias. They depend on the seed alone, so plans of one surface and seed are judged
-    on the same ones.
+    A plan looks better than it is on the samples that the solver was given, the more so the fewer
+    they are. Its cost and areas on fresh samples, drawn independently, are free of that bias.
+    Fresh samples depend on nothing but the surface and the seed, so plans with these in common
+    are compared on the same ones; see ``docs/quality.md``.
 
     Attributes
     ----------
@@ -102,18 +101,18 @@ class FocusPlan:
     lower_bound : float or None
         No plan for the solver's samples costs less on them.
     converged : bool
-        False if the time budget, or the watch, ended the solver or left samples out, or if
+        False if the time budget or the callback ended the solver or left samples out, or if
         ``optimal`` could not prove its gap.
     samples, seed : int
     depth_tolerance : float
-        Metres; what it was planned with.
+        The request's, metres.
     fresh_cost, fresh_standard_error : float
         The same mean over the fresh samples, and its standard error.
     fresh_samples : int
     surface_area, covered_area, in_focus_area : float
-        Of the surface, of what some camera sees, and of what is in focus in the camera that
-        images it best; square metres. The last two are estimated on the fresh samples, and leave
-        out what has no importance.
+        Of the surface, of the part that some camera sees, and of the part that is in focus in the
+        camera that images it best; square metres. The last two are estimated on the fresh samples
+        and leave out surface of no importance.
     in_focus_standard_error : float
         Of ``in_focus_area``, square metres.
     solve_seconds, total_seconds : float
@@ -141,7 +140,7 @@ class FocusPlan:
 
     @property
     def gap(self) -> float | None:
-        """By what part of its cost at most another plan could be cheaper on these samples."""
+        """(cost − lower bound) / cost: at most this much can be saved on these samples."""
         if self.lower_bound is None:
             return None
         return (self.cost - self.lower_bound) / self.cost if self.cost else 0.0
@@ -152,7 +151,7 @@ class FocusPlan:
         return len(self.cameras[0].shots) if self.cameras else 1
 
     def summary(self) -> str:
-        """Return in one line how good the plan is."""
+        """Return the plan's quality in one line."""
         text = (
             f"{self.method}, cost {self.cost:.1f} on {self.samples} samples,"
             f" {self.fresh_cost:.1f} ± {self.fresh_standard_error:.1f} on {self.fresh_samples}"
@@ -164,25 +163,25 @@ class FocusPlan:
 
     @property
     def focus_distances(self) -> FloatArray:
-        """(C · shots,) metres, camera by camera: what a ``Problem`` of as many shots evaluates."""
+        """(C · shots,) metres, camera by camera, as ``Problem.evaluate`` takes them."""
         return np.array([shot.focus_distance for camera in self.cameras for shot in camera.shots])
 
 
 @dataclass(frozen=True, eq=False)
 class WarmStart:
-    """What a plan leaves to the next.
+    """The parts of a plan that the next one can start from.
 
     Attributes
     ----------
     names : tuple of str
-        The C cameras of the problem that was solved: with several shots each of the rig's as
-        often, one after the other.
+        The C cameras of the problem that was solved: with several shots, each camera of the rig
+        is repeated once per shot.
     focus_distances : (C,) array
         Metres.
     points : (N, 3) array
         The samples, metres.
     prices : (N,) array, optional
-        Theirs, 0 to 1, if a bound was made.
+        The samples' prices, 0 to 1, if a bound was computed.
     """
 
     names: tuple[str, ...]
@@ -193,29 +192,29 @@ class WarmStart:
 
 @dataclass(frozen=True)
 class SolvedPlan(FocusPlan):
-    """A plan that was just made.
+    """A plan together with what it came from.
 
     Attributes
     ----------
     problem : Problem
-        What was solved; with several shots each camera stands in it as often.
+        The problem that was solved; with several shots, each camera is in it once per shot.
     fresh_problem : Problem
-        What it was judged on.
+        The problem on the fresh samples.
     prices : (N,) array or None
-        Of the samples of ``problem``, 0 to 1, that prove the lower bound.
-    answers : tuple of int
-        How often in a row the time budget and the watch let it go on, then how often not, and so
-        on: with these it is made again, bit for bit, whatever the clock says.
+        Of the samples of ``problem``, 0 to 1; they prove the lower bound.
+    stop_log : StopLog
+        Where the time budget or the callback ended it: with this log it can be made again, bit
+        for bit, on any machine.
     """
 
     problem: Problem = field(repr=False, compare=False)
     fresh_problem: Problem = field(repr=False, compare=False)
     prices: FloatArray | None = field(repr=False, compare=False)
-    answers: tuple[int, ...] = field(repr=False, compare=False)
+    stop_log: StopLog = field(repr=False, compare=False)
 
     @property
     def warm_start(self) -> WarmStart:
-        """What the next plan can start from."""
+        """The parts that the next plan can start from."""
         return WarmStart(
             self.problem.names, self.focus_distances, self.problem.samples.points, self.prices
         )

@@ -1,26 +1,23 @@
-"""From a scene, a rig and a request to a plan: the one path that every user takes."""
+"""From a scene, a rig and a request to a plan: the one path for every front end."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.bounds.lower_bound import lower_bound
-from focus_planner.core.planning.deadline import FRESH_SHARE, SAMPLES_SHARE, Deadline
-from focus_planner.core.planning.formulation import (
-    choose_samples,
-    formulate_fresh_problem,
-    formulate_problem,
-    subsample,
-)
+from focus_planner.core.planning.formulation import choose_samples, formulate_problem, subsample
+from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
 from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
 from focus_planner.core.planning.warm_start import warm_options
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem, mean_cost
@@ -32,8 +29,8 @@ from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 
-# A quick bound's price steps: on bodies it is then within a quarter of a percent, in about the time
-# that a 2-view plan takes.
+# Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
+# time of a 2-view plan.
 _QUICK_STEPS = 60
 
 
@@ -44,12 +41,14 @@ def plan_focus(
     model: CostModel | None = None,
     on_progress: ProgressCallback = never_stop,
     warm_start: WarmStart | None = None,
-    answers: Sequence[int] | None = None,
+    stop_log: StopLog | None = None,
+    *,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> SolvedPlan:
     """Sample the surface, find what each camera sees, and solve for the focus distances.
 
-    The same arguments give the same plan, bit for bit, but for its seconds, unless a time budget
-    or the watch ends it.
+    The same arguments give the same plan, bit for bit except for its seconds, unless the time
+    budget or the callback ends it early.
 
     Parameters
     ----------
@@ -59,71 +58,73 @@ def plan_focus(
     request : PlanRequest, optional
     model : CostModel, optional
         The paper's constants by default.
-    on_progress : callable, optional
-        Told of every step: of ray casting (stages "fresh" and "visibility", of no cost yet), of
-        the solver when it is to begin ("solving") and of its steps, of the bound ("prices");
-        answers whether to go on. If not, the plan is the best so far.
+    on_progress : ProgressCallback, optional
+        Called after every part of ray casting (stages "fresh" and "visibility") and of the search
+        for cells ("cells"), when the solver is about to start ("solving"), and after every step
+        of the solver and of the bound ("prices"). Return False to stop; the plan is then the best
+        found so far. There is no cost before the solver's first step.
     warm_start : WarmStart, optional
-        Of a plan for a similar surface, rig and request, to start from; the plan depends on it
-        then.
-    answers : sequence of int, optional
-        Those of a plan that a time budget or a watch ended, to make it again, bit for bit.
+        From a plan for a similar surface, rig and request: the solver starts from it, and the plan
+        depends on it.
+    stop_log : StopLog, optional
+        Of a plan that a time budget or a callback ended, to make it again, bit for bit; the time
+        budget is not looked at.
+    clock : callable, optional
+        Returns seconds, monotonic; measures the time budget and the plan's seconds.
 
     Raises
     ------
     InputError
         If the request does not fit the rig or the surface, no camera sees the surface, or the
-        standard error would take too many samples; the message says what was suspected.
+        standard error would take too many samples. The message names the probable mistake.
     """
     request = request or PlanRequest()
     options = _options(rig, request)
-    deadline = Deadline(request.time_budget, on_progress, answers)
-    request = choose_samples(scene, rig, request, model, deadline)
-    asked = on_progress is not never_stop or request.time_budget < np.inf or answers is not None
-    fresh_part, part = (
-        deadline.within(stage, share / request.shots) if asked else None
-        for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
-    )
-    enough = deadline.enough
-    fresh = formulate_fresh_problem(
-        scene, rig, request, model, keep_going=fresh_part, enough=enough
-    )
-    problem = formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
-    formulated = time.perf_counter()
-    problem = _with_cells(problem, request, deadline if asked else None)
+    pacer = Pacer(TimeBudget(request.time_budget, clock), on_progress, stop_log)
+    request = choose_samples(scene, rig, request, model, pacer)
+    fresh, problem = _formulate(scene, rig, request, model, pacer)
+    solving_began = clock()
+    problem = _with_cells(problem, request, pacer)
     options = replace(options, start=spread_start(problem))
     if warm_start is not None:
         options = warm_options(options, warm_start, problem)
     bounded = request.bound != "none" and request.method != "optimal"
-    deadline.allow_for(time.perf_counter() - formulated, bounded, request.shots)
+    pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
     with kernels.threads_for(len(problem.depth)):
-        solution = SOLVERS[request.method](problem, options, deadline)
-        solved = time.perf_counter()
-        # One who wants no more waits for no bound, unless it is there already.
-        if bounded and not deadline.told_no:
-            deadline.bound_now()
-            solution = _bounded(problem, solution, request, options, deadline)
-    return _plan(
-        scene,
-        problem,
-        fresh,
-        request,
-        solution,
-        deadline=deadline,
-        solve_seconds=solved - formulated,
+        solution = SOLVERS[request.method](problem, options, pacer)
+        solve_seconds = clock() - solving_began
+        # A caller who stopped the plan is waiting for it, not for a bound.
+        if bounded and not pacer.callback_stopped:
+            pacer.start_bound()
+            solution = _bounded(problem, solution, request, options, pacer)
+    return _plan(scene, problem, fresh, request, solution, pacer=pacer, solve_seconds=solve_seconds)
+
+
+def _formulate(
+    scene: Scene, rig: Rig, request: PlanRequest, model: CostModel | None, pacer: Pacer
+) -> tuple[Problem, Problem]:
+    """Return the problem on fresh samples and the one to plan on."""
+    fresh_part, part = (
+        # Without questions in between, rays are cast all at once.
+        pacer.within(stage, share / request.shots) if pacer.may_stop else None
+        for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
     )
+    enough = pacer.enough
+    fresh = formulate_problem(
+        scene, rig, request, model, fresh=True, keep_going=fresh_part, enough=enough
+    )
+    return fresh, formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
 
 
-def _with_cells(problem: Problem, request: PlanRequest, deadline: Deadline | None) -> Problem:
-    """Return the problem with its cells; of fewer samples, if they are not to be waited for."""
+def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem:
+    """Return the problem with its cells; on fewer samples if the callback stopped the search."""
     with kernels.threads_for(len(problem.depth)):
-        if deadline is None:
-            _ = problem.cells
-        elif not problem.find_cells(partial(deadline.asked, "cells")):
-            few = int(min(deadline.enough(), problem.sample_count))
-            deadline.shortened = deadline.shortened or few < problem.sample_count
-            return subsample(problem, few, request.seed)
-    return problem
+        if problem.find_cells(pacer.untimed("cells")):
+            return problem
+    count = int(min(pacer.enough(), problem.sample_count))
+    if count < problem.sample_count:
+        pacer.samples_left_out = True
+    return subsample(problem, count, request.seed)
 
 
 def _bounded(
@@ -133,7 +134,7 @@ def _bounded(
     options: Options,
     on_progress: ProgressCallback,
 ) -> Solution:
-    """Return a solution that comes without a lower bound, with one."""
+    """Return a solution without a lower bound with one added."""
     near = solution.cost
     if request.method in {"closest", "average"}:
         near = SOLVERS["em"](problem, options).cost
@@ -164,24 +165,11 @@ def _plan(
     request: PlanRequest,
     solution: Solution,
     *,
-    deadline: Deadline,
+    pacer: Pacer,
     solve_seconds: float,
 ) -> SolvedPlan:
     focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
-    count = problem.camera_count
-    assigned = np.bincount(best[best >= 0], minlength=count)
-    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
-    shots = []
-    for c, lens in enumerate(problem.lenses):
-        near, far = depth_of_field(focus[c], lens)
-        device_value = lens.table.value_at(float(focus[c])) if lens.table else None
-        counts = int(assigned[c]), int(in_focus[c])
-        shots.append(Shot(float(focus[c]), float(near), float(far), *counts, device_value))
-    cameras = [
-        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
-        for c in range(0, count, problem.shots)
-    ]
     quality = estimate_quality(fresh, focus)
     cost = mean_cost(problem.samples.weights, costs)
     bound = solution.lower_bound
@@ -189,7 +177,7 @@ def _plan(
         method=request.method,
         cost=cost,
         lower_bound=None if bound is None else min(bound, cost),
-        converged=solution.converged and not deadline.shortened,
+        converged=solution.converged and not pacer.samples_left_out,
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
@@ -201,17 +189,34 @@ def _plan(
         in_focus_area=quality.in_focus_area.value,
         in_focus_standard_error=quality.in_focus_area.standard_error,
         solve_seconds=solve_seconds,
-        total_seconds=time.perf_counter() - deadline.started,
-        cameras=tuple(cameras),
+        total_seconds=pacer.budget.elapsed(),
+        cameras=_camera_plans(problem, focus, best),
         problem=problem,
         fresh_problem=fresh,
         prices=solution.prices,
-        answers=deadline.answers,
+        stop_log=pacer.stop_log,
+    )
+
+
+def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[CameraFocus, ...]:
+    """Return every camera's part of the plan, given each sample's best camera."""
+    count = problem.camera_count
+    assigned = np.bincount(best[best >= 0], minlength=count)
+    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
+    shots = []
+    for c, lens in enumerate(problem.lenses):
+        near, far = depth_of_field(focus[c], lens)
+        device_value = lens.table.value_at(float(focus[c])) if lens.table else None
+        counts = int(assigned[c]), int(in_focus[c])
+        shots.append(Shot(float(focus[c]), float(near), float(far), *counts, device_value))
+    return tuple(
+        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
+        for c in range(0, count, problem.shots)
     )
 
 
 def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
-    """Return what the shots of one camera, whose first is ``first`` in the problem, amount to."""
+    """Return a camera's part of the plan; its first shot is camera ``first`` of the problem."""
     main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
     assigned = sum(shot.assigned_samples for shot in shots)
     status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED

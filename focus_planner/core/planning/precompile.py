@@ -1,4 +1,4 @@
-"""Compiling, or loading from the disk, all that a plan runs, before the first request."""
+"""Compile, or load from disk, every kernel that a plan may run, before the first request."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ _SAMPLES = 200
 _MERIDIANS, _PARALLELS = 24, 12
 
 
-def warm_up(keep_going: Callable[[], bool] = lambda: True) -> None:
-    """Plan a small ball in every way there is, so that no request has to wait for a compiler.
+def precompile(keep_going: Callable[[], bool] = lambda: True) -> None:
+    """Plan for a small ball in every possible way, so that no request waits for a compiler.
 
-    Kernels are compiled per type of their arguments, and those depend on the method, on the kind
-    of surface and on whether the samples are a cloud's own points. Half a minute the first time,
-    then under a second: Numba keeps what it compiled.
+    Kernels are compiled for the types of their arguments, which depend on the method, on the kind
+    of surface and on whether the samples are a cloud's own points. This takes half a minute the
+    first time and less than a second from then on: Numba caches compiled kernels on disk.
 
     Parameters
     ----------
     keep_going : callable, optional
-        Asked before every plan whether to make it.
+        Called before every plan; return False to stop.
     """
     intrinsics = CameraIntrinsics(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
     rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, intrinsics=intrinsics)
@@ -48,7 +48,7 @@ def warm_up(keep_going: Callable[[], bool] = lambda: True) -> None:
 
 
 def _branch(scene: Scene, rig: Rig) -> None:
-    """Branch once: what is proven without, as for the ball, leaves those kernels out."""
+    """Run branch and bound for one step: plans for the ball are proven optimal without it."""
     gains = gains_of(formulate_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
     prices = Prices(gains)
     prices.descend(0)
@@ -82,7 +82,7 @@ def _requests() -> Iterator[PlanRequest]:
 
 
 def _ball() -> Mesh:
-    """Return a ball of 0.2 m radius around the origin, its poles cut off."""
+    """Return a ball of 0.2 m radius around the origin, open at its poles."""
     turn, rise = np.meshgrid(
         np.arange(_MERIDIANS) * 2 * np.pi / _MERIDIANS,
         np.linspace(-0.9, 0.9, _PARALLELS) * np.pi / 2,

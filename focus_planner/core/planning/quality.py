@@ -1,4 +1,4 @@
-"""How good focus distances are, estimated from samples that no solver has seen."""
+"""The quality of focus distances on a surface, estimated from samples."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Quality:
-    """What focus distances are worth on a surface.
+    """How well focus distances image a surface.
 
     Attributes
     ----------
     cost : Estimate
         1000 × the weighted mean over the surface of the pointwise cost (Eq. 3).
     covered_area, in_focus_area : Estimate
-        Of what some camera sees, and of what is in focus in the camera that images it best;
-        square metres.
+        Of the part that some camera sees, and of the part that is in focus in the camera that
+        images it best; square metres.
     """
 
     cost: Estimate
@@ -49,10 +49,10 @@ class Quality:
 
 
 def estimate_quality(problem: Problem, focus: FloatArray) -> Quality:
-    """Return what focus distances are worth on a problem's samples.
+    """Estimate from a problem's samples how well focus distances image its surface.
 
-    Without bias where the samples are a random draw that the distances do not depend on; on the
-    samples that a solver was given its distances look better than they are.
+    The estimate is unbiased if the samples are a random draw on which the distances do not
+    depend; a solver's distances look better than they are on the samples that it was given.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def estimate_quality(problem: Problem, focus: FloatArray) -> Quality:
 def weighted_mean(weights: FloatArray, values: FloatArray | NDArray[np.bool_]) -> Estimate:
     """Return the ratio Σ w·v / Σ w of independent samples and its linearised standard error.
 
-    The sample size is random in terms of weight, so the mean is a ratio of two sums: to first
+    The total weight is as random as the weighted sum, so the mean is a ratio estimator: to first
     order its error is that of the sum of w·(v − mean) (Cochran, *Sampling Techniques*, Sec. 6.3).
 
     Parameters

@@ -1,4 +1,4 @@
-"""Starting from the plan of a similar surface, rig or request: its distances and its prices."""
+"""Warm starts: from the distances and prices of a plan for a similar surface, rig or request."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from focus_planner.core.solvers import Options
 
 
 def warm_options(options: Options, warm_start: WarmStart, problem: Problem) -> Options:
-    """Return the options with a start for a problem that resembles the one warm_start.
+    """Return the options to solve a problem from a warm start.
 
-    Cameras are known again by their names, and shots by their order; those that are new, and all
-    brackets of another number of shots, start as they would have. A sample takes the price of the
-    nearest sample before: prices are what a place gains from focus, and change little with it.
+    Cameras are matched by name and shots by their order. New cameras start as they would without
+    a warm start, and so do all if the number of shots has changed. Each sample takes the price of
+    the nearest sample of the earlier plan: a price is what focus on a place gains, and differs
+    little from place to place.
     """
     start = options.start
     if start is None:
@@ -36,5 +37,5 @@ def warm_options(options: Options, warm_start: WarmStart, problem: Problem) -> O
 
 
 def _numbered(names: tuple[str, ...]) -> list[tuple[str, int]]:
-    """Return every camera's shots: its name, and their numbers from 0."""
+    """Return (camera's name, number of the shot from 0) for every shot."""
     return [(name, shot) for name, shots in groupby(names) for shot, _ in enumerate(shots)]

@@ -1,1 +1,1 @@
-"""core/problem."""
+"""The discrete problem that solvers work on: samples, camera pairs, their costs, focus cells."""

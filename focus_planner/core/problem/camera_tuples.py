@@ -1,4 +1,4 @@
-"""Which cameras move together: tuples, and batches of tuples that may move at the same time."""
+"""Tuples of cameras to optimise jointly, and batches of tuples that may move at the same time."""
 
 from __future__ import annotations
 
@@ -15,58 +15,29 @@ from focus_planner.core.arrays import IntArray, Offsets
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Grid
 
-# Each camera is paired with as many others as it has neighbours on a grid. On bodies, more took
-# longer and came no nearer to the optimum.
-_STRONGEST = 4
-# Counts for all pairs of cameras at once would need gigabytes for ten thousand cameras.
+# Without a grid, each camera is paired with as many others as it would have neighbours on one. On
+# bodies, more took longer and came no closer to the optimum.
+_NEIGHBOURS_PER_CAMERA = 4
+# Counting for all pairs of cameras at once would need gigabytes for ten thousand cameras.
 _ROWS_AT_ONCE = 1024
-# Between questions whether to go on: what takes a fiftieth of a second.
-_PAIRS_BETWEEN_QUESTIONS = 1_000_000
-_LISTED_BETWEEN_QUESTIONS = 400_000
+# Work between two calls of ``keep_going``: about 20 ms.
+_PAIRS_BETWEEN_CHECKS = 1_000_000
+_LISTED_BETWEEN_CHECKS = 400_000
 
 
 class Abandoned(Exception):  # noqa: N818 - nothing went wrong
-    """The tuples are not wanted any more."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tuples:
-    """Camera tuples, batch by batch, with the samples that each one's cameras share.
-
-    Attributes
-    ----------
-    cameras : (T, k) array of int32
-        The last camera of a triple is the one with the fewest cells.
-    batch_offsets : (B + 1,) array of int64
-        Tuples ``batch_offsets[b]`` to ``batch_offsets[b + 1]`` do not influence each other.
-    shared_offsets : (T + 1,) array of int64
-        Tuple t's shared samples are ``shared_offsets[t]`` to ``shared_offsets[t + 1]``.
-    samples : (L,) array of int32
-        The samples that at least two cameras of the tuple see, ascending.
-    bases : (L, k) array of int64
-        Their base cost with each of the tuple's cameras, ``NEVER`` where it does not see them.
-    firsts, lasts : (L, k) arrays of int32
-        The cells that hold them in focus.
-    """
-
-    cameras: IntArray
-    batch_offsets: Offsets
-    shared_offsets: Offsets
-    samples: IntArray
-    bases: Offsets
-    firsts: IntArray
-    lasts: IntArray
+    """The search for tuples was stopped by ``keep_going``."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Graph:
-    """Cameras and their neighbours: those of c are ``offsets[c]`` to ``offsets[c + 1]``."""
+    """Camera c's neighbours are ``neighbours[offsets[c]:offsets[c + 1]]``."""
 
     offsets: Offsets
     neighbours: IntArray
 
     def edges(self) -> NDArray[np.int64]:
-        """Return (E, 2) each pair of neighbours once, the lower first, ascending."""
+        """Return (E, 2) each pair of neighbours once, the lower camera first, ascending."""
         a = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
         both = np.stack([a, self.neighbours], axis=1)
         return both[both[:, 0] < both[:, 1]]
@@ -78,27 +49,37 @@ def camera_tuples(
     scope: str,
     grid: Grid | None,
     keep_going: Callable[[], bool] = lambda: True,
-) -> Tuples:
-    """Return the k-tuples of cameras worth moving together: connected k-sets of neighbours.
+) -> kernels.CameraTuples:
+    """Return the k-tuples of cameras to optimise jointly: connected sets of k neighbours.
 
-    Neighbours are those on ``grid``; without one, each camera's strongest overlaps, by the
-    number of samples that both see. Cameras that can hold nothing in focus are left out. With
-    several shots per camera those of one camera are each other's neighbours, and the first of
-    one that of its neighbour's first, and so on.
+    Neighbours are those on the grid. Without a grid, each camera's neighbours are those with which
+    it shares most samples. Cameras that cannot hold any sample in focus are left out. With several
+    shots per camera, the shots of one camera are neighbours, and so are the i-th shots of
+    neighbouring cameras.
 
-    Tuples influence each other with scope "assigned" where they share a camera (the paper's
-    independent sets), with "all" where they see a common sample.
-
-    ``keep_going`` is asked every few hundredths of a second, by the work done.
+    Parameters
+    ----------
+    problem : Problem
+    k : int
+        2 or 3.
+    scope : {"all", "assigned"}
+        Which tuples influence each other, and so go into different batches: with "assigned" those
+        that share a camera (the paper's independent sets), with "all" those that see a common
+        sample.
+    grid : Grid, optional
+    keep_going : callable
+        Called about every 20 ms, by the work done; return False to stop.
 
     Raises
     ------
     Abandoned
-        If it says no.
+        If ``keep_going`` returned False.
     """
     overlap, shared = _overlaps(problem, keep_going)
-    edges = _grid_edges(grid) if grid is not None else _strongest(overlap, shared, problem.shots)
-    graph = _graph(problem.camera_count, _between_shots(edges, problem.camera_count, problem.shots))
+    edges = (
+        _grid_edges(grid) if grid is not None else _overlap_edges(overlap, shared, problem.shots)
+    )
+    graph = _graph(problem.camera_count, _shot_edges(edges, problem.camera_count, problem.shots))
     cameras = graph.edges() if k == 2 else _triples(graph)
     cell_counts = np.diff(problem.cells.offsets)
     cameras = cameras[(cell_counts[cameras] > 0).all(axis=1)]
@@ -109,25 +90,18 @@ def camera_tuples(
     colours = kernels.colour(cameras, reach, overlap.neighbours)
     batched = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
     batch_offsets = np.concatenate([[0], np.cumsum(np.bincount(colours))])
-    return _with_shared(problem, batched, batch_offsets, keep_going)
+    return _with_shared_samples(problem, batched, batch_offsets, keep_going)
 
 
 def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph, Offsets]:
-    """Return which cameras see a common sample, and per neighbour how many."""
+    """Return the graph of cameras that see a common sample, and for each edge how many they do."""
     cameras = problem.camera_count
     seeing = len(problem.camera_index) / problem.sample_count
     work = np.diff(problem.camera_offsets) * seeing
     rows, neighbours, common = [], [], []
-    for low, high in _parts(work, _PAIRS_BETWEEN_QUESTIONS, keep_going, _ROWS_AT_ONCE):
+    for low, high in _chunks(work, _PAIRS_BETWEEN_CHECKS, keep_going, _ROWS_AT_ONCE):
         counts = np.empty((high - low, cameras), dtype=np.int32)
-        kernels.count_common(
-            problem.camera_offsets,
-            problem.cells.seen,
-            problem.sample_offsets,
-            problem.camera_index,
-            low,
-            counts,
-        )
+        kernels.count_common(problem.pairs_by_camera, problem.pairs_by_sample, low, counts)
         row, neighbour = np.nonzero(counts)
         rows.append(np.count_nonzero(counts, axis=1))
         neighbours.append(neighbour.astype(np.int32))
@@ -136,8 +110,8 @@ def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph,
     return _Graph(offsets, np.concatenate(neighbours)), np.concatenate(common)
 
 
-def _strongest(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64]:
-    """Return (E, 2) each camera of the rig, not shot, with those that it overlaps most with."""
+def _overlap_edges(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64]:
+    """Return (E, 2) each of the rig's cameras with those that it shares most samples with."""
     cameras = (len(overlap.offsets) - 1) // shots
     a = np.repeat(np.arange(len(overlap.offsets) - 1), np.diff(overlap.offsets))
     first = (a % shots == 0) & (overlap.neighbours % shots == 0)
@@ -146,17 +120,17 @@ def _strongest(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64
         np.concatenate([[0], np.cumsum(counts)]),
         overlap.neighbours[first] // np.int32(shots),
         shared[first],
-        _STRONGEST,
+        _NEIGHBOURS_PER_CAMERA,
     )
     camera, place = np.nonzero(found >= 0)
     return np.stack([camera, found[camera, place]], axis=1)
 
 
-def _between_shots(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[np.int64]:
-    """Return (E, 2) the edges between the shots of cameras with these edges, and of each camera.
+def _shot_edges(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[np.int64]:
+    """Return (E, 2) the edges between shots that follow from edges between cameras.
 
-    Joining each shot of a camera with every shot of its neighbours took longer, for a few
-    hundredths of a percent at most.
+    Joining each shot with every shot of the neighbours took longer and gained a few hundredths of
+    a percent at most.
     """
     alike = edges[:, None] * shots + np.arange(shots)[None, :, None]
     own = np.array(list(combinations(range(shots), 2)), dtype=np.int64).reshape(-1, 2)
@@ -172,7 +146,7 @@ def _grid_edges(grid: Grid) -> NDArray[np.int64]:
 
 
 def _graph(cameras: int, edges: NDArray[np.int64]) -> _Graph:
-    """Return the graph of these edges, in both directions, each once, without loops."""
+    """Return the graph of these edges in both directions, without duplicates and loops."""
     edges = edges[edges[:, 0] != edges[:, 1]]
     both = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
     counts = np.bincount(both[:, 0], minlength=cameras)
@@ -180,7 +154,7 @@ def _graph(cameras: int, edges: NDArray[np.int64]) -> _Graph:
 
 
 def _triples(graph: _Graph) -> NDArray[np.int64]:
-    """Return (T, 3) each set of a camera and two of its neighbours once, ascending."""
+    """Return (T, 3) each set of a camera and two of its neighbours once, sorted."""
     found = [
         (camera, *pair)
         for camera, (low, high) in enumerate(pairwise(graph.offsets))
@@ -189,13 +163,13 @@ def _triples(graph: _Graph) -> NDArray[np.int64]:
     return np.unique(np.sort(np.array(found, dtype=np.int64).reshape(-1, 3), axis=1), axis=0)
 
 
-def _parts(
+def _chunks(
     work: NDArray[np.float64],
     most_work: float,
     keep_going: Callable[[], bool],
     most: int | None = None,
 ) -> Iterator[tuple[int, int]]:
-    """Yield runs of items that together take no more than so much work; ask between them."""
+    """Yield ranges of items with at most ``most_work`` in all; call ``keep_going`` in between."""
     low, done = 0, 0.0
     for at, each in enumerate(work.tolist()):
         if at > low and (done + each > most_work or at - low == most):
@@ -208,34 +182,27 @@ def _parts(
         yield low, len(work)
 
 
-def _with_shared(
+def _with_shared_samples(
     problem: Problem, cameras: IntArray, batch_offsets: Offsets, keep_going: Callable[[], bool]
-) -> Tuples:
-    cells = problem.cells
+) -> kernels.CameraTuples:
+    pairs = problem.pairs_by_camera
     offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
-    work = np.diff(problem.camera_offsets)[cameras].sum(axis=1).astype(np.float64)
-    parts = partial(_parts, work, _LISTED_BETWEEN_QUESTIONS, keep_going)
+    work = np.diff(pairs.offsets)[cameras].sum(axis=1).astype(np.float64)
+    parts = partial(_chunks, work, _LISTED_BETWEEN_CHECKS, keep_going)
     for low, high in parts():
-        counts = kernels.count_shared(cameras[low:high], problem.camera_offsets, cells.seen)
+        counts = kernels.count_shared(cameras[low:high], pairs.offsets, pairs.sample)
         offsets[low + 1 : high + 1] = counts
     offsets = np.cumsum(offsets)
     shape = (int(offsets[-1]), cameras.shape[1])
-    samples = np.empty(shape[0], dtype=np.int32)
-    bases = np.empty(shape, dtype=np.int64)
-    firsts, lasts = np.empty(shape, dtype=np.int32), np.empty(shape, dtype=np.int32)
+    tuples = kernels.CameraTuples(
+        cameras=cameras,
+        batch_offsets=batch_offsets,
+        shared_offsets=offsets,
+        samples=np.empty(shape[0], dtype=np.int32),
+        bases=np.empty(shape, dtype=np.int64),
+        firsts=np.empty(shape, dtype=np.int32),
+        lasts=np.empty(shape, dtype=np.int32),
+    )
     for low, high in parts():
-        kernels.list_shared(
-            cameras[low:high],
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_base,
-            cells.seen_first,
-            cells.seen_last,
-            kernels.NEVER,
-            offsets[low : high + 1],
-            samples,
-            bases,
-            firsts,
-            lasts,
-        )
-    return Tuples(cameras, batch_offsets, offsets, samples, bases, firsts, lasts)
+        kernels.list_shared(tuples, low, high, pairs)
+    return tuples

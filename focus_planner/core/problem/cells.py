@@ -1,4 +1,4 @@
-"""Focus ranges worth choosing between, costs in whole units."""
+"""Focus cells: the ranges of focus distance worth choosing between, with costs in whole units."""
 
 from __future__ import annotations
 
@@ -14,37 +14,39 @@ from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import nearest_settable
 
-# Solvers count cost in whole units of 2^-43 of the total weight: sums are exact whatever their
-# order, ties are ties, and a step that does not pay is never taken. What rounding a sample's
-# cost to a unit changes, 1e-13 of the total, no capture can tell; kernels/k_view.py needs the
-# bits above.
+# Solvers count cost in whole units of 2^-43 of the total weight: sums are exact in any order, ties
+# are ties, and no step is taken that does not pay. Rounding to units changes costs by 1e-13 of the
+# total, far below what any capture can show; kernels/k_view.py needs the remaining bits.
 UNITS = 2**43
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The focus distances worth choosing between, and what each pair costs, in whole units.
+    """Each camera's focus cells, and the cost of each pair in whole units.
+
+    A cell is a maximal range of focus distances that hold the same pairs in focus, such that no
+    other range holds those and more: one distance per cell is worth considering (Sec. 3.4.1).
 
     Attributes
     ----------
     lenses : tuple of Lens
-        The problem's.
+        The problem's: one per camera.
     offsets : (C + 1,) array of int64
         Camera c's cells are ``offsets[c]`` to ``offsets[c + 1]``, ascending.
     near, far : (M,) arrays
-        The focus distances that each cell reaches from and to, metres; far may be inf.
+        The ends of each cell, metres; far may be inf.
     base : (P,) array of int64
-        Cost of each pair in focus, weighted, in units.
+        Weighted cost of each pair in focus, units.
     first, last : (P,) arrays of int32
-        The cells of its camera, counted from the camera's first, that hold each pair in focus;
-        first > last if none does.
+        The first and last cell that holds each pair in focus, counted from its camera's first
+        cell; first > last if none does.
     seen, seen_base, seen_first, seen_last : (P,) arrays
-        The pairs' samples, and the same, camera by camera: camera c's pairs, samples ascending,
-        are ``camera_offsets[c]`` to ``camera_offsets[c + 1]`` of the problem.
+        Sample, base, first and last of each pair, ordered by camera and ascending sample: camera
+        c's pairs are ``camera_offsets[c]`` to ``camera_offsets[c + 1]`` of the problem.
     focus : (N,) array of int64
-        What the sample costs more out of focus, weighted, in units.
+        Weighted extra cost of each sample out of focus, units.
     unseen : (N,) array of int64
-        What the sample costs if no camera sees it, weighted, in units.
+        Weighted cost of each sample if no camera sees it, units.
     """
 
     lenses: tuple[Lens, ...]
@@ -62,13 +64,13 @@ class Cells:
     unseen: Offsets
 
     def distances(self) -> FloatArray:
-        """Return (M,) the focus distance in the middle of each cell, metres (Sec. 3.4.1)."""
+        """Return (M,) the settable focus distance nearest to each cell's middle, metres."""
         cameras = np.repeat(np.arange(len(self.lenses)), np.diff(self.offsets))
         return settable(self.lenses, cameras, middle(self.near, self.far))
 
 
 def middle(near: FloatArray, far: FloatArray) -> FloatArray:
-    """Return the middle of [near, far]; where far is inf the middle in dioptres, 2·near."""
+    """Return the middle of [near, far]; where far is inf, the middle in dioptres: 2·near."""
     bounded = np.isfinite(far)
     return np.where(bounded, (near + np.where(bounded, far, near)) / 2, 2 * near)
 
@@ -76,25 +78,25 @@ def middle(near: FloatArray, far: FloatArray) -> FloatArray:
 def settable(
     lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]], distances: FloatArray
 ) -> FloatArray:
-    """Return the focus distances, each moved to the nearest that its camera's lens takes.
+    """Return the nearest distance to each that its camera's lens can be set to, metres.
 
-    The middle of a cell does not leave it: the cell's ends can be set.
+    From the middle of a cell this stays within the cell, whose ends are settable.
     """
     moved = np.empty_like(distances)
-    for lens, part in _by_lens(lenses, cameras):
+    for lens, part in group_by_lens(lenses, cameras):
         moved[part] = nearest_settable(distances[part], lens)
     return moved
 
 
-def _by_lens(
+def group_by_lens(
     lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]]
 ) -> Iterator[tuple[Lens, NDArray[np.int64] | slice]]:
-    """Yield every kind of lens, and which of the cameras, given by index, have it."""
+    """Yield every distinct lens and where it occurs among the cameras, given by index."""
     kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
     if len(kinds) == 1:
         yield lenses[0], slice(None)
         return
-    # Sorted once, as small numbers: with a table of its own every camera is a kind.
+    # One sort of small integers: with a table each, every camera's lens is different.
     number = np.min_scalar_type(len(kinds))
     kind_of_each = np.array([kinds[lens] for lens in lenses], dtype=number)[cameras]
     order = np.argsort(kind_of_each, kind="stable")
@@ -104,14 +106,15 @@ def _by_lens(
 
 
 def cost_of_units(units: int) -> float:
-    """Return 1000 × the weighted mean that a total in units stands for."""
+    """Return the cost, 1000 × the weighted mean, of a total in units."""
     return 1000.0 * units / UNITS
 
 
 def units_of_cost(cost: float) -> int:
-    """Return the total in units, rounded down, that 1000 × the weighted mean stands for."""
+    """Return the total in units, rounded down, of a cost, 1000 × the weighted mean."""
     return math.floor(cost / 1000.0 * UNITS)
 
 
-def _units(values: FloatArray) -> Offsets:
+def to_units(values: FloatArray) -> Offsets:
+    """Return values, already in multiples of a unit, rounded to whole units."""
     return np.rint(values).astype(np.int64)

@@ -1,13 +1,10 @@
-"""cost_model."""
+"""The constants of the pointwise cost."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from focus_planner.core.validation import (
-    InputError,
-    check_number,
-)
+from focus_planner.core.validation import InputError, check_number
 
 
 @dataclass(frozen=True)
@@ -22,6 +19,11 @@ class CostModel:
         ε₁, 1/m².
     axis_deviation_limit : float
         ε₂, metres.
+
+    Raises
+    ------
+    InputError
+        If a value is negative, the limit is 0, or the weights sum to more than 1.
     """
 
     projected_area_weight: float = 1 / 3

@@ -1,4 +1,4 @@
-"""A problem as what focus gains: the form that bounds and exact solvers work on."""
+"""A problem in terms of the gain of focus: the form that bounds and exact solvers work on."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from focus_planner.core.problem.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Gains:
-    """What each sample gains on its cost with every camera out of focus, in whole units.
+    """How much each camera reduces a sample's cost by holding it in focus, in whole units.
 
-    A plan costs ``out`` less the sum over the samples of the largest gain among the cameras that
-    hold it in focus. Pairs that never gain, because another camera is better even out of focus,
-    are left out.
+    Gains are relative to the sample's cost with every camera out of focus. A plan costs ``out``
+    less the sum, over the samples, of the largest gain among the cameras that hold it in focus.
+    Pairs without a gain, where another camera is better even out of focus, are left out.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class Gains:
     gain : (G,) array of int64
         Above 0.
     first, last : (G,) arrays of int32
-        The cells, counted from the camera's first, that hold the sample.
+        The first and last cell that holds the sample in focus, counted from the camera's first.
     cell_offsets : (C + 1,) array of int64
-        Camera c's cells.
+        Camera c's cells are ``cell_offsets[c]`` to ``cell_offsets[c + 1]``.
     most : (N,) array of int64
         Each sample's largest gain; 0 if it has none.
     out : int
-        The cost with everything out of focus.
+        The cost with every camera out of focus.
     """
 
     offsets: Offsets
@@ -46,42 +46,26 @@ class Gains:
     out: int
 
     @property
-    def pairs(self) -> tuple[Offsets, IntArray, Offsets, IntArray, IntArray]:
-        """The arrays of pairs, as kernels take them."""
-        return self.offsets, self.sample, self.gain, self.first, self.last
+    def by_camera(self) -> kernels.GainsByCamera:
+        """The pairs, as kernels take them."""
+        return kernels.GainsByCamera(self.offsets, self.sample, self.gain, self.first, self.last)
 
     @property
     def camera_count(self) -> int:
-        """C."""
+        """The number of cameras, C."""
         return len(self.offsets) - 1
 
 
 def gains_of(problem: Problem) -> Gains:
-    """Return the problem as gains; O(pairs)."""
+    """Return the problem's gains, in O(pairs)."""
     cells = problem.cells
     out, most = np.empty((2, problem.sample_count), dtype=np.int64)
-    kernels.most_gains(
-        problem.sample_offsets,
-        cells.base,
-        cells.focus,
-        cells.first,
-        cells.last,
-        cells.unseen,
-        out,
-        most,
-    )
-    by_camera = (
-        problem.camera_offsets,
-        cells.seen,
-        cells.seen_base,
-        cells.seen_first,
-        cells.seen_last,
-        out,
-    )
+    kernels.most_gains(problem.pairs_by_sample, cells.focus, cells.unseen, out, most)
     counts = np.empty(problem.camera_count, dtype=np.int64)
-    kernels.count_gains(*by_camera, counts)
+    kernels.count_gains(problem.pairs_by_camera, out, counts)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     sample, first, last = np.empty((3, offsets[-1]), dtype=np.int32)
     gain = np.empty(offsets[-1], dtype=np.int64)
-    kernels.list_gains(*by_camera, offsets, sample, gain, first, last)
-    return Gains(offsets, sample, gain, first, last, cells.offsets, most, int(out.sum()))
+    gains = Gains(offsets, sample, gain, first, last, cells.offsets, most, int(out.sum()))
+    kernels.list_gains(problem.pairs_by_camera, out, gains.by_camera)
+    return gains

@@ -1,6 +1,6 @@
-"""The discrete problem: samples, the cameras that see them, and what each pair costs.
+"""The discrete problem: samples, the cameras that see them, and the cost of each pair.
 
-Every solver works on this and on nothing else.
+Solvers see nothing but this.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
-from focus_planner.core.problem.cells import UNITS, Cells, _by_lens, _units
+from focus_planner.core.problem.cells import UNITS, Cells, group_by_lens, to_units
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
 from focus_planner.core.rig.lens import Lens
@@ -27,16 +27,16 @@ from focus_planner.core.surface.visibility import Visibility
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One sampled surface before one rig.
+    """A sampled surface in front of a rig.
 
-    The pairs of a sample and a camera that sees it stand sample by sample, cameras ascending.
+    The P pairs of a sample and a camera that sees it are ordered by sample, then by camera.
 
     Attributes
     ----------
     samples : Samples
         N samples, normals outward.
     names : tuple of str
-        The C cameras: with several shots each of the rig's as often, one after the other.
+        The C cameras. With several shots, each of the rig's cameras is repeated that often.
     lenses : tuple of Lens
         One per camera.
     sample_offsets : (N + 1,) array of int64
@@ -47,11 +47,12 @@ class Problem:
     base_cost : (P,) array
         The pair's cost in focus: the first two terms of Eq. 1.
     focus_near, focus_far : (P,) arrays
-        The camera's focus distances that hold the sample in focus, metres.
+        The interval of the camera's focus distances that hold the sample in focus, metres;
+        (inf, -inf) if none does.
     focus_weight : float
-        w₃, what the pair costs more out of focus.
+        w₃, the pair's extra cost out of focus.
     shots : int
-        How often each camera of the rig is there (:mod:`focus_planner.core.shots`).
+        Shots per camera of the rig (:mod:`focus_planner.core.problem.shots`).
     """
 
     samples: Samples
@@ -69,12 +70,12 @@ class Problem:
 
     @property
     def sample_count(self) -> int:
-        """N."""
+        """The number of samples, N."""
         return len(self.samples)
 
     @property
     def camera_count(self) -> int:
-        """C."""
+        """The number of cameras, C."""
         return len(self.names)
 
     @cached_property
@@ -85,26 +86,42 @@ class Problem:
 
     @cached_property
     def camera_pairs(self) -> IntArray:
-        """(P,) indices of pairs, camera by camera, samples ascending."""
-        pairs: IntArray = kernels.by_camera(self.camera_index, self.camera_offsets)
+        """(P,) indices of pairs, ordered by camera, then by sample."""
+        pairs: IntArray = kernels.sort_by_camera(self.camera_index, self.camera_offsets)
         return pairs
 
     @cached_property
     def cells(self) -> Cells:
-        """The focus distances worth choosing between."""
-        cells = _cells(self, lambda: True)
+        """The focus distances worth choosing between; found on first use."""
+        cells = _find_cells(self, lambda: True)
         assert cells is not None
         return cells
 
+    @cached_property
+    def pairs_by_sample(self) -> kernels.PairsBySample:
+        """The pairs sample by sample, with the cells that hold them in focus."""
+        cells = self.cells
+        return kernels.PairsBySample(
+            self.sample_offsets, self.camera_index, cells.base, cells.first, cells.last
+        )
+
+    @cached_property
+    def pairs_by_camera(self) -> kernels.PairsByCamera:
+        """The same camera by camera."""
+        cells = self.cells
+        return kernels.PairsByCamera(
+            self.camera_offsets, cells.seen, cells.seen_base, cells.seen_first, cells.seen_last
+        )
+
     def find_cells(self, keep_going: Callable[[], bool]) -> bool:
-        """Find the cells, which else the first to ask for them waits for; return whether.
+        """Find the cells ahead of their first use; return False if stopped.
 
         Parameters
         ----------
         keep_going : callable
-            Asked a few times meanwhile whether to go on.
+            Called a few times meanwhile; return False to stop.
         """
-        cells = _cells(self, keep_going)
+        cells = _find_cells(self, keep_going)
         if cells is not None:
             self.__dict__["cells"] = cells
         return cells is not None
@@ -120,7 +137,7 @@ class Problem:
         Returns
         -------
         costs : (N,) array
-            From 0 to 1, not weighted.
+            From 0 to 1, unweighted.
         best : (N,) array of int32
             -1 where no camera sees the sample.
         """
@@ -140,7 +157,7 @@ class Problem:
         return costs, best
 
     def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:
-        """Return (N,) whether each sample is in focus in its best camera.
+        """Return, as an (N,) array, whether each sample is in focus in its best camera.
 
         Parameters
         ----------
@@ -157,12 +174,12 @@ class Problem:
         return held
 
     def cost(self, focus: FloatArray) -> float:
-        """Return the total cost (Eq. 3): 1000 × the weighted mean of the samples' costs."""
+        """Return the cost at the given focus distances (Eq. 3): 1000 × the weighted mean."""
         return mean_cost(self.samples.weights, self.evaluate(focus)[0])
 
 
 def mean_cost(weights: FloatArray, costs: FloatArray) -> float:
-    """Return 1000 × the weighted mean."""
+    """Return 1000 × the weighted mean of the samples' costs."""
     return 1000.0 * float((weights * costs).sum() / weights.sum())
 
 
@@ -173,36 +190,51 @@ def build_problem(
     model: CostModel | None = None,
     depth_tolerance: float = 0.0,
 ) -> Problem:
-    """Return the discrete problem of the samples that each camera sees.
+    """Return the discrete problem for samples and the cameras that see them.
 
-    The pair's base cost is w₁·min(ε₁d²/cos θ, 1) + w₂·min(r/ε₂, 1) (Eq. 1) at depth d, with θ
-    between the optical axis and the inward normal, r the distance from the axis. A surface seen
-    at cos θ ≤ 0, possible off the axis, has the largest first term. A pair is in focus where
-    every depth within ``depth_tolerance`` (metres) of its own is.
+    A pair's base cost is w₁·min(ε₁d²/cos θ, 1) + w₂·min(r/ε₂, 1) (Eq. 1), where d is the depth, θ
+    the angle between the optical axis and the inward normal, and r the distance from the axis. If
+    cos θ ≤ 0, which is possible off the axis, the first term takes its maximum.
+
+    Parameters
+    ----------
+    samples : Samples
+        Those that visibility was tested for.
+    visibility : Visibility
+    rig : Rig
+    model : CostModel, optional
+        The paper's by default.
+    depth_tolerance : float
+        Metres; a pair counts as in focus only if every depth within this distance of its own is.
+
+    Returns
+    -------
+    Problem
+        With one shot per camera.
     """
     model = model or CostModel()
     sample_offsets = np.zeros(len(samples) + 1, dtype=np.int64)
-    sample_index, camera_index = kernels.by_sample(
+    sample_index, camera_index = kernels.sort_by_sample(
         visibility.camera_offsets, visibility.sample_index, sample_offsets
     )
     depth, base_cost = np.empty(len(sample_index)), np.empty(len(sample_index))
     kernels.base_costs(
-        samples.points,
-        visibility.normals,
-        camera_positions(rig),
-        np.ascontiguousarray(camera_rotations(rig)),
+        (samples.points, visibility.normals),
+        (camera_positions(rig), np.ascontiguousarray(camera_rotations(rig))),
         sample_index,
         camera_index,
-        model.projected_area_weight,
-        model.axis_deviation_weight,
-        model.projected_area_scale,
-        model.axis_deviation_limit,
+        kernels.CostTerms(
+            model.projected_area_weight,
+            model.axis_deviation_weight,
+            model.projected_area_scale,
+            model.axis_deviation_limit,
+        ),
         depth,
         base_cost,
     )
     near, far = np.empty(len(depth)), np.empty(len(depth))
     lenses = tuple(camera.lens for camera in rig.cameras)
-    for lens, part in _by_lens(lenses, camera_index):
+    for lens, part in group_by_lens(lenses, camera_index):
         near[part], far[part] = focus_interval(depth[part], lens, depth_tolerance)
     return Problem(
         samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
@@ -219,8 +251,8 @@ def build_problem(
     )
 
 
-def _cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
-    """Return the cells, None if they were not to be gone on with."""
+def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
+    """Return the cells; None if stopped."""
     offsets, pairs = problem.camera_offsets, problem.camera_pairs
     starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
     sorted_starts, sorted_ends = starts.copy(), ends.copy()
@@ -244,7 +276,7 @@ def _cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
     if not keep_going():
         return None
     weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
-    base = _units(weights[problem.sample_index] * problem.base_cost)
+    base = to_units(weights[problem.sample_index] * problem.base_cost)
     return Cells(
         lenses=problem.lenses,
         offsets=cell_offsets,
@@ -257,6 +289,6 @@ def _cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
         seen_base=base[pairs],
         seen_first=seen_first,
         seen_last=seen_last,
-        focus=_units(weights * problem.focus_weight),
-        unseen=_units(weights),
+        focus=to_units(weights * problem.focus_weight),
+        unseen=to_units(weights),
     )

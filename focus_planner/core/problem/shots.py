@@ -1,8 +1,8 @@
-"""Several shots per camera: a camera that takes m is m cameras of the discrete problem.
+"""Several shots per camera: a camera that takes m shots is m cameras of the discrete problem.
 
-They stand in one place, see the same, and a sample costs what the cheapest of all shots makes it
-cost: an exact model, in which every solver plans the brackets of all cameras together and knows
-nothing of it. Camera c's shots are cameras c·m to c·m + m − 1 of the problem.
+These have the same pose and see the same samples, and a sample costs as much as in the best of
+all shots. The model is exact: any solver plans the focus brackets of all cameras jointly without
+knowing about shots. Camera c's shots are cameras c·m to c·m + m − 1 of the problem.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from focus_planner.core.problem.problem import Problem
 
 
 def with_shots(problem: Problem, shots: int) -> Problem:
-    """Return the problem in which each camera of a one-shot problem takes this many shots."""
+    """Return the one-shot problem with this many shots per camera instead."""
     assert problem.shots == 1
     if shots == 1:
         return problem
@@ -37,7 +37,7 @@ def with_shots(problem: Problem, shots: int) -> Problem:
 
 
 def with_one_shot(problem: Problem) -> Problem:
-    """Return the problem that :func:`with_shots` made this one of."""
+    """Return the one-shot problem that :func:`with_shots` made this problem from."""
     first = slice(None, None, problem.shots)
     return replace(
         problem,
@@ -55,11 +55,12 @@ def with_one_shot(problem: Problem) -> Problem:
 
 
 def spread_start(problem: Problem) -> FloatArray | None:
-    """Return (C,) distances to start from, metres, apart for a camera's shots; None for one shot.
+    """Return (C,) initial focus distances, metres, apart for a camera's shots; None for one shot.
 
-    Shots that start at one distance see and gain the same, and all but one of them stay idle.
-    They start evenly from the closest to the farthest depth that the camera sees, by quantile: of
-    the spreads tried on bodies EM ended lowest from this one.
+    Shots that started at the same distance would gain the same, and all but one would stay idle.
+    They start at evenly spaced quantiles of the depths that the camera sees, from the closest to
+    the farthest: of the spreads tried on bodies, EM's cost came out lowest from this one. NaN for
+    cameras that see nothing.
     """
     if problem.shots == 1:
         return None
@@ -74,6 +75,6 @@ def spread_start(problem: Problem) -> FloatArray | None:
 
 
 def sort_shots(problem: Problem, focus: FloatArray) -> FloatArray:
-    """Return the same focus distances, each camera's shots ascending."""
+    """Return the focus distances with each camera's shots ascending."""
     ascending: FloatArray = np.sort(focus.reshape(-1, problem.shots), axis=1).ravel()
     return ascending

@@ -1,1 +1,1 @@
-"""core/rig."""
+"""The capture rig: cameras, their lenses and poses, depth of field and lens distortion."""

@@ -1,4 +1,4 @@
-"""Intrinsics and pose of one camera."""
+"""A camera: its intrinsics, pose and lens."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from functools import cached_property
 
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.validation import (
-    _FARTHEST,
-    _ROUNDING,
+    MAX_COORDINATE,
+    UNIT_ROUNDING,
     InputError,
     check_array,
     check_number,
@@ -23,26 +23,26 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 _UNIT_TOLERANCE = 1e-3
 
-#: A topic's name, which has a camera's in it, has room for 247.
+#: Characters of a camera's name: topics that contain it are limited to 247.
 MAX_NAME = 100
 
-#: How many coefficients each model of distortion has; the names are those of CameraInfo.
+#: The numbers of coefficients that each distortion model may have; names as in CameraInfo.
 DISTORTION_COUNTS = {
     "plumb_bob": (4, 5),
     "rational_polynomial": (8, 12, 14),
     "equidistant": (4,),
 }
 
-# Those of a telephoto lens are large, and are multiplied with each other.
+# Telephoto lenses have large coefficients, but their products must not overflow.
 _LARGEST_COEFFICIENT = 1e30
 
 
 @dataclass(frozen=True)
 class CameraIntrinsics:
-    """The images that a camera takes, as ``sensor_msgs/CameraInfo`` describes raw ones.
+    """A camera's projection and distortion, as ``sensor_msgs/CameraInfo`` describes raw images.
 
-    Pixels are those of the full resolution, whatever is read out of them; pixel centres have
-    whole coordinates.
+    All values are in pixels of the full resolution, before cropping and binning; pixel centres
+    have integer coordinates.
 
     Parameters
     ----------
@@ -51,23 +51,23 @@ class CameraIntrinsics:
     fx, fy, cx, cy : float
         Focal lengths and principal point, pixels.
     distortion_model : str
-        "plumb_bob" (k₁, k₂, p₁, p₂ and perhaps k₃), "rational_polynomial" (k₁, k₂, p₁, p₂,
-        k₃, ..., k₆, and perhaps the thin prism's s₁, ..., s₄), "equidistant" (k₁, ..., k₄, of a
-        fisheye); "" for a pinhole. The formulas are OpenCV's.
+        "plumb_bob" (k₁, k₂, p₁, p₂, optionally k₃), "rational_polynomial" (k₁, k₂, p₁, p₂,
+        k₃, ..., k₆, optionally the thin-prism terms s₁, ..., s₄), "equidistant" (the fisheye
+        model: k₁, ..., k₄); "" for a pinhole. The formulas are OpenCV's.
     distortion : tuple of float
-        The coefficients, in that order. Coefficients of the first two models that are all 0, or
-        none at all, are a pinhole's, and are kept as that. Four zeros of a fisheye are not: it
-        images what is θ off the axis θ from the principal point, in focal lengths.
+        The coefficients, in that order. For the first two models, no coefficients or only zeros
+        mean a pinhole, and are stored as one. Not so for a fisheye: with four zeros it images a
+        ray at θ from the axis θ focal lengths from the principal point.
     binning : tuple of 2 ints
-        How many columns and rows of pixels are read out as one.
+        Columns and rows per bin.
     region : tuple of 4 ints, optional
-        x_offset, y_offset, width, height of the pixels that are read out; all when absent.
+        Region of interest: x_offset, y_offset, width, height. The whole image by default.
 
     Raises
     ------
     InputError
-        If a value is out of range, the model is unknown or has another number of coefficients,
-        the region is not within the image, or binning leaves nothing of it.
+        If a value is out of range, the model is unknown or the number of coefficients is wrong
+        for it, the region is not within the image, or a bin is larger than the region.
     """
 
     width: int = 580
@@ -88,34 +88,34 @@ class CameraIntrinsics:
         check_number("image.fy", self.fy, above=0)
         check_number("image.cx", self.cx)
         check_number("image.cy", self.cy)
-        object.__setattr__(self, "distortion", _distortion(self))
+        object.__setattr__(self, "distortion", _checked_distortion(self))
         if not self.distortion:
             object.__setattr__(self, "distortion_model", "")
-        object.__setattr__(self, "region", _region(self))
-        object.__setattr__(self, "binning", _binning(self))
+        object.__setattr__(self, "region", _checked_region(self))
+        object.__setattr__(self, "binning", _checked_binning(self))
 
     @cached_property
     def pixels_read(self) -> tuple[int, int, int, int]:
-        """x_offset, y_offset, width, height of the pixels that reach the image.
+        """x_offset, y_offset, width, height of the pixels that are read out.
 
-        The region without the columns at its right, and the rows at its bottom, that fill no
-        whole bin.
+        The region, less the columns at its right and the rows at its bottom that do not fill a
+        bin.
         """
         x, y, width, height = self.region or (0, 0, self.width, self.height)
         columns, rows = self.binning
         return x, y, width - width % columns, height - height % rows
 
 
-def _listed(argument: str, value: object, kind: str) -> tuple[object, ...]:
+def _as_tuple(argument: str, value: object, kind: str) -> tuple[object, ...]:
     if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
         raise InputError(argument, kind, repr(value))
     return tuple(value)
 
 
-def _distortion(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
-    """Return an image's coefficients, none for a pinhole; raise if they are not its model's."""
+def _checked_distortion(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
+    """Return the coefficients, none for a pinhole; raise if the model does not take them."""
     name, model = "image.distortion", intrinsics.distortion_model
-    listed = _listed(name, intrinsics.distortion, "a list of coefficients")
+    listed = _as_tuple(name, intrinsics.distortion, "a list of coefficients")
     given = tuple(check_number(f"{name}[{i}]", number) for i, number in enumerate(listed))
     if any(abs(number) > _LARGEST_COEFFICIENT for number in given):
         raise InputError(
@@ -126,7 +126,7 @@ def _distortion(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
             "image.distortion_model",
             "one of " + ", ".join(DISTORTION_COUNTS),
             repr(model),
-            "rectified images have no distortion, and the fx, fy, cx, cy that rectifying gave them",
+            "for rectified images leave distortion out and give the rectified fx, fy, cx, cy",
         )
     if model != "equidistant" and not any(given):
         return ()
@@ -136,19 +136,19 @@ def _distortion(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
     if any(given[12:]):
         raise InputError(
             name,
-            "a sensor that is not tilted: 0 for the last two of 14 coefficients",
+            "0 for the last two of 14 coefficients (tilted sensors are not supported)",
             f"{given[12]:g} and {given[13]:g}",
             "calibrate without OpenCV's tilted model",
         )
     return given
 
 
-def _region(intrinsics: CameraIntrinsics) -> tuple[int, int, int, int] | None:
-    """Return the region of an image, None for all of it; raise if it is not within the image."""
+def _checked_region(intrinsics: CameraIntrinsics) -> tuple[int, int, int, int] | None:
+    """Return the region of interest, None for the whole image; raise if it exceeds the image."""
     name = "image.region"
     if intrinsics.region is None:
         return None
-    listed = _listed(name, intrinsics.region, "x_offset, y_offset, width, height")
+    listed = _as_tuple(name, intrinsics.region, "x_offset, y_offset, width, height")
     if len(listed) != 4:
         raise InputError(name, "x_offset, y_offset, width, height", f"{len(listed)} numbers")
     x, y, width, height = (
@@ -157,25 +157,27 @@ def _region(intrinsics: CameraIntrinsics) -> tuple[int, int, int, int] | None:
     if x + width > intrinsics.width or y + height > intrinsics.height:
         raise InputError(
             name,
-            f"pixels of the image, which has {intrinsics.width} × {intrinsics.height}",
-            f"{width} × {height} from ({x}, {y}) on",
-            "offsets and sizes are in pixels of the full resolution, without binning",
+            f"a region within the image of {intrinsics.width} × {intrinsics.height} pixels",
+            f"{width} × {height} at ({x}, {y})",
+            "offsets and sizes are in pixels of the full resolution, before binning",
         )
     return (
         None if (width, height) == (intrinsics.width, intrinsics.height) else (x, y, width, height)
     )
 
 
-def _binning(intrinsics: CameraIntrinsics) -> tuple[int, int]:
-    """Return the binning of an image; raise if it leaves no pixel."""
+def _checked_binning(intrinsics: CameraIntrinsics) -> tuple[int, int]:
+    """Return columns and rows per bin; raise if a bin is larger than the region."""
     name = "image.binning"
-    listed = _listed(name, intrinsics.binning, "columns and rows that are read out as one")
+    listed = _as_tuple(name, intrinsics.binning, "columns and rows per bin")
     if len(listed) != 2:
-        raise InputError(name, "columns and rows", f"{len(listed)} numbers")
+        raise InputError(name, "columns and rows per bin", f"{len(listed)} numbers")
     columns, rows = (check_whole(f"{name}[{i}]", number, 1) for i, number in enumerate(listed))
     _, _, width, height = intrinsics.region or (0, 0, intrinsics.width, intrinsics.height)
     if columns > width or rows > height:
-        raise InputError(name, f"at most {width} × {height}, what is read", f"{columns} × {rows}")
+        raise InputError(
+            name, f"at most {width} × {height}, the size of the region", f"{columns} × {rows}"
+        )
     return columns, rows
 
 
@@ -190,14 +192,15 @@ class Camera:
     position : tuple of 3 floats
         Centre of projection in the rig's frame, metres.
     orientation : tuple of 4 floats
-        Quaternion x, y, z, w of the optical frame in the rig's frame; normalised here.
+        Unit quaternion x, y, z, w of the optical frame in the rig's frame. Normalised exactly
+        here.
     intrinsics : CameraIntrinsics
     lens : Lens
 
     Raises
     ------
     InputError
-        If the name, position or orientation cannot be used.
+        If the name, position or orientation is invalid.
     """
 
     name: str
@@ -208,35 +211,35 @@ class Camera:
 
     def __post_init__(self) -> None:
         check_camera_name(self.name)
-        position = _numbers(f"camera {self.name}: position", self.position, 3)
-        if not all(abs(metres) <= _FARTHEST for metres in position):
+        position = _floats(f"camera {self.name}: position", self.position, 3)
+        if not all(abs(metres) <= MAX_COORDINATE for metres in position):
             raise InputError(
                 f"camera {self.name}: position",
-                f"finite metres, up to {_FARTHEST:g}",
+                f"finite coordinates up to {MAX_COORDINATE:g} m",
                 f"{self.position}",
             )
-        quaternion = _numbers(f"camera {self.name}: orientation", self.orientation, 4)
-        norm = _length(quaternion)
+        quaternion = _floats(f"camera {self.name}: orientation", self.orientation, 4)
+        norm = _norm(quaternion)
         if not abs(norm - 1) <= _UNIT_TOLERANCE:
             raise InputError(
                 f"camera {self.name}: orientation",
                 "a unit quaternion x, y, z, w",
-                f"{quaternion} of length {norm:g}",
+                f"{quaternion} of norm {norm:g}",
                 "the pose was probably never set" if norm == 0 else "",
             )
         object.__setattr__(self, "position", position)
-        if abs(norm - 1) > _ROUNDING:  # else saving and loading a rig would move its cameras
+        if abs(norm - 1) > UNIT_ROUNDING:  # so that saving and loading a rig changes no bit
             quaternion = tuple(q / norm for q in quaternion)
         object.__setattr__(self, "orientation", quaternion)
 
 
 def check_camera_name(name: object) -> None:
-    """Raise unless a name can be a camera's.
+    """Raise unless a camera can have this name.
 
     Raises
     ------
     InputError
-        If it could not be a part of a topic's name.
+        If it cannot be part of a topic's name.
     """
     if not isinstance(name, str) or not _NAME.match(name):
         raise InputError(
@@ -250,16 +253,16 @@ def check_camera_name(name: object) -> None:
         )
 
 
-def _numbers(argument: str, values: Sequence[float], count: int) -> tuple[float, ...]:
-    """Return that many numbers; of floats, which a message has, without the way through NumPy."""
+def _floats(argument: str, values: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return ``count`` floats. Tuples of floats, as messages have, skip the detour via NumPy."""
     floats = isinstance(values, tuple) and all(type(value) is float for value in values)
     if floats and len(values) == count:
         return tuple(values)
     return tuple(check_array(argument, values, (count,)).tolist())
 
 
-def _length(quaternion: Sequence[float]) -> float:
-    """Return a quaternion's length; infinite where its square would overflow."""
-    if any(abs(q) > _FARTHEST for q in quaternion):
+def _norm(quaternion: Sequence[float]) -> float:
+    """Return the quaternion's norm; inf where its square would overflow."""
+    if any(abs(q) > MAX_COORDINATE for q in quaternion):
         return math.inf
     return math.sqrt(sum(q**2 for q in quaternion))

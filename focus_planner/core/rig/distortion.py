@@ -1,15 +1,16 @@
-"""Lens distortion: how far from its centre an image goes, and what of the world may be in it.
+"""Lens distortion: up to which angle it is valid, and which part of the world an image shows.
 
-A polynomial fits a lens where it was calibrated and folds back farther out: what is far off the
-axis would come to lie among what is seen. So a camera sees what is off the axis by less than its
-*reach*, up to which every step away from the axis is one away from the image's centre as well:
+A distortion polynomial fits the lens where it was calibrated and folds back farther out, which
+would image points far off the axis among those actually seen. A camera is therefore taken to see
+only rays closer to the axis than its *reach*, up to which the image's distance from its centre
+increases with the ray's distance from the axis:
 
-- of OpenCV's polynomials, with r = √(x² + y²) at z = 1, the radial part
-  r (1 + k₁r² + k₂r⁴ + k₃r⁶) / (1 + k₄r² + k₅r⁴ + k₆r⁶) has to grow faster than
-  3 |p| r² + |(s₁, s₃)| r² + |(s₂, s₄)| r⁴, the most by which the tangential and the thin prism's
-  terms could take it back in any direction;
-- of its fisheye, with θ = atan r, θ (1 + k₁θ² + k₂θ⁴ + k₃θ⁶ + k₄θ⁸) has to grow. The reach is 90°
-  at most: what is seen lies before the camera.
+- OpenCV's polynomials, with r = √(x² + y²) at z = 1: the radial part
+  r (1 + k₁r² + k₂r⁴ + k₃r⁶) / (1 + k₄r² + k₅r⁴ + k₆r⁶) must grow faster than
+  3 ‖p‖ r² + ‖(s₁, s₃)‖ r² + ‖(s₂, s₄)‖ r⁴, an upper bound on what the tangential and thin-prism
+  terms can take back in any direction.
+- OpenCV's fisheye model, with θ = atan r: θ (1 + k₁θ² + k₂θ⁴ + k₃θ⁶ + k₄θ⁸) must grow. The reach
+  is at most 90°: a camera sees nothing behind it.
 """
 
 from __future__ import annotations
@@ -30,78 +31,85 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 
 Row = tuple[float, ...]
 
-# k₁, ..., k₆ in the order of OpenCV's coefficients.
+# Where k₁, ..., k₆ stand among OpenCV's coefficients.
 _RADIAL = [0, 1, 4, 5, 6, 7]
-# Of the cells that bound a view.
+# Cells of the polar grid that bounds the frustum, and of the coarse grid that finds its end.
 _DIRECTIONS, _RINGS, _FIRST_RINGS = 256, 64, 1024
-# Instead of infinity, of which products with 0 are nothing.
-_ALL = 1e100
-# Of bounds: beyond what rounding does to them, and to sums with them.
+# In place of infinity, whose product with 0 is NaN.
+_HUGE = 1e100
+# Relative widening of bounds: more than rounding does to them and to sums of them.
 _SLACK = 1e-9
 _MARGIN = 1e-6
-# Where a corner of an image is drawn that shows nothing, or what is farther off the axis.
-_WIDEST = math.tan(math.radians(85))
-_STEPS = 50
-# Images of large rigs, whose views take 3 KiB each; a camera that is calibrated again has another.
-_MOST_KEPT = 32_768
+# Corners that show nothing, or that are imaged farther off the axis, are drawn here.
+_WIDEST_TANGENT = math.tan(math.radians(85))
+_MAX_ITERATIONS = 50
+# Enough for large rigs whose cameras are recalibrated now and then; an entry takes 3 KiB.
+_CACHE_SIZE = 32_768
 
 
 @dataclass(frozen=True, eq=False)
-class _Growth:
-    """How the distance from the image's centre grows with that from the axis.
+class _RadialProfile:
+    """Distance from the image's centre, in focal lengths, as a function of the angle off the axis.
 
-    Of tan θ, or of θ if ``fisheye``, as polynomials' coefficients and in focal lengths: the
-    ``radial`` part, as numerator and denominator, and ``bend``, the most that other terms take
-    back. The ``reach`` is tan θ, inf if there is no end.
+    Attributes
+    ----------
+    radial : tuple of 2 arrays
+        Numerator and denominator of the radial part: coefficients of polynomials in tan θ, or
+        in θ if ``fisheye``.
+    deviation : array
+        Coefficients of an upper bound on the displacement by all other terms.
+    fisheye : bool
+    reach : float
+        tan θ up to which the distance increases; inf without end.
     """
 
     radial: tuple[FloatArray, FloatArray]
-    bend: FloatArray
+    deviation: FloatArray
     fisheye: bool
     reach: float
 
     def distances(self, tangents: FloatArray) -> FloatArray:
-        """Return the radial parts at some tan θ within reach."""
+        """Return the radial part at each tan θ, all within reach."""
         at = np.arctan(tangents) if self.fisheye else tangents
         numerator, denominator = self.radial
         distances: FloatArray = polyval(at, numerator) / polyval(at, denominator)
         return distances
 
 
-@lru_cache(maxsize=_MOST_KEPT)
-def view(intrinsics: CameraIntrinsics) -> tuple[Row, Row]:
-    """Return a frustum that holds all that a distorted image shows, and its projection.
+@lru_cache(maxsize=_CACHE_SIZE)
+def frustum_and_projection(intrinsics: CameraIntrinsics) -> tuple[Row, Row]:
+    """Return a frustum that contains all that a distorted image shows, and the projection.
 
-    The view is cut into cells of a direction around the axis and an angle off it, and the frustum
-    is the rectangle at depth 1 around those whose image may touch the pixels that are read out:
-    of a cell, the radial part lies between its values at the inner and the outer end, as it
-    grows, and other terms add ``bend`` at most.
+    The field of view is divided into cells by the direction around the axis and the angle off it.
+    The frustum is the bounding rectangle, at depth 1, of the cells whose image may touch the
+    pixels that are read out: the radial part increases, so within a cell it lies between its
+    values at the inner and outer ends, and the other terms add at most ``deviation``.
 
     Returns
     -------
     frustum : tuple of 6 floats
-        fx, fy, cx, cy, width, height of a pinhole's image.
+        fx, fy, cx, cy, width, height of a pinhole camera, pixels.
     projection : tuple of floats
-        As :func:`focus_planner.core.kernels.keep_imaged` takes it.
+        A row of ``projections`` as :func:`focus_planner.core.kernels.keep_imaged` takes them.
     """
-    growth = _growth(intrinsics)
-    return _frustum(intrinsics, growth), _projection(intrinsics, growth)
+    profile = _radial_profile(intrinsics)
+    return _frustum(intrinsics, profile), _projection(intrinsics, profile)
 
 
-def _frustum(intrinsics: CameraIntrinsics, growth: _Growth) -> Row:
-    angles = np.linspace(0.0, math.atan(growth.reach), _FIRST_RINGS + 1)
-    rings = int(_reached(intrinsics, growth, angles).sum())  # farther out there is nothing
+def _frustum(intrinsics: CameraIntrinsics, profile: _RadialProfile) -> Row:
+    angles = np.linspace(0.0, math.atan(profile.reach), _FIRST_RINGS + 1)
+    rings = int(_may_be_imaged(intrinsics, profile, angles).sum())  # nothing is seen beyond
     angles = np.linspace(0.0, angles[rings], _RINGS + 1)
-    low, high = _bounds(intrinsics, growth, angles)
+    low, high = _bounds(intrinsics, profile, angles)
     margin = _MARGIN * (high - low)
     cx, cy = (-0.5 - (low - margin)).tolist()
     width, height = (high - low + 2 * margin).tolist()
     return 1.0, 1.0, cx, cy, width, height
 
 
-def _projection(intrinsics: CameraIntrinsics, growth: _Growth) -> Row:
+def _projection(intrinsics: CameraIntrinsics, profile: _RadialProfile) -> Row:
     x, y, width, height = intrinsics.pixels_read
-    kind = kernels.FISHEYE if growth.fisheye else kernels.POLYNOMIAL
+    kind = kernels.FISHEYE if profile.fisheye else kernels.POLYNOMIAL
     pinhole = (
         intrinsics.fx,
         intrinsics.fy,
@@ -110,16 +118,16 @@ def _projection(intrinsics: CameraIntrinsics, growth: _Growth) -> Row:
         float(width),
         float(height),
     )
-    return (float(kind), growth.reach, *pinhole, *_coefficients(intrinsics).tolist())
+    return (float(kind), profile.reach, *pinhole, *_coefficients(intrinsics).tolist())
 
 
-@lru_cache(maxsize=_MOST_KEPT)
+@lru_cache(maxsize=_CACHE_SIZE)
 def corner_rays(intrinsics: CameraIntrinsics) -> tuple[tuple[float, float], ...]:
-    """Return x, y at depth 1 of what the corners of the pixels read out show.
+    """Return the rays through the corners of the pixels that are read out, as x, y at depth 1.
 
-    From the first pixel's corner with the rows: top left, top right, bottom right, bottom left. A
-    corner that shows nothing, or what is more than 85° off the axis, is taken to show what is as
-    far off it as can be seen, or that far.
+    In the order top left, top right, bottom right, bottom left. Where no ray is imaged at a
+    corner, or only one more than 85° off the axis, the ray there is as far off the axis as the
+    camera sees, at most 85°.
     """
     left, top, width, height = intrinsics.pixels_read
     u = np.array([left, left + width, left + width, left]) - 0.5
@@ -128,36 +136,36 @@ def corner_rays(intrinsics: CameraIntrinsics) -> tuple[tuple[float, float], ...]
         [(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy], axis=-1
     )
     if intrinsics.distortion_model:
-        growth = _growth(intrinsics)
-        targets = np.array([_undistorted(intrinsics, growth, target) for target in targets])
+        profile = _radial_profile(intrinsics)
+        targets = np.array([_undistort(intrinsics, profile, target) for target in targets])
     return tuple((x, y) for x, y in targets.tolist())
 
 
 def _coefficients(intrinsics: CameraIntrinsics) -> FloatArray:
-    """Return (12,) the coefficients of a distorted image, the missing ones 0."""
+    """Return (12,) the distortion coefficients, padded with zeros."""
     padded = np.zeros(kernels.COEFFICIENTS)
-    given = intrinsics.distortion[: kernels.COEFFICIENTS]  # the other two are 0
+    given = intrinsics.distortion[: kernels.COEFFICIENTS]  # the tilted sensor's two are 0
     padded[: len(given)] = given
     return padded
 
 
-def _growth(intrinsics: CameraIntrinsics) -> _Growth:
+def _radial_profile(intrinsics: CameraIntrinsics) -> _RadialProfile:
     k = _coefficients(intrinsics)
     fisheye = intrinsics.distortion_model == "equidistant"
     if fisheye:
-        numerator, denominator, bend = _odd(k[:4]), np.ones(1), np.zeros(1)
+        numerator, denominator, deviation = _odd(k[:4]), np.ones(1), np.zeros(1)
     else:
         numerator, denominator = _odd(k[_RADIAL[:3]]), _odd(k[_RADIAL[3:]])[1:]
         square = 3 * math.hypot(k[2], k[3]) + math.hypot(k[8], k[10])
-        bend = np.array([0.0, 0.0, square, 0.0, math.hypot(k[9], k[11])])
+        deviation = np.array([0.0, 0.0, square, 0.0, math.hypot(k[9], k[11])])
     growing = polysub(
         polymul(polyder(numerator), denominator), polymul(numerator, polyder(denominator))
     )
-    taken_back = polymul(polymul(denominator, denominator), polyder(bend))
+    taken_back = polymul(polymul(denominator, denominator), polyder(deviation))
     end = min(_first_zero(polysub(growing, taken_back)), _first_zero(denominator))
     if fisheye:
         end = math.tan(end) if end < math.pi / 2 else math.inf
-    return _Growth((numerator, denominator), bend, fisheye, end)
+    return _RadialProfile((numerator, denominator), deviation, fisheye, end)
 
 
 def _odd(k: FloatArray) -> FloatArray:
@@ -168,43 +176,44 @@ def _odd(k: FloatArray) -> FloatArray:
 
 
 def _first_zero(polynomial: NDArray[np.floating[Any]]) -> float:
-    """Return the least positive zero of a polynomial that is 1 at 0; inf if there is none.
+    """Return the least positive root of a polynomial that is 1 at 0; inf if there is none.
 
-    Found as the greatest zero of the reversed polynomial, whose first coefficient is that 1.
+    It is the reciprocal of the greatest root of the reversed polynomial, which is monic.
     """
     zeros = np.roots(polynomial)
     real = zeros[zeros.imag == 0].real
     return float(1 / real.max()) if (real > 0).any() else math.inf
 
 
-def _reached(
-    intrinsics: CameraIntrinsics, growth: _Growth, angles: FloatArray
+def _may_be_imaged(
+    intrinsics: CameraIntrinsics, profile: _RadialProfile, angles: FloatArray
 ) -> NDArray[np.bool_]:
-    """Return whether what is that far off the axis may be as near the centre as some pixel is."""
+    """Return, for each ring between two angles, whether some pixel may show it."""
     tangents = np.tan(angles[:-1])
-    nearest = growth.distances(tangents) - polyval(tangents, growth.bend)
-    reached: NDArray[np.bool_] = nearest <= math.hypot(*np.abs(_sides(intrinsics)).max(axis=1))
-    return reached
+    nearest = profile.distances(tangents) - polyval(tangents, profile.deviation)
+    farthest_pixel = math.hypot(*np.abs(_pixel_bounds(intrinsics)).max(axis=1))
+    imaged: NDArray[np.bool_] = nearest <= farthest_pixel
+    return imaged
 
 
 def _bounds(
-    intrinsics: CameraIntrinsics, growth: _Growth, angles: FloatArray
+    intrinsics: CameraIntrinsics, profile: _RadialProfile, angles: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return (2,) least and (2,) greatest x, y at depth 1 of cells that may be imaged."""
+    """Return (2,) the least and (2,) the greatest x, y at depth 1 of all cells that may be seen."""
     tangents = np.tan(angles)
-    distances = growth.distances(tangents[:-1])
+    distances = profile.distances(tangents[:-1])
     bounds = kernels.bound_view(
-        np.append(distances, _ALL),  # at the very end there may be a pole
-        polyval(tangents, growth.bend),
-        np.where(angles < math.pi / 2, tangents, _ALL),
-        _directions(),
-        _sides(intrinsics),
+        np.append(distances, _HUGE),  # there may be a pole at the reach itself
+        polyval(tangents, profile.deviation),
+        np.where(angles < math.pi / 2, tangents, _HUGE),
+        _direction_bounds(),
+        _pixel_bounds(intrinsics),
     )
     return bounds[:, 0], bounds[:, 1]
 
 
-def _sides(intrinsics: CameraIntrinsics) -> FloatArray:
-    """Return (2, 2) where columns, and rows, that are read out begin and end, in focal lengths."""
+def _pixel_bounds(intrinsics: CameraIntrinsics) -> FloatArray:
+    """Return (2, 2) the first and last x, and y, of the pixels read out, in focal lengths."""
     x, y, width, height = intrinsics.pixels_read
     u, v = np.array([x, x + width]) - 0.5, np.array([y, y + height]) - 0.5
     sides = np.stack([(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy])
@@ -214,10 +223,10 @@ def _sides(intrinsics: CameraIntrinsics) -> FloatArray:
 
 
 @cache
-def _directions() -> FloatArray:
-    """Return (directions, 2, 2) the least and the greatest cosine, and sine, in each cell.
+def _direction_bounds() -> FloatArray:
+    """Return (directions, 2, 2) the least and the greatest cosine, and sine, in each sector.
 
-    Where a cosine turns there is a cell's middle, so the ends and the middle tell.
+    All turning points are at the middles of sectors, so the ends and the middle give the extremes.
     """
     middles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     at = middles + np.pi / _DIRECTIONS * np.array([[-1], [0], [1]])
@@ -226,30 +235,32 @@ def _directions() -> FloatArray:
     return np.ascontiguousarray(np.moveaxis(np.array(extremes), 2, 0).swapaxes(1, 2))
 
 
-def _undistorted(intrinsics: CameraIntrinsics, growth: _Growth, target: FloatArray) -> FloatArray:
-    """Return x, y at depth 1 of what is imaged there, in focal lengths from the centre."""
+def _undistort(
+    intrinsics: CameraIntrinsics, profile: _RadialProfile, target: FloatArray
+) -> FloatArray:
+    """Return x, y at depth 1 of the ray imaged at ``target``, in focal lengths from the centre."""
     k = _coefficients(intrinsics)
-    kind = kernels.FISHEYE if growth.fisheye else kernels.POLYNOMIAL
-    end = min(growth.reach * (1 - _SLACK), _WIDEST)
+    kind = kernels.FISHEYE if profile.fisheye else kernels.POLYNOMIAL
+    end = min(profile.reach * (1 - _SLACK), _WIDEST_TANGENT)
     point, before = np.zeros(2), target
-    for _ in range(_STEPS):
+    for _ in range(_MAX_ITERATIONS):
         tangent = np.array(math.hypot(*point))
-        share = growth.distances(tangent) / tangent if tangent > 0 else 1.0
+        share = profile.distances(tangent) / tangent if tangent > 0 else 1.0
         rest = target - (np.array(kernels.distort(*point, kind, k)) - share * point)
-        before, point = point, _outward(growth, rest, end)
+        before, point = point, _invert_radial(profile, rest, end)
         if np.abs(point - before).max() < _SLACK:
             break
     return point
 
 
-def _outward(growth: _Growth, target: FloatArray, end: float) -> FloatArray:
-    """Return x, y at depth 1, ``end`` from the axis at most, whose radial part is there."""
+def _invert_radial(profile: _RadialProfile, target: FloatArray, end: float) -> FloatArray:
+    """Return x, y at depth 1 that the radial part takes to ``target``, at most ``end`` away."""
     distance = math.hypot(*target)
     if distance == 0:
         return target
 
-    def beyond(tangent: float) -> float:
-        return float(growth.distances(np.array(tangent))) - distance
+    def excess(tangent: float) -> float:
+        return float(profile.distances(np.array(tangent))) - distance
 
-    tangent = end if beyond(end) <= 0 else float(brentq(beyond, 0.0, end, xtol=1e-14))
+    tangent = end if excess(end) <= 0 else float(brentq(excess, 0.0, end, xtol=1e-14))
     return target * (tangent / distance)

@@ -1,6 +1,6 @@
 """Transforms between frames, and trees of frames.
 
-A transform ``a_from_b`` takes points of frame b to frame a; ``a_from_b @ b_from_c`` is
+A transform ``a_from_b`` maps coordinates in frame b to frame a; ``a_from_b @ b_from_c`` is
 ``a_from_c``. The pose of a camera in a rig is ``rig_from_camera``.
 """
 
@@ -18,22 +18,22 @@ from scipy.spatial.transform import Rotation
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.validation import InputError, check_array, check_finite
 
-_TOLERANCE = 1e-3  # of lengths that are to be 1, as for the orientation of a camera
-_SAME = 1e-9
+_TOLERANCE = 1e-3  # of what should be 1, as for a camera's orientation
+_SAME_PLACE = 1e-9  # metres, and radians
 
 
 @dataclass(frozen=True, eq=False)
 class Similarity:
-    """A change of frame: p ↦ scale · R p + t.
+    """A similarity transform ``target_from_source``: p ↦ scale · R p + t.
 
     Attributes
     ----------
     rotation : scipy.spatial.transform.Rotation
         R.
     translation : (3,) array
-        t, in the unit of the frame that points are taken to.
+        t, in the target frame's unit of length.
     scale : float
-        How many units of the frame that points are taken to make one of theirs; above 0.
+        The source frame's unit of length in the target frame's; above 0.
     """
 
     rotation: Rotation = field(default_factory=Rotation.identity)
@@ -41,64 +41,66 @@ class Similarity:
     scale: float = 1.0
 
     def __matmul__(self, other: Similarity) -> Similarity:
-        """Return the change of frame by ``other``, then by this."""
+        """Return the composition: ``other`` first, then this."""
         moved = self.scale * self.rotation.apply(other.translation) + self.translation
         return Similarity(self.rotation * other.rotation, moved, self.scale * other.scale)
 
     def inverse(self) -> Similarity:
-        """Return the way back."""
+        """Return ``source_from_target``."""
         rotation = self.rotation.inv()
         return Similarity(rotation, -rotation.apply(self.translation) / self.scale, 1 / self.scale)
 
     @property
     def position(self) -> tuple[float, float, float]:
-        """Where the origin of the one frame is in the other."""
+        """The source frame's origin in the target frame."""
         x, y, z = (float(value) + 0.0 for value in self.translation)  # + 0.0: no −0
         return x, y, z
 
     @property
     def orientation(self) -> tuple[float, float, float, float]:
-        """The axes of the one frame in the other, as a unit quaternion x, y, z, w."""
+        """The source frame's orientation in the target frame, as a unit quaternion x, y, z, w."""
         x, y, z, w = (float(value) + 0.0 for value in self.rotation.as_quat())
         return x, y, z, w
 
 
-#: REP 103: the body frame's x points forward, y left, z up; the optical frame's z, −x, −y.
+#: REP 103: body frames are x forward, y left, z up; optical frames z forward, x right, y down.
 BODY_FROM_OPTICAL = Similarity(Rotation.from_quat([-0.5, 0.5, -0.5, 0.5]))
 
 
-def pose(argument: str, translation: ArrayLike, quaternion: ArrayLike) -> Similarity:
-    """Return the transform of a translation and a unit quaternion x, y, z, w.
+def similarity_from_pose(
+    argument: str, translation: ArrayLike, quaternion: ArrayLike
+) -> Similarity:
+    """Return the transform with this translation and this unit quaternion x, y, z, w.
 
     Parameters
     ----------
     argument : str
-        What the pose is called in errors.
+        The pose's name in errors.
     translation : (3,) array
     quaternion : (4,) array
 
     Raises
     ------
     InputError
-        If a number is not finite, or the quaternion's length is not 1, to a thousandth.
+        If a number is not finite, or the quaternion's norm differs from 1 by more than 0.001.
     """
-    moved = check_array(f"{argument}: translation", translation, (3,))
-    check_finite(f"{argument}: translation", moved, "number")
-    turned = check_array(f"{argument}: rotation", quaternion, (4,))
-    length = math.hypot(*turned)
-    if not abs(length - 1) <= _TOLERANCE:
+    t = check_array(f"{argument}: translation", translation, (3,))
+    check_finite(f"{argument}: translation", t, "number")
+    q = check_array(f"{argument}: rotation", quaternion, (4,))
+    norm = math.hypot(*q)
+    if not abs(norm - 1) <= _TOLERANCE:
         raise InputError(
             f"{argument}: rotation",
             "a unit quaternion x, y, z, w",
-            f"{tuple(turned.tolist())} of length {length:g}",
+            f"{tuple(q.tolist())} of norm {norm:g}",
         )
-    return Similarity(Rotation.from_quat(turned), moved.copy())  # SciPy turns what it may write to
+    return Similarity(Rotation.from_quat(q), t.copy())  # SciPy wants writeable arrays
 
 
-def quaternion_from_angles(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
-    """Return x, y, z, w of turns about the fixed x, y and z axes, in that order, radians.
+def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
+    """Return x, y, z, w of rotations about the fixed x, y and z axes, in that order, radians.
 
-    The same as tf2's ``setRPY``.
+    Equivalent to tf2's ``setRPY``.
     """
     x, y, z, w = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_quat()
     return float(x), float(y), float(z), float(w)
@@ -110,13 +112,14 @@ def similarity_from_matrix(argument: str, matrix: ArrayLike) -> Similarity:
     Parameters
     ----------
     argument : str
-        What the matrix is called in errors.
+        The matrix's name in errors.
     matrix : (4, 4) array
 
     Raises
     ------
     InputError
-        If it does more, or less, than to turn, move and scale, to a thousandth.
+        If the matrix is not a similarity, within a tolerance of 0.001: it mirrors, shears or
+        flattens.
     """
     values = check_array(argument, matrix, (4, 4))
     check_finite(argument, values, "row")
@@ -125,21 +128,21 @@ def similarity_from_matrix(argument: str, matrix: ArrayLike) -> Similarity:
         raise InputError(argument, "the last row 0 0 0 1", got, "write the numbers row by row")
     with np.errstate(over="ignore", under="ignore"):
         scale = float(np.cbrt(np.linalg.det(values[:3, :3])))
-    _check_turns(argument, values[:3, :3], scale)
+    _check_rotation(argument, values[:3, :3], scale)
     return Similarity(Rotation.from_matrix(values[:3, :3] / scale), values[:3, 3].copy(), scale)
 
 
-def _check_turns(argument: str, matrix: FloatArray, scale: float) -> None:
-    expected = "a rotation, times a scale above 0, as its first three columns and rows"
+def _check_rotation(argument: str, matrix: FloatArray, scale: float) -> None:
+    expected = "a rotation times a positive scale as the upper left 3 × 3 block"
     if scale < 0:
         raise InputError(argument, expected, "one that mirrors")
-    turn = matrix / scale if 0 < scale < math.inf else np.zeros((3, 3))
-    if not (np.abs(turn @ turn.T - np.eye(3)) <= _TOLERANCE).all():
+    rotation = matrix / scale if 0 < scale < math.inf else np.zeros((3, 3))
+    if not (np.abs(rotation @ rotation.T - np.eye(3)) <= _TOLERANCE).all():
         raise InputError(argument, expected, "one that shears or flattens")
 
 
 class FrameTransform(NamedTuple):
-    """Where a frame is in its parent."""
+    """The pose of a frame in its parent."""
 
     parent: str
     child: str
@@ -147,96 +150,96 @@ class FrameTransform(NamedTuple):
 
 
 class FrameTree:
-    """Frames, each but the roots with its place in a parent.
+    """Frames, each with its pose in a parent, except for the roots.
 
     Parameters
     ----------
     transforms : iterable of FrameTransform
-        A child may occur twice if both say the same, as in a repeated message.
+        A child may occur more than once with the same pose, as in repeated messages.
 
     Raises
     ------
     InputError
-        If a frame has two parents or two places, or is its own ancestor.
+        If a frame has two parents or two poses, or is its own ancestor.
     """
 
     def __init__(self, transforms: Iterable[FrameTransform]) -> None:
-        self._above: dict[str, FrameTransform] = {}
-        self._frames: dict[str, None] = {}  # a set in the order of the list
+        self._to_parent: dict[str, FrameTransform] = {}
+        self._frames: dict[str, None] = {}  # an ordered set
         for transform in transforms:
             self._add(transform)
-        for frame in self._above:
-            self._check_ends(frame)
+        for frame in self._to_parent:
+            self._check_acyclic(frame)
 
     def __contains__(self, frame: str) -> bool:
-        """Whether there is such a frame."""
+        """Return whether the tree has this frame."""
         return frame in self._frames
 
     @property
     def frames(self) -> list[str]:
-        """All frames, in the order of the list."""
+        """All frames, in the order in which they were first named."""
         return list(self._frames)
 
     @property
     def roots(self) -> list[str]:
-        """Frames without a parent, in the order of the list."""
-        return [frame for frame in self._frames if frame not in self._above]
+        """Frames without a parent, in the order of :attr:`frames`."""
+        return [frame for frame in self._frames if frame not in self._to_parent]
 
     @property
     def leaves(self) -> list[str]:
-        """Frames without a child, in the order of the list."""
-        inner = {transform.parent for transform in self._above.values()}
+        """Frames without a child, in the order of :attr:`frames`."""
+        inner = {transform.parent for transform in self._to_parent.values()}
         return [frame for frame in self._frames if frame not in inner]
 
     def root_of(self, frame: str) -> str:
-        """Return the last of a frame's ancestors, itself if it has none."""
-        *_, last = (frame, *(transform.parent for transform in self._up(frame)))
+        """Return the root of the tree that the frame is in, possibly itself."""
+        *_, last = (frame, *(transform.parent for transform in self._ancestors(frame)))
         return last
 
     def lookup(self, target: str, source: str) -> Similarity:
-        """Return ``target_from_source``, of two frames of one tree."""
+        """Return ``target_from_source`` for two frames with the same root."""
         assert self.root_of(target) == self.root_of(source)
         return self._root_from(target).inverse() @ self._root_from(source)
 
     def _root_from(self, frame: str) -> Similarity:
         root_from_frame = Similarity()
-        for transform in self._up(frame):
+        for transform in self._ancestors(frame):
             root_from_frame = transform.parent_from_child @ root_from_frame
         return root_from_frame
 
-    def _up(self, frame: str) -> Iterator[FrameTransform]:
-        while frame in self._above:
-            yield self._above[frame]
-            frame = self._above[frame].parent
+    def _ancestors(self, frame: str) -> Iterator[FrameTransform]:
+        while frame in self._to_parent:
+            yield self._to_parent[frame]
+            frame = self._to_parent[frame].parent
 
     def _add(self, new: FrameTransform) -> None:
-        known = self._above.get(new.child, new)
+        known = self._to_parent.get(new.child, new)
         if known.parent != new.parent:
             raise InputError(
                 f"frame {new.child}", "one parent", f"two: {known.parent} and {new.parent}"
             )
-        if not _are_same(known.parent_from_child, new.parent_from_child):
+        if not _agree(known.parent_from_child, new.parent_from_child):
             raise InputError(
                 f"frame {new.child}",
-                f"one place in {new.parent}",
+                f"one pose in {new.parent}",
                 "two that differ",
-                "leave only the one that holds",
+                "keep only the one that is valid",
             )
-        self._above[new.child] = new
+        self._to_parent[new.child] = new
         self._frames |= {new.parent: None, new.child: None}
 
-    def _check_ends(self, frame: str) -> None:
+    def _check_acyclic(self, frame: str) -> None:
         seen = [frame]
-        for transform in self._up(frame):
+        for transform in self._ancestors(frame):
             seen.append(transform.parent)
             if transform.parent == frame:
                 raise InputError(f"frame {frame}", "a tree", f"a cycle: {' → '.join(seen)}")
-            if len(seen) > len(self._frames):  # into a cycle that it is not in itself
+            if len(seen) > len(self._frames):  # a cycle further up: its own frames report it
                 return
 
 
-def _are_same(one: Similarity, other: Similarity) -> bool:
+def _agree(one: Similarity, other: Similarity) -> bool:
     return bool(
-        np.abs(one.translation - other.translation).max() <= _SAME
-        and (one.rotation.inv() * other.rotation).magnitude() <= _SAME
+        np.abs(one.translation - other.translation).max() <= _SAME_PLACE
+        and (one.rotation.inv() * other.rotation).magnitude() <= _SAME_PLACE
     )

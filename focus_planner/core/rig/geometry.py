@@ -1,4 +1,4 @@
-"""Poses of cameras."""
+"""Cameras' poses as matrices, and where the corners of their images lie in space."""
 
 from __future__ import annotations
 
@@ -32,11 +32,10 @@ def camera_rotations(rig: Rig) -> FloatArray:
 
 
 def image_corners(camera: Camera, depth: float) -> FloatArray:
-    """Return (4, 3) the points at a depth that the image's corners show, in the rig's frame.
+    """Return (4, 3) the points that the image's corners show at a depth, in the rig's frame.
 
-    From the first pixel's corner with the rows: top left, top right, bottom right, bottom left,
-    of the pixels that are read out. For corners that show nothing or what is very far off the
-    axis see :func:`focus_planner.core.distortion.corner_rays`.
+    The corners of the pixels that are read out: top left, top right, bottom right, bottom left.
+    See :func:`focus_planner.core.rig.distortion.corner_rays` for corners that show nothing.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rigs by rule."""
+"""Standard rigs: cameras on a cylinder."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ def cylinder_rig(
     lens: Lens | None = None,
     frame_id: str = "world",
 ) -> Rig:
-    """Return cameras on a cylinder about the z axis, looking horizontally at it.
+    """Return cameras on a cylinder about the z axis, looking horizontally at the axis.
 
-    Column j stands at the angle 2πj/columns from +x, row by row from the bottom, the image's
-    y axis pointing down (−z). The defaults are the paper's rig (Sec. 4.2).
+    Column j stands at the angle 2πj/columns from +x; the image's y axis points down (−z). Cameras
+    are listed row by row from the bottom. The defaults are the paper's rig (Sec. 4.2).
 
     Parameters
     ----------
     rows, columns : int
     radius, bottom, top : float
-        Metres; a single row stands half-way between ``bottom`` and ``top``.
+        Metres; a single row stands halfway between ``bottom`` and ``top``.
     intrinsics, lens : optional
         Shared by all cameras; the paper's by default.
     frame_id : str
@@ -63,7 +63,7 @@ def cylinder_rig(
                         radius * math.sin(angle),
                         bottom + share * (top - bottom),
                     ),
-                    orientation=_inward(angle),
+                    orientation=_facing_axis(angle),
                     intrinsics=intrinsics or CameraIntrinsics(),
                     lens=lens or Lens(),
                 )
@@ -71,11 +71,11 @@ def cylinder_rig(
     return Rig(tuple(cameras), frame_id, Grid(rows, columns))
 
 
-def _inward(angle: float) -> tuple[float, float, float, float]:
+def _facing_axis(angle: float) -> tuple[float, float, float, float]:
     """Return the orientation with z towards the axis, x to the right, y down.
 
-    At angle 0 the axes are x = +y, y = −z, z = −x of the world, the quaternion
-    (−½, −½, ½, ½); a turn by ``angle`` about the world's z follows.
+    At angle 0 the optical x, y, z axes are the world's +y, −z, −x: the quaternion
+    (−½, −½, ½, ½). A rotation by ``angle`` about the world's z follows.
     """
     c, s = math.cos(angle / 2), math.sin(angle / 2)
     return ((-c + s) / 2, (-c - s) / 2, (c + s) / 2, (c - s) / 2)

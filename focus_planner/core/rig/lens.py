@@ -1,4 +1,4 @@
-"""What a lens can be set to."""
+"""A lens: its optics, and the focus distances that it can be set to."""
 
 from __future__ import annotations
 
@@ -11,18 +11,14 @@ import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS, LensTable
-from focus_planner.core.validation import (
-    InputError,
-    check_number,
-    check_whole,
-)
+from focus_planner.core.validation import InputError, check_number, check_whole
 
-_FARTHEST_FOCUS = 1e12
+_LARGEST_LENGTH = 1e12  # metres
 
 
 @dataclass(frozen=True)
 class Lens:
-    """A thin lens with a shallow depth of field.
+    """A thin lens.
 
     Parameters
     ----------
@@ -30,25 +26,26 @@ class Lens:
         F, metres.
     hyperfocal_distance : float
         H = F² / (f-number · circle of confusion), metres, as in the paper's D_N and D_F
-        (Sec. 4.2); texts that add F to it mean the same lens.
+        (Sec. 4.2). Textbooks that add F to it describe the same lens.
     min_focus, max_focus : float
-        The distances that the lens can be set to, metres; 0 and inf for no limit.
+        The nearest and farthest focus distance, metres; 0 and inf for no limit.
     focus_distances : sequence of float, optional
-        The only distances that the lens can be set to, metres, within the limits; made ascending
-        and unique here.
+        The only distances that the lens can be set to, metres, within the limits. Sorted, without
+        duplicates, here.
     focus_steps : int, optional
-        Instead of ``focus_distances``: how many positions the lens has between its limits,
-        equally spaced in dioptres, both limits included. The position at infinity, of a lens
-        without ``max_focus``, counts but is never planned: plans name finite distances.
+        In place of ``focus_distances``: the number of positions between the limits, equally
+        spaced in dioptres, both limits included. Without ``max_focus`` the last position is at
+        infinity; it counts but is never planned, because plans consist of finite distances.
     table : LensTable, optional
-        What the lens's driver wants to be told. Its distances limit the lens too; a table of
-        whole values is a list of distances itself, instead of the other two.
+        Conversion to the values that the lens's driver takes. The lens is limited to the table's
+        distances. A table of whole values determines the possible distances by itself, in place
+        of the other two.
 
     Raises
     ------
     InputError
-        If a value is out of range, the limits leave no distance, or two of distances, steps and a
-        table of whole values are given.
+        If a value is out of range, the limits leave no distance, or more than one of
+        ``focus_distances``, ``focus_steps`` and a table of whole values is given.
     """
 
     focal_length: float = 0.050
@@ -64,7 +61,7 @@ class Lens:
         check_number("lens.hyperfocal_distance", self.hyperfocal_distance, above=self.focal_length)
         check_number("lens.min_focus", self.min_focus, at_least=0)
         for name in ("focal_length", "hyperfocal_distance", "min_focus"):
-            _check_optical_reach(f"lens.{name}", getattr(self, name))
+            _check_magnitude(f"lens.{name}", getattr(self, name))
         check_number("lens.max_focus", self.max_focus, above=self.focal_length, infinite=True)
         if self.min_focus > self.max_focus:
             raise InputError(
@@ -75,59 +72,59 @@ class Lens:
         if self.table is not None:
             _check_table(self, self.table)
         if self.focus_distances is not None:
-            object.__setattr__(self, "focus_distances", _listed_distances(self))
+            object.__setattr__(self, "focus_distances", _checked_distances(self))
         if self.focus_steps is not None:
             _check_steps(self)
 
     @property
     def focus_limits(self) -> tuple[float, float]:
-        """The nearest and farthest distance that limits and table leave, metres."""
+        """The nearest and farthest distance within both the limits and the table, metres."""
         if self.table is None:
             return self.min_focus, self.max_focus
         return max(self.min_focus, self.table.nearest), min(self.max_focus, self.table.farthest)
 
     @cached_property
     def settable_distances(self) -> FloatArray | None:
-        """(n,) all distances that the lens can be set to, metres, ascending; None for a range."""
+        """(n,) all distances the lens can be set to, metres, ascending; None if any will do."""
         if self.focus_steps is not None:
-            settable = _steps(*self.focus_limits, self.focus_steps)
+            settable = _equal_dioptre_steps(*self.focus_limits, self.focus_steps)
         elif self.focus_distances is not None:
             settable = np.array(self.focus_distances)
         elif self.table is not None and self.table.settable_distances is not None:
-            settable = _within(self.table.settable_distances, self)
+            settable = _distances_within(self.table.settable_distances, self)
         else:
             return None
         settable.flags.writeable = False
         return settable
 
 
-def _check_optical_reach(argument: str, metres: float) -> None:
-    """Raise if a lens's products with other distances would overflow."""
-    if metres > _FARTHEST_FOCUS:
-        raise InputError(argument, f"metres up to {_FARTHEST_FOCUS:g}", f"{metres:g}")
+def _check_magnitude(argument: str, metres: float) -> None:
+    """Raise if products with other distances would overflow."""
+    if metres > _LARGEST_LENGTH:
+        raise InputError(argument, f"at most {_LARGEST_LENGTH:g} m", f"{metres:g}")
 
 
-def _steps(nearest: float, farthest: float, count: int) -> FloatArray:
-    """Return the finite ones of so many distances, equally spaced in dioptres."""
+def _equal_dioptre_steps(nearest: float, farthest: float, count: int) -> FloatArray:
+    """Return the finite ones of ``count`` distances equally spaced in dioptres."""
     dioptres = np.linspace(1 / nearest, 1 / farthest, count)
     finite = 1 / dioptres[dioptres > 0]
-    # 1 / (1 / x) need not be x, and the limits are positions themselves.
+    # The limits are positions themselves, and 1 / (1 / x) need not be x.
     finite[0] = nearest
     if dioptres[-1] > 0:
         finite[-1] = farthest
     return np.unique(np.clip(finite, nearest, farthest))
 
 
-def _within(distances: FloatArray, lens: Lens) -> FloatArray:
-    """Return those distances that the lens's limits leave."""
+def _distances_within(distances: FloatArray, lens: Lens) -> FloatArray:
+    """Return the distances that are within the lens's limits."""
     nearest, farthest = lens.focus_limits
-    left = (distances >= nearest) & (distances <= farthest) & (distances > lens.focal_length)
-    some: FloatArray = distances[left]
-    return some
+    inside = (distances >= nearest) & (distances <= farthest) & (distances > lens.focal_length)
+    within: FloatArray = distances[inside]
+    return within
 
 
 def _check_table(lens: Lens, table: LensTable) -> None:
-    """Raise if a lens's table contradicts what else is said of it."""
+    """Raise if the table contradicts the lens's other properties."""
     if not isinstance(table, LensTable):
         raise InputError("lens.table", "a LensTable", repr(table))
     settable = table.settable_distances
@@ -135,27 +132,27 @@ def _check_table(lens: Lens, table: LensTable) -> None:
     if settable is not None and listed:
         raise InputError(
             "lens.table",
-            "a table of whole values, focus_distances or focus_steps",
+            "either a table of whole values, focus_distances or focus_steps",
             "two of them",
-            "a table of whole values says itself what the lens can be set to",
+            "a table of whole values already determines what the lens can be set to",
         )
     nearest, farthest = lens.focus_limits
     if nearest > farthest or farthest <= lens.focal_length:
-        has = f"{table.nearest:g} to {table.farthest:g} m"
-    elif settable is not None and not len(_within(settable, lens)):
-        has = f"none of {len(settable)} whole values there"
+        got = f"{table.nearest:g} to {table.farthest:g} m"
+    elif settable is not None and not len(_distances_within(settable, lens)):
+        got = f"none of its {len(settable)} whole values there"
     else:
         return
     raise InputError(
         "lens.table",
         f"distances from min_focus ({lens.min_focus:g} m) to max_focus ({lens.max_focus:g} m),"
         f" above focal_length ({lens.focal_length:g} m)",
-        has,
+        got,
     )
 
 
-def _listed_distances(lens: Lens) -> tuple[float, ...]:
-    """Return a lens's list of distances, ascending and unique; raise if it is none."""
+def _checked_distances(lens: Lens) -> tuple[float, ...]:
+    """Return ``focus_distances``, ascending and unique; raise if the lens cannot have them."""
     name, given = "lens.focus_distances", lens.focus_distances
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
         raise InputError(name, "a list of distances in metres", repr(given))
@@ -170,15 +167,15 @@ def _listed_distances(lens: Lens) -> tuple[float, ...]:
             name,
             f"1 to {MAX_FOCUS_STEPS} distances",
             str(len(listed)),
-            "leave it out for a lens that takes every distance between its limits",
+            "leave it out for a lens that takes any distance between its limits",
         )
-    _check_optical_reach(name, listed[0])
+    _check_magnitude(name, listed[0])
     nearest, farthest = lens.focus_limits
     if not nearest <= listed[0] <= listed[-1] <= farthest:
         raise InputError(
             name,
             f"distances from min_focus ({nearest:g} m) to max_focus ({farthest:g} m)"
-            + (", as the lens's table leaves them" if lens.table else ""),
+            + (", as limited by the lens's table" if lens.table else ""),
             f"{listed[0]:g} to {listed[-1]:g} m",
         )
     return tuple(listed)
@@ -187,7 +184,7 @@ def _listed_distances(lens: Lens) -> tuple[float, ...]:
 def _check_steps(lens: Lens) -> None:
     name, steps = "lens.focus_steps", lens.focus_steps
     if lens.focus_distances is not None:
-        raise InputError(name, "focus_distances or focus_steps", "both")
+        raise InputError(name, "either focus_distances or focus_steps", "both")
     if check_whole(name, steps, 2) > MAX_FOCUS_STEPS:
         raise InputError(name, f"at most {MAX_FOCUS_STEPS}", str(steps))
     if lens.focus_limits[0] <= lens.focal_length:
@@ -195,5 +192,5 @@ def _check_steps(lens: Lens) -> None:
             "lens.min_focus",
             f"a number above focal_length ({lens.focal_length:g} m), with focus_steps",
             f"{lens.focus_limits[0]:g}",
-            "the steps are counted from the nearest distance that the lens can be set to",
+            "the first step is the nearest distance that the lens can be set to",
         )

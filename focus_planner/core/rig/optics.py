@@ -15,8 +15,8 @@ from focus_planner.core.validation import check_number
 def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusion: float) -> float:
     """Return H = F² / (N·c), metres.
 
-    With this H the paper's D_N and D_F are exact for a thin lens; texts that add F to it write
-    the limits in terms of H − F.
+    With this H the paper's D_N and D_F are exact for a thin lens. Textbooks that define H as
+    F² / (N·c) + F write the limits in terms of H − F.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusio
     Raises
     ------
     InputError
-        If a value is not above zero.
+        If a value is not positive.
     """
     check_number("lens.focal_length", focal_length, above=0)
     check_number("lens.f_number", f_number, above=0)
@@ -36,9 +36,9 @@ def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusio
 
 
 def depth_of_field(focus_distance: FloatArray, lens: Lens) -> tuple[FloatArray, FloatArray]:
-    """Return the near and far limit of what is sharp at each focus distance.
+    """Return the near and far limits of the depth of field at each focus distance.
 
-    D_N = H·s / (H + s − F) and D_F = H·s / (H − s + F), infinite from s = H + F on.
+    D_N = H·s / (H + s − F) and D_F = H·s / (H − s + F), infinite for s ≥ H + F.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ def focus_interval(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the focus distances that hold a point at ``depth`` in focus: the inverse of D_N, D_F.
 
-    [d(H+F) / (H+d), d(H−F) / (H−d)], unbounded above from d = H on, cut to what the lens can be
-    set to; of a lens with a list of distances both ends are on the list. Where nothing is left,
-    the interval is (inf, -inf).
+    [d(H+F) / (H+d), d(H−F) / (H−d)], unbounded above for d ≥ H, restricted to what the lens can
+    be set to: for a lens with discrete distances, both ends are among them. An empty interval is
+    (inf, -inf).
 
     Parameters
     ----------
@@ -74,8 +74,8 @@ def focus_interval(
         d, metres.
     lens : Lens
     tolerance : float
-        t, metres: only what holds all depths from d − t to d + t counts. Both ends grow with the
-        depth, so these are the start for d + t and the end for d − t.
+        t, metres: every depth from d − t to d + t must be in focus. Both ends increase with depth,
+        so the interval starts where that of d + t does and ends where that of d − t does.
 
     Returns
     -------
@@ -102,18 +102,18 @@ def focus_interval(
 
 
 def nearest_settable(distance: FloatArray, lens: Lens) -> FloatArray:
-    """Return what the lens can be set to that is nearest to each distance, in metres.
+    """Return, for each distance, the nearest one that the lens can be set to.
 
     Parameters
     ----------
     distance : (n,) array
-        Metres; NaN stays.
+        Metres; may be NaN.
     lens : Lens
 
     Returns
     -------
     (n,) array
-        Of two equally near the nearer to the camera.
+        Metres; the smaller of two that are equally near, NaN for NaN.
     """
     settable = lens.settable_distances
     if settable is None:

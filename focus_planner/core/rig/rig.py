@@ -1,25 +1,22 @@
-"""All cameras of a rig, in one frame."""
+"""A rig: all its cameras in one frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from focus_planner.core.rig.camera import Camera
-from focus_planner.core.validation import (
-    InputError,
-    check_whole,
-)
+from focus_planner.core.validation import InputError, check_whole
 
-#: kernels/k_view.py numbers cameras with 18 bits.
+#: kernels/k_view.py stores a camera's index in 18 bits.
 MAX_CAMERAS = 250_000
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The places of a rig's cameras on a cylinder.
+    """The arrangement of a rig's cameras in rows and columns around a cylinder.
 
     Camera ``row * columns + column`` stands in that row (from the bottom) and column; the last
-    column is the first one's neighbour.
+    column is next to the first.
     """
 
     rows: int
@@ -32,12 +29,22 @@ class Grid:
 
 @dataclass(frozen=True)
 class Rig:
-    """The cameras of one capture, in one frame.
+    """All cameras of a capture rig.
+
+    Parameters
+    ----------
+    cameras : tuple of Camera
+        Their names are unique.
+    frame_id : str
+        The frame of the cameras' poses, which surfaces must be given in as well.
+    grid : Grid, optional
+        How the cameras are arranged. It tells the 2-view and 3-view methods which are neighbours.
 
     Raises
     ------
     InputError
-        If there is no camera, a name occurs twice, or the grid does not fit the cameras.
+        If there are no cameras or too many, a name occurs twice, or the grid's size does not
+        match the number of cameras.
     """
 
     cameras: tuple[Camera, ...]
@@ -52,8 +59,9 @@ class Rig:
             raise InputError("rig", f"at most {MAX_CAMERAS} cameras", str(len(self.cameras)))
         names = [camera.name for camera in self.cameras]
         if len(set(names)) < len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise InputError("rig", "unique camera names", f"{twice!r} {names.count(twice)} times")
+            repeated = next(name for name in names if names.count(name) > 1)
+            got = f"{repeated!r} {names.count(repeated)} times"
+            raise InputError("rig", "unique camera names", got)
         if self.grid is not None and self.grid.rows * self.grid.columns != len(self.cameras):
             raise InputError(
                 "rig.grid",

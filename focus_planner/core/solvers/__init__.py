@@ -1,4 +1,4 @@
-"""One file per solver, one signature: ``solve(problem, options, watch) -> Solution``."""
+"""One file per solver, one signature: ``solve(problem, options, on_progress) -> Solution``."""
 
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import average, closest, em, k_view, optimal

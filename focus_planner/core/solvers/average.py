@@ -13,7 +13,7 @@ from focus_planner.core.solvers.solution import Solution, finish, within_limits
 def solve(
     problem: Problem, _: Options | None = None, on_progress: ProgressCallback = never_stop
 ) -> Solution:
-    """Focus each camera at the mean depth, by area and importance, of the samples that it sees."""
+    """Focus each camera at the mean depth of the samples that it sees, weighted."""
     weights = problem.samples.weights[problem.sample_index]
     count = problem.camera_count
     total = np.bincount(problem.camera_index, weights=weights, minlength=count)

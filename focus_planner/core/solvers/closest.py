@@ -1,4 +1,4 @@
-"""The autofocus baseline: each camera on the nearest that it sees (paper, Sec. 4.3)."""
+"""The autofocus baseline: each camera on the nearest surface that it sees (paper, Sec. 4.3)."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from focus_planner.core.solvers.solution import Solution, finish, within_limits
 def solve(
     problem: Problem, _: Options | None = None, on_progress: ProgressCallback = never_stop
 ) -> Solution:
-    """Focus each camera at the least depth of the samples that it sees and that count."""
+    """Focus each camera at the least depth of the samples of some weight that it sees."""
     solution = finish(problem, within_limits(problem, closest_depths(problem)), 1, True)
     on_progress(Progress("closest", 1, solution.cost))
     return solution
 
 
 def closest_depths(problem: Problem) -> FloatArray:
-    """Return (C,) each camera's least depth, metres; NaN where it sees nothing that counts."""
+    """Return (C,) each camera's least depth, metres; NaN where it sees no sample of any weight."""
     depths = np.full(problem.camera_count, np.inf)
     counts = problem.samples.weights[problem.sample_index] > 0
     np.minimum.at(depths, problem.camera_index[counts], problem.depth[counts])

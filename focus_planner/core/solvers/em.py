@@ -18,9 +18,9 @@ def solve(
 ) -> Solution:
     """Assign samples to their cheapest cameras, move cameras to their samples' best cells, repeat.
 
-    Both steps are exact (Eq. 5, Eq. 8), so the cost never rises; O(pairs + cells) a step. Where
-    it ends depends on where it starts: of the closest, average, median and farthest depths and
-    each camera's own best distance, the closest ended lowest on bodies.
+    Both steps are exact (Eq. 5, Eq. 8), so the cost never rises; O(pairs + cells) a step. The
+    result depends on the start: of the closest, mean, median and farthest depths and each
+    camera's own best distance, the closest gave the lowest cost on bodies.
     """
     options = options or Options()
     cells = problem.cells
@@ -32,17 +32,8 @@ def solve(
     iteration = 0
     while True:
         iteration += 1
-        moved = kernels.stab(
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_first,
-            cells.seen_last,
-            cells.focus,
-            cells.offsets,
-            best,
-            cell,
-        )
+        moved = kernels.stab(problem.pairs_by_camera, cells.focus, cells.offsets, best, cell)
         best, units = assign_samples(problem, cell)
-        going_on = on_progress(Progress("em", iteration, cost_of_units(units)))
-        if not (moved and going_on):
+        keep_going = on_progress(Progress("em", iteration, cost_of_units(units)))
+        if not (moved and keep_going):
             return finish_cells(problem, cell, iteration, not moved)

@@ -11,7 +11,7 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import IntArray
-from focus_planner.core.problem.camera_tuples import Abandoned, Tuples, camera_tuples
+from focus_planner.core.problem.camera_tuples import Abandoned, camera_tuples
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
@@ -19,68 +19,69 @@ from focus_planner.core.solvers import em
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
-# Shared samples looked at, a fiftieth of a second's work; of a third camera's cells, most are
-# passed over by their bound.
-_SAMPLES_BETWEEN_WATCHES = 200_000
+# Shared samples between two calls of the callback, a fiftieth of a second's work. For triples a
+# sample counts once per so many cells of the third camera: bounds rule out most of them.
+_SAMPLES_BETWEEN_CALLS = 200_000
 _THIRD_CELLS_AT_ONCE = 40
-#: What a watch is told of pairs, and of triples.
+#: The stages of pairs and of triples, as the callback gets them.
 STAGES = {2: "k_view", 3: "k_view, triples"}
 
 
 def solve(
     problem: Problem, options: Options | None = None, on_progress: ProgressCallback = never_stop
 ) -> Solution:
-    """From EM's solution, take every tuple's best step until none pays.
+    """Start from EM's solution and move every tuple to its best cells until no move pays.
 
-    Triples start where pairs end: those take a tenth of the time, and leave little to gain.
+    With k = 3 triples start where pairs end: pairs take a tenth of the time and leave little to
+    gain.
 
-    With scope "all" each step is exact block-coordinate descent on the total cost; with
+    With scope "all" each step is exact block-coordinate descent on the total cost. With
     "assigned", the paper's, a step re-assigns the tuple's own samples among its cameras, and
     after each pass every sample goes to its cheapest camera. The cost never rises.
     """
     options = options or Options()
-    going_on, cost = True, 0.0
+    keep_going, cost = True, 0.0
 
-    def remember(progress: Progress) -> bool:
-        nonlocal going_on, cost
-        going_on, cost = on_progress(progress), progress.cost
-        return going_on
+    def on_step(progress: Progress) -> bool:
+        nonlocal keep_going, cost
+        keep_going, cost = on_progress(progress), progress.cost
+        return keep_going
 
-    solution = em.solve(problem, options, remember)
+    solution = em.solve(problem, options, on_step)
     for k in range(2, options.k + 1):
-        # Setting up the tuples takes longer than a step: ask before, and even where the stage
-        # before had converged.
-        if not (going_on and on_progress(Progress(STAGES[k], 0, cost))):
+        # Setting up the tuples takes longer than a step, so ask before, even if the stage before
+        # has converged.
+        if not (keep_going and on_progress(Progress(STAGES[k], 0, cost))):
             return replace(solution, converged=False)
-        asked = partial(_asked_meanwhile, remember, STAGES[k], cost)
+        setting_up = partial(_keep_setting_up, on_step, STAGES[k], cost)
         try:
-            descent = Descent(problem, replace(options, k=k), asked)
+            descent = Descent(problem, replace(options, k=k), setting_up)
         except Abandoned:
             return replace(solution, converged=False)
         cell = start_cells(problem, solution.focus_distances)
-        iterations, converged = descent.run(cell, remember)
+        iterations, converged = descent.run(cell, on_step)
         iterations += solution.iterations
         solution = finish_cells(problem, descent.cell, iterations, converged)
     return solution
 
 
 class Descent:
-    """A problem's tuples, from whatever cells their cameras start.
+    """Descends on a problem's tuples from any choice of cells.
 
     Parameters
     ----------
     problem : Problem
     options : Options
     keep_going : callable, optional
-        Asked while the tuples are set up; if it says no, :class:`Abandoned` is raised.
+        Called while the tuples are set up; return False to raise :class:`Abandoned`.
 
     Attributes
     ----------
     cell : (C,) array of int32
-        Where the cameras stand.
+        The chosen cell of each camera.
     units : int
-        The cost in units at these cells; with scope "assigned", at those of the last whole pass,
-        which no step since has raised.
+        The cost in units at these cells; with scope "assigned", at the end of the last whole
+        pass, which no step since has raised.
     """
 
     cell: IntArray
@@ -95,19 +96,22 @@ class Descent:
         self._assigned = options.scope == "assigned"
         self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
         self._stops = _stops(problem, self._tuples)
-        self._by_sample = (problem.sample_offsets, problem.camera_index, cells.base)
-        self._ranges = (cells.first, cells.last)
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
         ranked = 0 if self._assigned else problem.sample_count
-        self._ranking = np.empty((ranked, options.k + 1), dtype=np.int64)
-        self._steps = np.empty(len(cells.near) + problem.camera_count, dtype=np.int64)
-        self._summed = np.empty(problem.camera_count, dtype=np.int64)
-        self._touched = np.empty(problem.camera_count, dtype=np.int64)
-        self._solved = np.empty(len(self._tuples.cameras), dtype=np.int64)
-        self._clock = np.empty(1, dtype=np.int64)
+        cameras = problem.camera_count
+        self._state = kernels.DescentState(
+            cell=np.empty(cameras, dtype=np.int32),
+            ranking=np.empty((ranked, options.k + 1), dtype=np.int64),
+            best=np.empty(problem.sample_count, dtype=np.int32),
+            steps=np.empty(len(cells.near) + cameras, dtype=np.int64),
+            touched=np.empty(cameras, dtype=np.int64),
+            summed=np.empty(cameras, dtype=np.int64),
+            solved=np.empty(len(self._tuples.cameras), dtype=np.int64),
+            clock=np.empty(1, dtype=np.int64),
+        )
 
     def run(self, cell: IntArray, on_progress: ProgressCallback) -> tuple[int, bool]:
-        """Descend from these cells; return the steps told to the watch, and whether none pays."""
+        """Descend from these cells; return the number of steps and whether it has converged."""
         self._start(cell)
         iteration = 0
         while True:
@@ -120,11 +124,11 @@ class Descent:
                 return iteration, True
 
     def _start(self, cell: IntArray) -> None:
-        self.cell = cell
-        self._best, self.units = assign_samples(self._problem, cell)
-        focus = self._problem.cells.focus
-        kernels.rank_cameras(*self._by_sample, focus, *self._ranges, cell, self._ranking)
-        self._summed[:], self._touched[:], self._solved[:], self._clock[:] = 0, 1, 0, 1
+        problem, self.cell = self._problem, cell
+        best, self.units = assign_samples(problem, cell)
+        self._state = state = self._state._replace(cell=cell, best=best)
+        kernels.rank_cameras(problem.pairs_by_sample, problem.cells.focus, cell, state.ranking)
+        state.summed[:], state.touched[:], state.solved[:], state.clock[:] = 0, 1, 0, 1
 
     def _take_pass(self) -> Iterator[int]:
         """Let every tuple take its best step; yield the cost in units every now and then."""
@@ -136,62 +140,35 @@ class Descent:
                 self.units -= gain
         if self._assigned:
             # A step counts its gain from the best assignment within its tuple, not the present.
-            self._reassign()
-            self.units = assign_samples(self._problem, self.cell)[1]
+            problem = self._problem
+            kernels.reassign(problem.pairs_by_sample, problem.cells.focus, self._state)
+            self.units = assign_samples(problem, self.cell)[1]
         yield self.units
 
     def _improve(self, low: int, high: int) -> int:
-        problem, tuples, cells = self._problem, self._tuples, self._problem.cells
+        problem, cells = self._problem, self._problem.cells
         gain = kernels.improve_tuples(
-            tuples.cameras,
-            tuples.batch_offsets[low : high + 1],
-            tuples.shared_offsets,
-            tuples.samples,
-            tuples.bases,
-            tuples.firsts,
-            tuples.lasts,
-            problem.camera_offsets,
-            cells.seen,
-            cells.seen_base,
-            cells.seen_first,
-            cells.seen_last,
-            *self._by_sample,
-            *self._ranges,
+            self._tuples,
+            low,
+            high,
+            problem.pairs_by_camera,
+            problem.pairs_by_sample,
             cells.focus,
             cells.offsets,
-            self.cell,
-            self._ranking,
-            self._best,
-            self._steps,
-            self._summed,
-            self._touched,
-            self._solved,
-            self._clock,
+            self._state,
         )
         return int(gain)
 
-    def _reassign(self) -> None:
-        kernels.reassign(
-            *self._by_sample,
-            self._problem.cells.focus,
-            *self._ranges,
-            self.cell,
-            self._best,
-            self._summed,
-            self._touched,
-            self._clock,
-        )
 
-
-def _asked_meanwhile(on_progress: ProgressCallback, stage: str, cost: float) -> bool:
-    """Ask a watch in the midst of setting a stage up."""
+def _keep_setting_up(on_progress: ProgressCallback, stage: str, cost: float) -> bool:
+    """Ask the callback whether to go on setting up a stage."""
     return on_progress(Progress(stage, 0, cost))
 
 
-def _stops(problem: Problem, tuples: Tuples) -> list[int]:
-    """Return the batches before which to ask the watch, and the end, by the work in between.
+def _stops(problem: Problem, tuples: kernels.CameraTuples) -> list[int]:
+    """Return the batches before which to report progress, and the end, spaced by work.
 
-    Work, not time: what a watch is told does not depend on the machine.
+    Work, not time, so that the steps reported do not depend on the machine.
     """
     work = np.diff(tuples.shared_offsets).astype(np.float64)
     if tuples.cameras.shape[1] == 3:
@@ -200,7 +177,7 @@ def _stops(problem: Problem, tuples: Tuples) -> list[int]:
     done = np.concatenate([[0.0], np.cumsum(work)])[tuples.batch_offsets]
     stops, at = [0], 0.0
     for batch, total in enumerate(done[1:], start=1):
-        if total - at >= _SAMPLES_BETWEEN_WATCHES or batch == len(done) - 1:
+        if total - at >= _SAMPLES_BETWEEN_CALLS or batch == len(done) - 1:
             stops.append(batch)
             at = total
     return stops

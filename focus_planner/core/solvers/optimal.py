@@ -25,10 +25,12 @@ from focus_planner.core.solvers.k_view import Descent
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
-# Plans are made from the prices after so many steps, and each time they are twice as many; from
-# the cheapest few of so many open nodes after so many nodes, and each time they are a quarter more.
+# Plans are recovered from the prices after so many steps, and again whenever their number has
+# doubled; from open nodes after so many nodes, and again whenever their number has grown by a
+# quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
+# So many plans are recovered from open nodes, and so many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
 
 
@@ -37,42 +39,43 @@ def solve(
 ) -> Solution:
     """Find the best plan of all, and prove it.
 
-    Prices prove a first bound within a fraction of a percent (core/proof/prices.py). The cells
-    that their steps choose most often, polished by 2-view descent, are the best plan or nearly.
-    Branching (core/proof/branching.py) closes what is left of the gap. HiGHS, on whole problems or
-    on what reduced costs leave, measured slower at every size from 60 samples up, and does not
-    look at the clock for seconds; see ``make bench ARGS=optimum``.
+    Prices prove a first bound within a fraction of a percent
+    (:mod:`focus_planner.core.bounds.lagrangian`). The cells that their steps choose most often,
+    polished by 2-view descent, are the best plan or nearly so. Branch and bound
+    (:mod:`focus_planner.core.bounds.branch_and_bound`) closes the rest of the gap. HiGHS was slower
+    at every size from 60 samples up, on whole problems and on what reduced costs leave of them, and
+    does not check the time for seconds; see ``make bench ARGS=optimum``.
 
-    Ends when the plan is proven to cost at most ``options.gap`` of its cost too much, when the
-    watch says so, or when there is no room for more open nodes. Plan and bound are valid in any
-    case.
+    Stops when the plan is proven to exceed the lower bound by at most ``options.gap`` of its cost,
+    when the callback returns False, or when there is no memory for more open nodes. Plan and bound
+    are valid in any case.
     """
     return _Search(problem, options or Options(), on_progress).run()
 
 
 class _Search:
-    """The best plan so far, and what no plan gains more than."""
+    """The best plan so far, and an upper bound on the gain of every plan."""
 
     def __init__(self, problem: Problem, options: Options, on_progress: ProgressCallback) -> None:
         self._problem = problem
         self._options = replace(options, k=2, scope="all")
-        self._watch = on_progress
+        self._on_progress = on_progress
         self._gains = gains_of(problem)
         self._bound = int(self._gains.most.sum())  # all in focus in their best cameras
         self._prices: Prices | None = None
         self._descent: Descent | None = None
-        self._going_on = True
+        self._keep_going = True
         self._iterations = 0
-        self._told = np.inf
+        self._reported = np.inf
 
     def run(self) -> Solution:
         problem = self._problem
-        first = em.solve(problem, self._options, self._tell)
+        first = em.solve(problem, self._options, self._report)
         self._cell = start_cells(problem, first.focus_distances)
         self._units = assign_samples(problem, self._cell)[1]
         if self._unproven():
             self._price()
-        if self._unproven() and self._tell_stage("branching"):
+        if self._unproven() and self._report_stage("branching"):
             self._branch()
         prices = self._prices
         proven = self._bound <= self._goal
@@ -85,44 +88,44 @@ class _Search:
 
     @property
     def _goal(self) -> int:
-        """What the bound has to come down to.
+        """The gain that the bound has to come down to.
 
-        What is allowed for rounding, of the bound and of the plan's cost, is part of the gap.
+        The allowance for rounding, of the bound and of the plan's cost, is part of the gap.
         """
         rounding = 2 * len(self._gains.most)
         gap = max(int(self._options.gap * self._units) - rounding, 0)
         return self._gains.out - self._units + gap
 
     def _unproven(self) -> bool:
-        return self._going_on and self._bound > self._goal
+        return self._keep_going and self._bound > self._goal
 
-    def _tell(self, progress: Progress) -> bool:
-        """Tell the watch of a step: the best plan so far and the bound; remember its answer."""
+    def _report(self, progress: Progress) -> bool:
+        """Report a step with the best plan so far and the bound; return whether to go on."""
         self._iterations += 1
-        self._told = min(self._told, progress.cost)
+        self._reported = min(self._reported, progress.cost)
         bound = cost_below(self._gains, self._bound)
-        self._going_on = self._watch(
-            replace(progress, iteration=self._iterations, cost=self._told, lower_bound=bound)
+        self._keep_going = self._on_progress(
+            replace(progress, iteration=self._iterations, cost=self._reported, lower_bound=bound)
         )
-        return self._going_on
+        return self._keep_going
 
-    def _tell_stage(self, stage: str) -> bool:
-        return self._tell(Progress(stage, 0, cost_of_units(self._units)))
+    def _report_stage(self, stage: str) -> bool:
+        return self._report(Progress(stage, 0, cost_of_units(self._units)))
 
     def _polish(self, cell: IntArray) -> None:
-        """Descend from these cells; keep what is the best plan so far."""
-        self._keep(cell)  # there may be no time for more
+        """Descend from these cells; keep the result if it is the best plan so far."""
+        self._keep(cell)  # there may be no time for the descent
         if self._problem.camera_count > 1:
             if self._descent is None:
-                if not self._tell_stage("k_view"):
+                if not self._report_stage("k_view"):
                     return
                 try:
                     self._descent = Descent(
-                        self._problem, self._options, partial(self._tell_stage, "k_view")
+                        self._problem, self._options, partial(self._report_stage, "k_view")
                     )
                 except Abandoned:
                     return
-            self._descent.run(cell, self._tell)
+            self._descent.run(cell, self._report)
             self._keep(self._descent.cell)
 
     def _keep(self, cell: IntArray) -> None:
@@ -131,7 +134,7 @@ class _Search:
             self._cell, self._units = cell.copy(), units
 
     def _price(self) -> None:
-        """Lower the bound by prices alone, and make plans from them."""
+        """Lower the bound by prices alone, and recover plans from them."""
         start = self._options.prices
         warm = prices_in_units(self._problem, start) if start is not None else None
         prices = self._prices = Prices(self._gains, warm)
@@ -139,7 +142,7 @@ class _Search:
         while self._unproven() and not prices.settled(self._goal):
             prices.descend(self._goal)
             self._bound = min(self._bound, prices.bound)
-            self._tell_stage("prices")
+            self._report_stage("prices")
             if self._unproven() and prices.steps >= recovery:
                 self._polish(prices.frequent_cells())
                 recovery = 2 * prices.steps
@@ -147,14 +150,14 @@ class _Search:
             self._polish(prices.frequent_cells())
 
     def _branch(self) -> None:
-        """Close the gap by branching, and make plans from open nodes."""
+        """Close the gap by branch and bound, and recover plans from open nodes."""
         assert self._prices is not None
         branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
         recovery = _FIRST_RECOVERY_NODES
         while self._unproven():
-            # No node open means that none is better than the goal.
+            # Without open nodes no plan is better than the goal.
             self._bound = min(self._bound, max(branching.bound, self._goal))
-            self._tell_stage("branching")
+            self._report_stage("branching")
             if branching.exhausted:
                 return
             if self._unproven() and branching.nodes >= recovery:
@@ -169,6 +172,6 @@ class _Search:
                 branching.leaf = None
 
     def _cheapest(self, plans: list[IntArray]) -> list[IntArray]:
-        """Return the plans, those that cost least first."""
+        """Return the plans, cheapest first."""
         costs = [assign_samples(self._problem, cell)[1] for cell in plans]
         return [plans[i] for i in np.argsort(costs, kind="stable")]

@@ -1,4 +1,4 @@
-"""options."""
+"""The options of all solvers."""
 
 from __future__ import annotations
 
@@ -10,22 +10,24 @@ from focus_planner.core.rig.rig import Grid
 
 @dataclass(frozen=True)
 class Options:
-    """What a solver may be told; each takes what concerns it.
+    """Options of the solvers; each uses those that apply to it.
 
     Attributes
     ----------
     k : int
-        How many cameras move together: 2 or 3.
+        How many cameras ``k_view`` moves together: 2 or 3.
     scope : {"all", "assigned"}
         Which samples a step may re-assign: all that its cameras see, or those assigned to them.
     grid : Grid, optional
-        Take the tuples from the cameras' neighbourhood on this grid; from overlap when absent.
+        Take the tuples from the cameras' neighbourhood on this grid; by default, from the overlap
+        of what they see.
     start : (C,) array, optional
-        Focus distances to start from, metres; the closest depths when absent, or NaN.
+        Focus distances to start from, metres; by default, and where NaN, the closest depths.
     gap : float
-        ``optimal`` is content with a plan proven to cost at most this part of its cost too much.
+        ``optimal`` stops once (cost − lower bound) / cost is no more than this.
     prices : (N,) array, optional
-        Of the samples, 0 to 1, to start bounds from: those of a solution of a similar problem.
+        Prices of the samples, 0 to 1, to start bounds from: those of a solution of a similar
+        problem.
     """
 
     k: int = 2

@@ -1,4 +1,4 @@
-"""What every solver takes and returns."""
+"""The result of every solver, and the steps from chosen cells to focus distances."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class Solution:
     Attributes
     ----------
     focus_distances : (C,) array
-        Metres; NaN for a camera that sees no sample or can hold none in focus.
+        Metres; NaN for a camera that sees no sample or cannot bring any into focus.
     cost : float
         1000 × the weighted mean over the samples (Eq. 3).
     iterations : int
     converged : bool
-        False if the watch ended it, or ``optimal`` could not prove its gap.
+        False if the callback stopped it, or ``optimal`` could not prove its gap.
     lower_bound : float, optional
-        No plan for these samples costs less; only ``optimal`` proves one.
+        No plan for these samples costs less; only ``optimal`` returns one.
     prices : (N,) array, optional
-        Of the samples, 0 to 1, that prove it, or nearly.
+        Of the samples, 0 to 1; they prove the lower bound, or nearly.
     """
 
     focus_distances: FloatArray
@@ -43,7 +43,7 @@ class Solution:
 
 
 class Solver(Protocol):
-    """What every solver file's ``solve`` is."""
+    """The signature of ``solve`` in every solver's file."""
 
     def __call__(
         self,
@@ -61,13 +61,13 @@ def finish(problem: Problem, focus: FloatArray, iterations: int, converged: bool
 
 
 def finish_cells(problem: Problem, cell: IntArray, iterations: int, converged: bool) -> Solution:
-    """Return the solution at the chosen cells, each camera centred on what it holds for the rig.
+    """Return the solution at the chosen cells, each camera centred on the samples it is best for.
 
-    A camera's focus distance goes to the middle of the range that keeps all the samples in focus
-    that are in focus in it and in no better camera (the paper's mid-point, Sec. 3.4.1, taken over
-    the assigned samples). No sample costs more for it, and the surface between the samples, which
-    no solver sees, is more likely to be in focus too. Of a lens with a list of distances it is
-    the listed one nearest to that middle; the range ends at listed ones.
+    A camera's focus distance goes to the middle of the range that keeps all those samples in
+    focus that are assigned to it and in focus (the paper's mid-point, Sec. 3.4.1, taken over the
+    assigned samples). No sample costs more for that, and the surface between the samples, which
+    no solver sees, is more likely to be in focus too. For a lens with a list of distances the
+    range ends at listed ones, and the listed one nearest to its middle is taken.
     """
     focus = distances_of_cells(problem, cell)
     _, best = problem.evaluate(focus)
@@ -89,7 +89,7 @@ def finish_cells(problem: Problem, cell: IntArray, iterations: int, converged: b
 
 
 def distances_of_cells(problem: Problem, cell: IntArray) -> FloatArray:
-    """Return (C,) the middle of each camera's cell, metres; NaN where it has none."""
+    """Return (C,) the middle of each camera's cell, metres; NaN for a camera without a cell."""
     cells = problem.cells
     focus = np.full(problem.camera_count, np.nan)
     chosen = cell >= 0
@@ -101,21 +101,12 @@ def assign_samples(problem: Problem, cell: IntArray) -> tuple[IntArray, int]:
     """Return each sample's cheapest camera at these cells, and the total in units (Eq. 5)."""
     cells = problem.cells
     best = np.empty(problem.sample_count, dtype=np.int32)
-    seen = kernels.assign(
-        problem.sample_offsets,
-        problem.camera_index,
-        cells.base,
-        cells.focus,
-        cells.first,
-        cells.last,
-        cell,
-        best,
-    )
+    seen = kernels.assign(problem.pairs_by_sample, cells.focus, cell, best)
     return best, int(seen) + int(cells.unseen[best == kernels.UNSEEN].sum())
 
 
 def start_cells(problem: Problem, start: FloatArray) -> IntArray:
-    """Return (C,) the cells at, or nearest to, these focus distances; -1 for a camera without."""
+    """Return (C,) each camera's cell at or nearest to its focus distance; -1 if it has no cells."""
     cells = problem.cells
     cell = np.full(problem.camera_count, -1, dtype=np.int32)
     for c in np.flatnonzero(np.diff(cells.offsets) > 0):
@@ -126,14 +117,15 @@ def start_cells(problem: Problem, start: FloatArray) -> IntArray:
 
 
 def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
-    """Return the focus distances, moved to the nearest that each lens can be set to."""
+    """Return the focus distances, each moved to the nearest that its lens can be set to."""
     return settable(problem.lenses, np.arange(problem.camera_count), focus)
 
 
 def fill_missing_distances(problem: Problem, focus: FloatArray) -> FloatArray:
-    """Give cameras without a distance of their own the others' median, as far as their lens goes.
+    """Return the focus distances with NaNs replaced by the median of the others.
 
-    They see nothing, or nothing they can focus: any distance does, but a lens will be set to it.
+    Each is moved to the nearest that its lens can be set to. These cameras see nothing, or
+    nothing that they can focus on, so any distance would do, but their lenses will be set to it.
     """
     missing = ~np.isfinite(focus)
     wanted = np.array([lens.hyperfocal_distance for lens in problem.lenses])

@@ -1,1 +1,1 @@
-"""core/surface."""
+"""The subject's surface: meshes and point clouds, their samples, and which camera sees which."""

@@ -1,4 +1,4 @@
-"""Surfaces as samples: points with a normal, the area that each stands for and what it counts."""
+"""Sampling surfaces: points with normals, the areas that they represent, and their weights."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.surface.surface import Mesh, PointCloud, Samples
 from focus_planner.core.validation import InputError
 
-# A point's neighbours tell its normal and its share of the area; enough to average noise out,
-# few enough to stay on one fold of the surface.
+# Neighbours from which a point's normal and area are estimated: enough to average out noise, few
+# enough to stay on one fold of the surface.
 _NEIGHBOURS = 16
-_STRAY = 50.0
+_MAX_RELATIVE_AREA = 50.0  # of the median
 
 #: For NumPy's PCG64.
 Seed = int | np.random.SeedSequence
-#: What samples are drawn by; the same where a surface has no importance.
+#: What the density of samples is proportional to; the same thing without importance.
 Density = Literal["importance", "area"]
 
 
 @dataclass(frozen=True, eq=False)
 class CloudShape:
-    """What a cloud's points tell about the surface between them.
+    """The surface around a cloud's points, as estimated from them.
 
     Attributes
     ----------
     normals : (M, 3) array
-        The cloud's own, outward; or estimated, and then of either sign.
+        The cloud's own, outward; or estimated, and then of unknown sign.
     oriented : bool
         Whether the normals point outward.
     areas : (M,) array
-        The surface area that each point stands for, square metres.
+        The surface area that each point represents, square metres.
     importance : (M,) array
-        Of each point, the greatest being 1.
+        Relative to the greatest.
     spacing : float
-        Median distance between a point and what would be its neighbour on a square grid, metres.
+        The spacing of a square grid with the median area per point, metres.
     """
 
     normals: FloatArray
@@ -51,25 +51,25 @@ class CloudShape:
 
 
 def cloud_shape(cloud: PointCloud) -> CloudShape:
-    """Return normals, areas and spacing of a cloud from each point's nearest neighbours.
+    """Estimate a cloud's normals, areas and spacing from each point's nearest neighbours.
 
-    The disc that reaches a point's k-th neighbour holds k points on average, so its area over k
-    is the area per point, without bias for points strewn at random.
+    The disc around a point that reaches its k-th neighbour contains k other points on average, so
+    its area divided by k estimates the area per point, without bias for random points.
 
     Raises
     ------
     InputError
-        If the points coincide, or those with any importance do.
+        If most points coincide, or all points with any importance do.
     """
     count = min(_NEIGHBOURS, len(cloud.points) - 1)
     distances = np.asarray(cKDTree(cloud.points).query(cloud.points, k=count + 1, workers=-1)[0])
     areas = np.pi * distances[:, -1] ** 2 / count
-    # A stray point stands for no surface, and hides none.
-    areas = np.minimum(areas, _STRAY * np.median(areas))
+    # An outlier represents no surface, and hides none.
+    areas = np.minimum(areas, _MAX_RELATIVE_AREA * np.median(areas))
     spacing = float(np.sqrt(np.median(areas)))
     if not spacing > 0:
         raise InputError("cloud", "distinct points", f"mostly points repeated over {count} times")
-    importance = np.ones(len(areas)) if cloud.importance is None else _relative(cloud.importance)
+    importance = np.ones(len(areas)) if cloud.importance is None else _normalised(cloud.importance)
     if not (areas * importance).any():
         raise InputError(
             "cloud importance", "some above 0 where points are distinct", "0 all over the surface"
@@ -81,16 +81,15 @@ def cloud_shape(cloud: PointCloud) -> CloudShape:
     return CloudShape(np.asarray(shape.normals).copy(), False, areas, importance, spacing)
 
 
-def fresh_stream(seed: int) -> np.random.SeedSequence:
-    """Return a seed of random numbers that are independent of those that any number seeds."""
+def fresh_seed(seed: int) -> np.random.SeedSequence:
+    """Return a seed whose random numbers are independent of those of every integer seed."""
     return np.random.SeedSequence(seed, spawn_key=(0,))
 
 
 def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") -> Samples:
-    """Return ``count`` samples of the surface.
+    """Return ``count`` random samples of the mesh.
 
-    Normals are interpolated from the vertices where the mesh has vertex normals, else those of
-    the triangles.
+    Normals are interpolated between vertex normals if the mesh has them, else the triangles'.
 
     Parameters
     ----------
@@ -99,9 +98,9 @@ def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") 
     seed : int or SeedSequence
         For NumPy's PCG64: the same seed gives the same samples.
     by : {"importance", "area"}
-        The density of the samples. By importance, the less important the fewer, all weigh the
-        same, and where the importance is 0 there are none. By area all stand for the same area,
-        and some may weigh nothing.
+        What the samples' density is proportional to. By importance, all samples have the same
+        weight, and there are none where the importance is 0. By area, all samples represent the
+        same area, and some may have weight 0.
     """
     random = np.random.default_rng(seed)
     crosses = mesh.cross_products
@@ -122,7 +121,7 @@ def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") 
     normals = crosses[chosen]
     if mesh.vertex_normals is not None:
         smooth = (barycentric[:, :, None] * mesh.vertex_normals[corners]).sum(axis=1)
-        # Opposite vertex normals may cancel; the triangle's own is right there.
+        # Opposite vertex normals may cancel; use the triangle's own there.
         cancelled = (smooth**2).sum(axis=1) < 1e-12
         normals = np.where(cancelled[:, None], normals, smooth)
     normals = normals / np.sqrt((normals**2).sum(axis=1))[:, None]
@@ -132,21 +131,21 @@ def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") 
 def sample_cloud(
     cloud: PointCloud, shape: CloudShape, count: int, seed: int, by: Density = "importance"
 ) -> Samples:
-    """Return ``count`` of the cloud's points, drawn with replacement; 0 returns all that count.
+    """Return ``count`` of the cloud's points, drawn with replacement; all of them if it is 0.
 
-    Drawing by area, times importance or not, undoes a density that differs from place to place,
-    as in merged scans.
+    Drawing in proportion to area compensates for uneven density, as in merged scans.
 
     Parameters
     ----------
     cloud : PointCloud
     shape : CloudShape
     count, seed, by
-        As for :func:`sample_mesh`; with a count of 0 each point stands for its own area.
+        As for :func:`sample_mesh`. With a count of 0 each point represents its own area; by
+        importance, points of importance 0 are left out.
     """
     points, normals, importance = cloud.points, shape.normals, shape.importance
     if count == 0:
-        # Copies: kernels are compiled anew for arrays that cannot be written to.
+        # Copies, because kernels would be compiled anew for read-only arrays.
         kept = np.flatnonzero(importance > 0) if by == "importance" else np.arange(len(points))
         areas = shape.areas[kept]
         return Samples(points[kept], normals[kept], areas, areas * importance[kept])
@@ -160,9 +159,10 @@ def sample_around_cloud(
 ) -> Samples:
     """Return ``count`` samples of the surface around a cloud's points.
 
-    Points are drawn as :func:`sample_cloud` does, and each sample lies in the square on its point's
-    tangent plane that has the point's area, uniformly, and has the point's normal: surface that
-    the points stand for, but not the points, which a plan may have been made on.
+    Points are drawn as in :func:`sample_cloud`. Each sample is distributed uniformly over a square
+    in its point's tangent plane with the point's area, and has the point's normal. So samples lie
+    on the surface that the points represent, but not on the points, on which a plan may have been
+    made.
 
     Parameters
     ----------
@@ -187,17 +187,17 @@ def _draw_points(
     """Return (count,) indices of points drawn with replacement, their areas and weights."""
     importance = shape.importance
     if cloud.importance is None or by == "area":
-        chosen, area = _choose(shape.areas, count, random)
+        chosen, area = _draw_indices(shape.areas, count, random)
         areas = np.full(count, area / count)
         return chosen, areas, areas * importance[chosen]
-    chosen, weight = _choose(shape.areas * importance, count, random)
+    chosen, weight = _draw_indices(shape.areas * importance, count, random)
     areas = _areas_of_equal_weights(importance[chosen], shape.areas[importance > 0].sum())
     return chosen, areas, np.full(count, weight / count)
 
 
 def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two (n, 3) unit vectors at right angles to each normal and to each other."""
-    # Any direction that is not the normal's; the turn about it does not matter.
+    """Return two (n, 3) arrays of unit vectors orthogonal to each normal and to each other."""
+    # Any direction that is not the normal's; the rotation about the normal does not matter.
     other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     first = np.cross(normals, other)
     first /= np.sqrt((first**2).sum(axis=1))[:, None]
@@ -207,14 +207,14 @@ def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
 def surfels(
     cloud: PointCloud, shape: CloudShape, radius_in_spacings: float
 ) -> tuple[FloatArray, IntArray]:
-    """Return one square per point, tangent to the surface: the cloud made opaque.
+    """Return one square per point, tangent to the surface, which together make the cloud opaque.
 
     Parameters
     ----------
     cloud : PointCloud
     shape : CloudShape
     radius_in_spacings : float
-        Half the square's diagonal, in units of the point's own spacing.
+        Half of a square's diagonal, relative to the square root of its point's area.
 
     Returns
     -------
@@ -238,25 +238,25 @@ def surfels(
     return corners.reshape(-1, 3), np.concatenate([base + corner[0], base + corner[1]])
 
 
-def _relative(importance: FloatArray) -> FloatArray:
-    """Return the importance, the greatest being 1."""
+def _normalised(importance: FloatArray) -> FloatArray:
+    """Return the importance relative to the greatest."""
     relative: FloatArray = importance / importance.max()
     return relative
 
 
 def _corner_importance(mesh: Mesh) -> FloatArray | None:
-    """Return (T, 3) the importance at each triangle's corners, if the mesh has any."""
+    """Return (T, 3) the relative importance at triangles' corners; None if the mesh has none."""
     if mesh.vertex_importance is None:
         return None
-    return _relative(mesh.vertex_importance[mesh.triangles])
+    return _normalised(mesh.vertex_importance[mesh.triangles])
 
 
-def _choose(
+def _draw_indices(
     shares: FloatArray, count: int, random: np.random.Generator
 ) -> tuple[NDArray[np.int64], float]:
-    """Return (count,) indices drawn by their shares, with replacement, and the shares' sum."""
+    """Return (count,) indices drawn in proportion to shares, with replacement, and their sum."""
     cumulative = np.cumsum(shares)
-    # Always below the last, however it is rounded: what has no share is never drawn.
+    # Less than the last whatever the rounding, so that an index with no share is never drawn.
     drawn = random.random(count) * cumulative[-1]
     return np.searchsorted(cumulative, drawn, side="right"), float(cumulative[-1])
 
@@ -264,8 +264,8 @@ def _choose(
 def _draw_by_area(
     areas: FloatArray, count: int, random: np.random.Generator
 ) -> tuple[NDArray[np.int64], FloatArray, float]:
-    """Return triangles, barycentric coordinates in them, and the whole area."""
-    chosen, area = _choose(areas, count, random)
+    """Return triangles, barycentric coordinates in them, and the total area."""
+    chosen, area = _draw_indices(areas, count, random)
     root, v = np.sqrt(random.random(count)), random.random(count)
     return chosen, np.stack([1 - root, root * (1 - v), root * v], axis=1), area
 
@@ -276,11 +276,12 @@ def _draw_by_importance(
     """Return triangles, barycentric coordinates in them, and the integral of the importance.
 
     A density that is linear on a triangle is a mixture of three, each proportional to one
-    barycentric coordinate: the Dirichlet distribution with parameter 2 there and 1 elsewhere.
+    barycentric coordinate: a Dirichlet distribution with parameter 2 for that one and 1 for the
+    others.
     """
-    chosen, weight = _choose((areas[:, None] / 3 * importance).ravel(), count, random)
+    chosen, weight = _draw_indices((areas[:, None] / 3 * importance).ravel(), count, random)
     triangles, corner = np.divmod(chosen, 3)
-    # Three random cuts leave four parts, jointly Dirichlet(1, 1, 1, 1); two parts make one of 2.
+    # Three cuts of [0, 1] leave four parts, Dirichlet(1, 1, 1, 1); adding two gives (2, 1, 1).
     cuts = np.sort(random.random((count, 3)), axis=1)
     parts = np.stack([cuts[:, 1], cuts[:, 2] - cuts[:, 1], 1 - cuts[:, 2]], axis=1)
     place = (np.arange(3) - corner[:, None]) % 3
@@ -288,7 +289,7 @@ def _draw_by_importance(
 
 
 def _areas_of_equal_weights(importance: FloatArray, area: float) -> FloatArray:
-    """Return the areas, ``area`` in all, that samples of the same weight stand for."""
+    """Return the areas, which sum to ``area``, that samples of equal weight represent."""
     areas = 1 / importance
     scaled: FloatArray = areas * (area / areas.sum())
     return scaled

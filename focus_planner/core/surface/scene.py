@@ -1,7 +1,7 @@
-"""A surface made ready for planning: its samples, and what hides what.
+"""A surface prepared for planning: sampling and occlusion queries.
 
-Building a scene costs an acceleration structure (and, for a cloud, a neighbour search); it is
-made once per surface and serves every plan on it.
+A scene builds a ray-casting structure and, for a cloud, searches for every point's neighbours. It
+is built once per surface and used for every plan.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from focus_planner.core.surface.sampling import (
     CloudShape,
     Density,
     cloud_shape,
-    fresh_stream,
+    fresh_seed,
     sample_around_cloud,
     sample_cloud,
     sample_mesh,
@@ -26,18 +26,18 @@ from focus_planner.core.surface.sampling import (
 from focus_planner.core.surface.surface import Mesh, PointCloud, Samples, Surface
 from focus_planner.core.validation import InputError, check_choice, check_whole
 
-# A ray ends this far before its target, so that the target's own triangle does not stop it: well
-# above float32's error in a recentred scene (1e-7 of its size), well below what a person is
-# photographed for.
+# A ray ends this far before its target, so that the target's own triangle does not block it: well
+# above float32's error in a recentred scene (1e-7 of its size), well below any detail that
+# matters.
 _STOP_SHORT_OF_MESH = 1e-4  # of the scene's diagonal
-# Surfels reach over their neighbours' edges and stand off a curved surface: end the ray before
-# the target's own neighbourhood.
+# Surfels overlap their neighbours and stand off a curved surface, so a ray must end before its
+# target's neighbourhood.
 _STOP_SHORT_OF_CLOUD = 2.5  # spacings
-_SURFEL_RADIUS = 1.5  # spacings; leaves next to no holes between points strewn at random
+_SURFEL_RADIUS = 1.5  # spacings; leaves hardly any holes between random points
 
 
 class Scene:
-    """One surface with its ray-casting structure.
+    """A surface with its ray-casting structure.
 
     Parameters
     ----------
@@ -47,9 +47,12 @@ class Scene:
     ----------
     surface : Mesh or PointCloud
     area : float
-        Square metres; estimated from the points' spacing for a cloud.
+        Square metres; for a cloud, estimated from the points' spacing.
+    diagonal : float
+        Of the surface's bounding box, metres.
     stop_short : float
-        How far before its target a ray must end not to be stopped by the target itself, metres.
+        How far before its target a ray must end so as not to be blocked by the target itself,
+        metres.
     """
 
     def __init__(self, surface: Surface) -> None:
@@ -74,24 +77,24 @@ class Scene:
 
     @property
     def oriented(self) -> bool:
-        """Whether samples come with normals that point outward, else of either sign."""
+        """Whether samples' normals point outward; else their sign is unknown."""
         return self._shape is None or self._shape.oriented
 
     @property
     def centre(self) -> FloatArray:
-        """Middle of the surface's bounding box, (3,), metres."""
+        """(3,) the centre of the surface's bounding box, metres."""
         return self._centre
 
     def sample(self, count: int, seed: int, by: Density = "importance") -> Samples:
-        """Return seeded samples of the surface; 0 takes a cloud's points themselves.
+        """Return random samples of the surface; with a count of 0, a cloud's points themselves.
 
         Parameters
         ----------
         count, seed : int
         by : {"importance", "area"}
-            The samples' density. By importance they all weigh the same, and their areas sum to
-            that of the surface with any importance; by area they all stand for the same area, and
-            some may weigh nothing. Without importance there is no difference.
+            What the samples' density is proportional to. By importance, all have the same weight,
+            and their areas sum to that of the surface with any importance. By area, all represent
+            the same area, and some may have weight 0. The same thing without importance.
 
         Raises
         ------
@@ -114,34 +117,34 @@ class Scene:
         return sample_mesh(self.surface, count, seed, by)
 
     def fresh_samples(self, count: int, seed: int, by: Density = "importance") -> Samples:
-        """Return seeded samples to judge plans on, drawn as :meth:`sample` draws them.
+        """Return samples to estimate a plan's quality on, independent of :meth:`sample`'s.
 
-        They are independent of those that :meth:`sample` returns for any seed. A cloud's lie
-        around its points, as :func:`sample_around_cloud` says.
+        They are distributed like those of :meth:`sample` and independent of them, whatever the
+        seeds. A cloud's lie around its points: see :func:`sample_around_cloud`.
 
         Raises
         ------
         InputError
-            If ``count`` is less than 2, of which there is no standard error, ``seed`` is
-            negative, or ``by`` is neither.
+            If ``count`` is less than 2 (there would be no standard error), ``seed`` is negative,
+            or ``by`` is neither.
         """
         check_whole("fresh_samples", count, 2)
         check_choice("by", by, get_args(Density))
-        stream = fresh_stream(check_whole("seed", seed, 0))
+        stream = fresh_seed(check_whole("seed", seed, 0))
         if isinstance(self.surface, PointCloud):
             assert self._shape is not None
             return sample_around_cloud(self.surface, self._shape, count, stream, by)
         return sample_mesh(self.surface, count, stream, by)
 
     def occluded(self, rays: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Return whether the surface stands in each ray's way, between its origin and its end.
+        """Return whether the surface blocks each ray between its origin and its end.
 
         A ray to a point on the surface must end ``stop_short`` before it.
 
         Parameters
         ----------
         rays : (n, 6) array of float32
-            Origin relative to ``centre``, and from there to the end, metres.
+            Origin relative to ``centre``, and the vector from there to the end, metres.
 
         Returns
         -------
@@ -155,9 +158,9 @@ class Scene:
     def first_hits(
         self, origins: FloatArray, directions: FloatArray
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return whether each ray hits the surface, and whether it first hits an outer side.
+        """Return whether each ray hits the surface, and whether it first hits its outer side.
 
-        For a cloud without oriented normals the second array says nothing.
+        The latter is meaningless for a cloud without oriented normals.
 
         Parameters
         ----------

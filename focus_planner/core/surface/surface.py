@@ -1,4 +1,4 @@
-"""Mesh, point cloud, samples."""
+"""Surfaces: triangle meshes, point clouds, and samples of them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.validation import (
-    _FARTHEST,
-    _ROUNDING,
+    MAX_COORDINATE,
+    UNIT_ROUNDING,
     InputError,
     check_array,
     check_finite,
 )
 
-# The square of what is shorter has next to no digits.
+# The squares of shorter vectors have too few digits.
 _SHORTEST = 1e-150
 
 
@@ -34,14 +34,14 @@ class Mesh:
     vertex_normals : (V, 3) array, optional
         Outward; they need not have unit length.
     vertex_importance : (V,) array, optional
-        How much the surface at each vertex counts, at least 0 and linear in between; only ratios
-        matter. All counts the same when absent.
+        The relative importance of the surface at each vertex, at least 0, interpolated linearly.
+        Uniform when absent.
 
     Raises
     ------
     InputError
         If there is no triangle, a number is not finite, an index is out of range, a triangle
-        has no area, a normal has no length, or no triangle has any importance.
+        has no area, a normal has length zero, or no triangle has any importance.
     """
 
     vertices: FloatArray
@@ -97,14 +97,13 @@ class PointCloud:
     normals : (M, 3) array, optional
         Outward; they need not have unit length. Estimated from the points when absent.
     importance : (M,) array, optional
-        How much the surface at each point counts, at least 0; only ratios matter. All counts
-        the same when absent.
+        The relative importance of the surface around each point, at least 0. Uniform when absent.
 
     Raises
     ------
     InputError
-        If there are too few points to tell a surface, a number is not finite, a normal has no
-        length, or no point has any importance.
+        If there are fewer than ``MIN_POINTS`` points, a number is not finite, a normal has length
+        zero, or no point has any importance.
     """
 
     points: FloatArray
@@ -138,7 +137,7 @@ Surface = Mesh | PointCloud
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points that stand for a surface.
+    """Points that represent a surface.
 
     Attributes
     ----------
@@ -147,10 +146,10 @@ class Samples:
     normals : (N, 3) array
         Unit length, outward.
     areas : (N,) array
-        The surface area that each sample stands for, square metres.
+        The surface area that each sample represents, square metres.
     weights : (N,) array
-        What each sample counts in the cost: its area times its importance, the greatest
-        importance being 1; square metres.
+        Each sample's weight in the cost: its area times its importance relative to the greatest,
+        square metres.
     """
 
     points: FloatArray
@@ -162,15 +161,15 @@ class Samples:
         return len(self.points)
 
     def take(self, which: slice | NDArray[np.int64]) -> Samples:
-        """Return some of the samples."""
+        """Return the selected samples."""
         return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
 def _check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
-    """Raise if numbers are none of this world: their squares would overflow."""
+    """Raise if components are so large that they must be a mistake."""
     farthest = float(np.abs(vectors).max())
-    if farthest > _FARTHEST:
-        raise InputError(argument, f"{what} up to {_FARTHEST:g}", f"{farthest:g}")
+    if farthest > MAX_COORDINATE:
+        raise InputError(argument, f"{what} up to {MAX_COORDINATE:g}", f"{farthest:g}")
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:
@@ -188,10 +187,10 @@ def _unit(argument: str, vectors: FloatArray) -> FloatArray:
             argument,
             "vectors with a length",
             f"{len(zero)} of {len(vectors)} of length zero (first: {zero[0]})",
-            "leave the normals out and they are computed",
+            "leave the normals out to have them computed",
         )
-    # Of unit length already: else what a recorded run says would not be what was planned with.
-    lengths = np.where(np.abs(lengths - 1) > _ROUNDING, lengths, 1.0)
+    # Vectors of unit length stay as they are, so that recording and replaying changes no bit.
+    lengths = np.where(np.abs(lengths - 1) > UNIT_ROUNDING, lengths, 1.0)
     unit: FloatArray = vectors / lengths[:, None]
     unit.flags.writeable = False
     return unit
@@ -200,7 +199,7 @@ def _unit(argument: str, vectors: FloatArray) -> FloatArray:
 def _check_importance(
     argument: str, importance: FloatArray, what: str, on_surface: FloatArray
 ) -> None:
-    """Raise unless each is a finite number of at least 0, and one on the surface is above."""
+    """Raise unless all are finite and at least 0, and some on the surface are above 0."""
     check_finite(argument, importance, what)
     below = np.flatnonzero(importance < 0)
     if len(below):
@@ -215,12 +214,12 @@ def _check_importance(
             argument,
             "some above 0",
             "0 all over the surface",
-            "leave the importance out and all of it counts the same",
+            "leave the importance out if all of the surface is equally important",
         )
 
 
 def _check_areas(mesh: Mesh) -> None:
-    """Raise if a triangle's area is nothing beside its longest side."""
+    """Raise if a triangle's area is negligible compared with its longest side."""
     a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
     longest = np.maximum(
         np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),

@@ -1,4 +1,4 @@
-"""Which camera sees which sample: field of view, facing, occlusion."""
+"""Which camera sees which sample: field of view, orientation, occlusion."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from numpy.typing import NDArray
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.rig.camera import CameraIntrinsics
-from focus_planner.core.rig.distortion import view
+from focus_planner.core.rig.distortion import frustum_and_projection
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
 
-# Rays are cast in blocks: they need 24 bytes each, and every sample near the view 4.
+# Rays are cast in blocks to bound memory: 24 bytes per ray, 4 per sample near the view.
 _RAYS_AT_ONCE = 2_000_000
-# Between two questions whether to go on: a few samples first, then what takes some 20 ms.
+# Work between two calls of ``keep_going``: a few samples at first, then about 20 ms.
 _FIRST_SAMPLES = 512
-_FEWEST_SAMPLES = 64
-_RAYS_BETWEEN_QUESTIONS = 60_000
-# Of all pairs of a camera and a sample, by and large.
+_MIN_SAMPLES = 64
+_RAYS_BETWEEN_CHECKS = 60_000
+# Roughly one in so many pairs of a camera and a sample is visible.
 _PAIRS_PER_VISIBLE = 16
 
 
 @dataclass(frozen=True, eq=False)
 class Visibility:
-    """The pairs of a camera and a sample that it sees, camera by camera, samples ascending.
+    """All pairs of a camera and a sample that it sees, by camera and ascending sample.
 
     Attributes
     ----------
     camera_offsets : (C + 1,) array of int64
         Camera c's pairs are ``camera_offsets[c]`` to ``camera_offsets[c + 1]``.
     sample_index : (P,) array of int32
-        Counted in ``taken``.
+        Index into ``taken``.
     normals : (N, 3) array
-        The samples' normals, outward.
+        The normals of the samples in ``taken``, outward.
     taken : (N,) array of int64
-        The samples that were looked at, ascending: all of them unless the search was ended.
+        The samples that were tested, ascending: all of them unless the search was stopped.
     """
 
     camera_offsets: NDArray[np.int64]
@@ -52,19 +52,17 @@ class Visibility:
 
 @dataclass(frozen=True, eq=False)
 class _Views:
-    """Where the cameras stand and what their images hold, as the kernels take it.
+    """The cameras' poses and fields of view, as the kernels take them.
 
-    The frustums of distorted images hold more than these do: what does is told by
-    ``projections``, which are None where there is no such image.
+    The frustum of a distorted image contains more than the image shows; ``projections`` then
+    decide. They are None if no image is distorted.
     """
 
-    positions: FloatArray
-    rotations: FloatArray
-    frustums: FloatArray
+    views: kernels.Views
     projections: FloatArray | None
 
-    def part(self, cameras: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return self.positions[cameras], self.rotations[cameras], self.frustums[cameras]
+    def part(self, cameras: slice) -> kernels.Views:
+        return kernels.Views(*(array[cameras] for array in self.views))
 
 
 def visible_pairs(
@@ -75,16 +73,16 @@ def visible_pairs(
     order: NDArray[np.int64] | None = None,
     enough: Callable[[], float] = lambda: np.inf,
 ) -> Visibility:
-    """Return the pairs of a camera and a sample that it sees.
+    """Return all pairs of a camera and a sample that it sees.
 
-    A camera sees a sample whose image falls on a pixel that is read out, farther than its focal
-    length, whose normal points to the camera's side of the surface, with nothing of the surface
-    in between. How far off its axis a camera with distortion sees is told in
-    :mod:`focus_planner.core.distortion`.
+    A camera sees a sample that is imaged on a pixel that is read out, at a depth greater than the
+    focal length, whose outer side faces the camera, and that no part of the surface hides. See
+    :mod:`focus_planner.core.rig.distortion` for how far off its axis a camera with distortion
+    sees.
 
-    Normals of unknown sign (a cloud's that were estimated) are turned towards the cameras with
-    an unobstructed view, by majority weighted with the cosine of incidence: what hides a sample
-    does not depend on the sign of any normal.
+    Normals of unknown sign (those estimated for a cloud) are flipped towards the cameras that have
+    an unobstructed view of the sample, by a majority weighted with the cosine of incidence.
+    Occlusion does not depend on the signs of normals.
 
     Parameters
     ----------
@@ -92,14 +90,17 @@ def visible_pairs(
     rig : Rig
     samples : Samples
     keep_going : callable, optional
-        Asked after every few samples, while some are left, whether to go on. If not, the answer
-        is that for the samples taken so far, which stand for all where they are taken in random
-        order.
+        Called between parts of the samples; return False to stop. The result then covers only the
+        samples tested so far, a fair selection if their order is random.
     order : (N,) array of int64, optional
-        In which to take the samples; as they stand when absent.
+        The order in which to test the samples; as given by default.
     enough : callable, optional
-        Asked, when not to go on, how many of the samples taken are enough: parts beyond are left
-        out.
+        Called when the search is stopped: the number of samples that suffice. Parts beyond that
+        number are dropped.
+
+    Returns
+    -------
+    Visibility
     """
     views = _views(rig)
     order = np.arange(len(samples)) if order is None else order
@@ -108,96 +109,105 @@ def visible_pairs(
     while True:
         taken = order[low : low + size]
         with kernels.threads_for(len(taken) * len(rig) // _PAIRS_PER_VISIBLE):
-            part, rays = _look(scene, views, samples, taken)
+            part, rays = _find_visible(scene, views, samples, taken)
         parts.append(part)
         low += size
         if low >= len(samples) or (keep_going is not None and not keep_going()):
             break
-        size = min(2 * size, size * _RAYS_BETWEEN_QUESTIONS // max(rays, 1))
-        size = max(size, _FEWEST_SAMPLES)
+        size = min(2 * size, size * _RAYS_BETWEEN_CHECKS // max(rays, 1))
+        size = max(size, _MIN_SAMPLES)
     if low < len(samples):
-        parts = _first(parts, enough())
-    return _ascending(parts[0] if len(parts) == 1 else _joined(parts))
+        parts = _leading_parts(parts, enough())
+    return _sorted_by_sample(parts[0] if len(parts) == 1 else _concatenated(parts))
 
 
-def _first(parts: list[Visibility], enough: float) -> list[Visibility]:
-    """Return the first parts, with at least as many samples as are enough."""
+def _leading_parts(parts: list[Visibility], enough: float) -> list[Visibility]:
+    """Return the fewest leading parts that have ``enough`` samples."""
     before = np.cumsum([0] + [len(part.taken) for part in parts[:-1]])
     return [part for part, count in zip(parts, before, strict=True) if count < enough]
 
 
 def _views(rig: Rig) -> _Views:
     frustums = [(*_frustum(camera.intrinsics), camera.lens.focal_length) for camera in rig.cameras]
-    return _Views(
+    views = kernels.Views(
         camera_positions(rig),
         np.ascontiguousarray(camera_rotations(rig)),
         np.array(frustums, dtype=np.float64),
-        _projections(rig),
     )
+    return _Views(views, _projections(rig))
 
 
 def _frustum(intrinsics: CameraIntrinsics) -> tuple[float, ...]:
-    """Return fx, fy, cx, cy, width, height of what is read out of an image, or more."""
+    """Return fx, fy, cx, cy, width, height of a pinhole that sees all that the camera does."""
     if intrinsics.distortion_model:
-        frustum, _ = view(intrinsics)
+        frustum, _ = frustum_and_projection(intrinsics)
         return frustum
     x, y, width, height = intrinsics.pixels_read
     return intrinsics.fx, intrinsics.fy, intrinsics.cx - x, intrinsics.cy - y, width, height
 
 
 def _projections(rig: Rig) -> FloatArray | None:
-    """Return each distorted image's projection, zeros for pinholes; None if all are pinholes."""
+    """Return a projection per camera, zeros for pinholes; None if all are pinholes."""
     distorted = [c for c, camera in enumerate(rig.cameras) if camera.intrinsics.distortion_model]
     if not distorted:
         return None
     projections = np.zeros((len(rig), kernels.PROJECTION + kernels.COEFFICIENTS))
     for c in distorted:
-        _, projections[c] = view(rig.cameras[c].intrinsics)
+        _, projections[c] = frustum_and_projection(rig.cameras[c].intrinsics)
     return projections
 
 
-def _look(
+def _find_visible(
     scene: Scene, views: _Views, all_samples: Samples, taken: NDArray[np.int64]
 ) -> tuple[Visibility, int]:
-    """Return what the cameras see of the samples taken, and how many rays that took.
+    """Return the visible pairs of the samples taken, and how many rays were cast.
 
-    Samples stand in blocks of neighbours, which are tested as one before each for itself.
+    Samples are sorted into blocks of neighbours; each block is tested as a whole before its
+    samples are tested one by one.
     """
     samples = all_samples.take(taken)
     facing = scene.oriented
-    order = _neighbours(samples, facing)
+    order = _spatial_order(samples, facing)
     near = samples.take(order)
-    spheres, cones = kernels.bound_blocks(near.points, near.normals)
-    most = kernels.count_near_view(spheres, cones, len(near), *views.part(slice(None)), facing)
+    blocks = kernels.bound_blocks(near.points, near.normals)
+    most = kernels.count_near_view(blocks, len(near), views.views, facing)
     counts, found, cast = [], [], 0
     for cameras in _camera_blocks(most):
         view = views.part(cameras)
         room = _offsets(most[cameras])
         listed = np.empty(room[-1], dtype=np.int32)
         in_view = kernels.list_in_view(
-            near.points, near.normals, spheres, cones, *view, facing, room, listed
+            near.points, near.normals, blocks, view, facing, room, listed
         )
         if views.projections is not None:
             in_view = kernels.keep_imaged(
-                near.points, *view[:2], views.projections[cameras], room, listed, in_view
+                near.points,
+                view.positions,
+                view.rotations,
+                views.projections[cameras],
+                room,
+                listed,
+                in_view,
             )
         offsets = _offsets(in_view)
         rays = np.empty((offsets[-1], 6), dtype=np.float32)
         kernels.fill_rays(
-            near.points, view[0], room, listed, offsets, scene.centre, scene.stop_short, rays
+            near.points, view.positions, room, listed, offsets, scene.centre, scene.stop_short, rays
         )
         hidden = scene.occluded(rays)
         seen = kernels.keep_seen(room, listed, offsets, hidden, order)
         counts.append(seen)
-        found.append(_gathered(room[None, :-1], seen[None], listed, np.zeros(1, dtype=np.int64)))
+        found.append(_gather(room[None, :-1], seen[None], listed, np.zeros(1, dtype=np.int64)))
         cast += len(rays)
     seen_from = _offsets(np.concatenate(counts))
     visibility = Visibility(seen_from, np.concatenate(found), samples.normals, taken)
-    return visibility if facing else _turned(visibility, views.positions, samples), cast
+    return visibility if facing else _orient_normals(
+        visibility, views.views.positions, samples
+    ), cast
 
 
-def _neighbours(samples: Samples, facing: bool) -> NDArray[np.int64]:
-    """Return (N,) an order in which samples that stand, and face, alike come together."""
+def _spatial_order(samples: Samples, facing: bool) -> NDArray[np.int64]:
+    """Return (N,) an order that puts samples with similar positions and normals next to another."""
     low = samples.points.min(axis=0)
     extent = float((samples.points.max(axis=0) - low).max())
     scale = kernels.PLACES / extent if extent > 0 else 0.0
@@ -206,7 +216,7 @@ def _neighbours(samples: Samples, facing: bool) -> NDArray[np.int64]:
 
 
 def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:
-    """Yield all cameras in runs that together list no more than rays are cast at once."""
+    """Yield runs of cameras, each with at most as many candidate rays as are cast at once."""
     low, total = 0, 0
     for c, count in enumerate(most.tolist()):
         if c > low and total + count > _RAYS_AT_ONCE:
@@ -216,8 +226,8 @@ def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:
     yield slice(low, len(most))
 
 
-def _turned(seen: Visibility, positions: FloatArray, samples: Samples) -> Visibility:
-    """Return the pairs that remain with the samples' normals turned to those that see them."""
+def _orient_normals(seen: Visibility, positions: FloatArray, samples: Samples) -> Visibility:
+    """Flip normals towards the cameras that see the samples; return the pairs that remain."""
     camera_index = np.repeat(np.arange(len(positions)), np.diff(seen.camera_offsets))
     sample_index = seen.sample_index
     towards = positions[camera_index] - samples.points[sample_index]
@@ -230,14 +240,14 @@ def _turned(seen: Visibility, positions: FloatArray, samples: Samples) -> Visibi
     return Visibility(_offsets(counts), sample_index[facing], normals, seen.taken)
 
 
-def _joined(parts: list[Visibility]) -> Visibility:
-    """Return the visibility of all parts' samples, one part's after another's."""
+def _concatenated(parts: list[Visibility]) -> Visibility:
+    """Return the visibility of all parts' samples, part by part."""
     pairs = np.array([0, *(len(part.sample_index) for part in parts)])
     samples = np.array([0, *(len(part.taken) for part in parts)])
     offsets = np.array([part.camera_offsets for part in parts])
     return Visibility(
         offsets.sum(axis=0),
-        _gathered(
+        _gather(
             offsets[:, :-1] + np.cumsum(pairs)[:-1, None],
             np.diff(offsets, axis=1),
             np.concatenate([part.sample_index for part in parts]),
@@ -248,8 +258,8 @@ def _joined(parts: list[Visibility]) -> Visibility:
     )
 
 
-def _ascending(visibility: Visibility) -> Visibility:
-    """Return the same with the samples taken in ascending order."""
+def _sorted_by_sample(visibility: Visibility) -> Visibility:
+    """Return the same visibility with ``taken`` ascending."""
     taken = visibility.taken
     if (taken[:-1] <= taken[1:]).all():
         return visibility
@@ -264,13 +274,16 @@ def _ascending(visibility: Visibility) -> Visibility:
     )
 
 
-def _gathered(
+def _gather(
     starts: NDArray[np.int64],
     counts: NDArray[np.int64],
     source: IntArray,
     shifts: NDArray[np.int64],
 ) -> IntArray:
-    """Return each camera's runs of ``source``, run k ``shifts[k]`` higher; all by (K, C)."""
+    """Return each camera's K runs of ``source`` in sequence, run k shifted by ``shifts[k]``.
+
+    ``starts`` and ``counts`` are (K, C), ``shifts`` is (K,).
+    """
     offsets = _offsets(counts.sum(axis=0))
     gathered = np.empty(offsets[-1], dtype=np.int32)
     kernels.gather(starts, counts, shifts, offsets, source, gathered)

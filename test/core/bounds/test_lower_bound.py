@@ -15,7 +15,7 @@ SHALLOW = Lens(0.05, 40.0)
 
 
 class Log:
-    """A watch that remembers, and stops the bound after some rounds."""
+    """A callback that remembers, and stops the bound after some rounds."""
 
     def __init__(self, rounds=np.inf):
         self.progress, self.rounds = [], rounds
@@ -76,7 +76,7 @@ def test_the_gap_is_near_enough():
     assert rounds[-1] == 1 < rounds[0]
 
 
-def test_the_watch_is_told_the_plans_cost_and_may_end_it():
+def test_the_callback_gets_the_plans_cost_and_may_stop():
     problem = random_problem(1, 300, 20, visible=ring_mask(300, 20), lens=SHALLOW)
     plan = SOLVERS["em"](problem)
     whole = Log()

@@ -30,59 +30,31 @@ class Search:
         self.touched, self.clock = np.ones(len(counts), np.int64), np.ones(1, np.int64)
 
     @property
-    def by_sample(self):
-        cells = self.problem.cells
-        return self.problem.sample_offsets, self.problem.camera_index, cells.base
-
-    def rank(self, ranking):
-        cells = self.problem.cells
-        kernels.rank_cameras(
-            *self.by_sample, cells.focus, cells.first, cells.last, self.cell, ranking
+    def state(self):
+        return kernels.DescentState(
+            **{name: getattr(self, name) for name in kernels.DescentState._fields}
         )
 
-    def improve(self, batches=slice(None)):
-        cells, tuples = self.problem.cells, self.tuples
+    def rank(self, ranking):
+        problem = self.problem
+        kernels.rank_cameras(problem.pairs_by_sample, problem.cells.focus, self.cell, ranking)
+
+    def improve(self, batches=None):
+        problem, cells = self.problem, self.problem.cells
         return kernels.improve_tuples(
-            tuples.cameras,
-            tuples.batch_offsets[batches],
-            tuples.shared_offsets,
-            tuples.samples,
-            tuples.bases,
-            tuples.firsts,
-            tuples.lasts,
-            self.problem.camera_offsets,
-            cells.seen,
-            cells.seen_base,
-            cells.seen_first,
-            cells.seen_last,
-            *self.by_sample,
-            cells.first,
-            cells.last,
+            self.tuples,
+            0,
+            len(self.tuples.batch_offsets) - 1 if batches is None else batches,
+            problem.pairs_by_camera,
+            problem.pairs_by_sample,
             cells.focus,
             cells.offsets,
-            self.cell,
-            self.ranking,
-            self.best,
-            self.steps,
-            self.summed,
-            self.touched,
-            self.solved,
-            self.clock,
+            self.state,
         )
 
     def reassign(self):
-        cells = self.problem.cells
-        return kernels.reassign(
-            *self.by_sample,
-            cells.focus,
-            cells.first,
-            cells.last,
-            self.cell,
-            self.best,
-            self.summed,
-            self.touched,
-            self.clock,
-        )
+        problem = self.problem
+        return kernels.reassign(problem.pairs_by_sample, problem.cells.focus, self.state)
 
     def focus(self):
         return self.problem.cells.distances()[self.problem.cells.offsets[:-1] + self.cell]
@@ -115,7 +87,7 @@ def test_a_step_is_the_best_of_all(k, samples, scope, options):
         search.tuples.batch_offsets[1] = 1
         members = search.tuples.cameras[0].tolist()
         phi = reference.assign(table, before)
-        gain = 1000 * search.improve(slice(2)) / UNITS
+        gain = 1000 * search.improve(1) / UNITS
         best, _ = reference.best_step(table, before, members, scope)
         after = search.focus()
         others = [c for c in range(4) if c not in members]
@@ -264,11 +236,8 @@ def test_batches_run_in_parallel_give_what_they_give_one_by_one():
     apart = Search(problem, 2, "all", 0)
     batches = list(itertools.pairwise(together.tuples.batch_offsets))
     assert max(high - low for low, high in batches) > 1
-    apart.tuples = type(apart.tuples)(
-        **{
-            **{name: getattr(together.tuples, name) for name in together.tuples.__annotations__},
-            "batch_offsets": np.arange(len(together.tuples.cameras) + 1),
-        }
+    apart.tuples = together.tuples._replace(
+        batch_offsets=np.arange(len(together.tuples.cameras) + 1)
     )
     assert with_threads(2, together.improve) == with_threads(1, apart.improve)
     np.testing.assert_array_equal(together.cell, apart.cell)

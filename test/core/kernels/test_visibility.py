@@ -3,43 +3,21 @@ import numpy as np
 from focus_planner.core import kernels
 
 
-def test_pairs_are_resorted_by_sample_cameras_ascending():
-    random = np.random.default_rng(0)
-    seen = random.random((6, 40)) < 0.4  # cameras × samples
-    _, sample = np.nonzero(seen)
-    camera_offsets = np.concatenate([[0], np.cumsum(seen.sum(axis=1))])
-    sample_offsets = np.zeros(41, dtype=np.int64)
-    by_sample, by_camera = kernels.by_sample(
-        camera_offsets, sample.astype(np.int32), sample_offsets
-    )
-    expected_sample, expected_camera = np.nonzero(seen.T)
-    np.testing.assert_array_equal(by_sample, expected_sample)
-    np.testing.assert_array_equal(by_camera, expected_camera)
-    np.testing.assert_array_equal(sample_offsets, np.cumsum([0, *seen.sum(axis=0)]))
-
-
-def test_pairs_are_found_by_camera_in_their_own_order():
-    camera = np.random.default_rng(0).integers(0, 5, 200).astype(np.int32)
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(camera, minlength=7))])
-    expected = np.argsort(camera, kind="stable")
-    np.testing.assert_array_equal(kernels.by_camera(camera, offsets), expected)
-
-
 def test_what_is_in_view_is_listed_and_no_more_than_there_is_room_for():
     random = np.random.default_rng(1)
     points = random.uniform(-2, 2, (300, 3))
     points = points[np.argsort(points[:, 2])] * [1, 1, 5]  # some blocks lie behind
     normals = random.normal(size=(300, 3))
-    spheres, cones = kernels.bound_blocks(points, normals)
+    blocks = kernels.bound_blocks(points, normals)
     positions, rotations = random.uniform(-1, 1, (5, 3)), np.tile(np.eye(3), (5, 1, 1))
     frustums = np.tile([100.0, 100, 50, 40, 100, 80, 0.05], (5, 1))
+    views = kernels.Views(positions, rotations, frustums)
     for facing in (False, True):
-        cameras = positions, rotations, frustums, facing
-        most = kernels.count_near_view(spheres, cones, len(points), *cameras)
+        most = kernels.count_near_view(blocks, len(points), views, facing)
         assert 0 < most.sum() < 5 * 300
         room = np.concatenate([[0], np.cumsum(most)])
         listed = np.full(room[-1], -1, dtype=np.int32)
-        counts = kernels.list_in_view(points, normals, spheres, cones, *cameras, room, listed)
+        counts = kernels.list_in_view(points, normals, blocks, views, facing, room, listed)
         assert (counts <= most).all()
         for c in range(5):
             offset = points - positions[c]

@@ -15,7 +15,7 @@ from focus_planner import (
     plan_focus,
 )
 from focus_planner.core.surface.sampling import sample_mesh
-from testing.problems import WIDE, around, body, looking_at, plane, sphere, torus
+from testing.problems import WIDE_ANGLE, around, body, looking_at, plane, sphere, torus
 
 REQUEST = PlanRequest("em", samples=500)
 BODY = body()
@@ -170,7 +170,7 @@ def test_importance_that_no_camera_sees_is_an_error(kind):
     ids=["region", "distortion"],
 )
 def test_images_that_leave_the_surface_out_are_suspected(changes):
-    intrinsics = dataclasses.replace(WIDE, **changes)
+    intrinsics = dataclasses.replace(WIDE_ANGLE, **changes)
     expect(
         r"image\.region, image\.distortion: expected images with some of the surface in them, got"
         r" none \(\d+% of it would be seen in whole images, without distortion\); check the",

@@ -2,10 +2,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from focus_planner import InputError, PlanRequest, PointCloud, Rig, Scene, plan_focus
-from focus_planner.core.planning import formulation as posing
-from focus_planner.core.planning.formulation import choose_samples, formulate_fresh_problem
+from focus_planner.core.planning import formulation
+from focus_planner.core.planning.formulation import choose_samples, formulate_problem
 from focus_planner.core.planning.quality import estimate_quality, weighted_mean
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.surface.sampling import sample_mesh
@@ -110,7 +111,9 @@ def test_the_standard_error_is_honest(count):
     # closed form. Of 400 the spread is known to 3.5 %.
     qualities = [
         estimate_quality(
-            formulate_fresh_problem(WALL, EYE, PlanRequest("em", fresh_samples=count, seed=seed)),
+            formulate_problem(
+                WALL, EYE, PlanRequest("em", fresh_samples=count, seed=seed), fresh=True
+            ),
             np.array([0.8]),
         )
         for seed in range(400)
@@ -142,7 +145,7 @@ def test_areas_are_in_square_metres_with_an_honest_error():
 
 def test_fresh_costs_have_no_bias_and_own_ones_flatter():
     plans = [plan_focus(SCENE, RIG, PlanRequest("k_view", 60, seed)) for seed in range(12)]
-    dense = formulate_fresh_problem(SCENE, RIG, PlanRequest(seed=999, fresh_samples=60_000))
+    dense = formulate_problem(SCENE, RIG, PlanRequest(seed=999, fresh_samples=60_000), fresh=True)
     true = np.array([dense.cost(distances(plan)) for plan in plans])
     fresh = np.array([plan.fresh_cost for plan in plans])
     errors = np.array([plan.fresh_standard_error for plan in plans])
@@ -186,7 +189,7 @@ def test_too_few_fresh_samples_are_an_error(count, seed, message):
 
 
 def test_plans_of_one_seed_are_judged_on_the_same_samples():
-    fresh = formulate_fresh_problem(SCENE, RIG, PlanRequest(seed=4, fresh_samples=300))
+    fresh = formulate_problem(SCENE, RIG, PlanRequest(seed=4, fresh_samples=300), fresh=True)
     for method, count in (("closest", 50), ("em", 200)):
         plan = plan_focus(SCENE, RIG, PlanRequest(method, count, 4, fresh_samples=300))
         assert plan.fresh_cost == fresh.cost(distances(plan))
@@ -230,8 +233,7 @@ class TestClouds:
         scene = Scene(cloud)
         fresh = scene.fresh_samples(5000, 0)
         assert fresh.weights.sum() == pytest.approx(scene.area)
-        from_point = fresh.points[:, None, :] - cloud.points[None, :, :]
-        nearest = np.linalg.norm(from_point, axis=2).min(axis=1)
+        nearest, _ = cKDTree(cloud.points).query(fresh.points)
         assert (nearest > 0).all()
         spacing = math.sqrt(scene.area / 2000)
         assert 0.2 * spacing < np.median(nearest) < 0.6 * spacing
@@ -262,7 +264,7 @@ class TestClouds:
     def test_a_cloud_judges_like_its_mesh(self, normals, samples):
         mesh = merged(sphere(0.2, (0.25, 0, 0), 4), sphere(0.3, (-0.3, 0.1, 0), 4))
         rig = around(8, 1.2)
-        dense = formulate_fresh_problem(Scene(mesh), rig, PlanRequest(fresh_samples=50_000))
+        dense = formulate_problem(Scene(mesh), rig, PlanRequest(fresh_samples=50_000), fresh=True)
         scene = Scene(self.cloud(2000, normals, mesh))
         plan = plan_focus(scene, rig, PlanRequest(samples=samples, fresh_samples=20_000))
         truth = dense.cost(distances(plan))
@@ -301,19 +303,19 @@ class TestChoosingSamples:
 
     def test_the_pilots_number_is_the_least(self):
         request = PlanRequest(samples=0, standard_error=1e6)
-        assert choose_samples(SCENE, RIG, request).samples == posing._PILOT_SAMPLES
+        assert choose_samples(SCENE, RIG, request).samples == formulation._PILOT_SAMPLES
 
     def test_where_all_costs_the_same_the_pilot_is_enough(self):
-        model = posing.CostModel(0, 0, 0)
+        model = formulation.CostModel(0, 0, 0)
         chosen = choose_samples(WALL, EYE, PlanRequest("em", samples=0), model)
-        assert chosen.samples == posing._PILOT_SAMPLES
+        assert chosen.samples == formulation._PILOT_SAMPLES
 
     def test_the_error_that_a_refusal_names_is_accepted(self):
         with pytest.raises(InputError, match=r"at least \d") as refusal:
             choose_samples(SCENE, RIG, PlanRequest(samples=0, standard_error=1e-3))
         named = float(refusal.value.expected.split()[2])
         count = choose_samples(SCENE, RIG, PlanRequest(samples=0, standard_error=named)).samples
-        assert 0.98 * posing.MAX_SAMPLES < count <= posing.MAX_SAMPLES
+        assert 0.98 * formulation.MAX_SAMPLES < count <= formulation.MAX_SAMPLES
 
     def test_other_requests_are_left_alone(self):
         request = PlanRequest(samples=77, standard_error=1e-9)
@@ -323,7 +325,7 @@ class TestChoosingSamples:
         assert choose_samples(cloud, RIG, request) is request
         assert plan_focus(cloud, RIG, request).samples == 100
 
-    def test_a_watch_may_end_the_pilot_too(self):
+    def test_a_callback_may_end_the_pilot_too(self):
         heard = []
 
         def on_progress(progress):

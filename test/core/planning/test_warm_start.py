@@ -32,7 +32,7 @@ BODY_RIG = cylinder_rig(4, 9)
 
 
 class Log:
-    """A watch that counts steps by stage."""
+    """A callback that counts steps by stage."""
 
     def __init__(self):
         self.steps = Counter()

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from focus_planner import CameraIntrinsics
 from focus_planner.core import kernels
-from focus_planner.core.rig.distortion import corner_rays, view
+from focus_planner.core.rig.distortion import corner_rays, frustum_and_projection
 from testing import reference
-from testing.images import varied
-from testing.problems import WIDE
+from testing.intrinsics import varied
+from testing.problems import WIDE_ANGLE
 
 KINDS = {
     "plumb_bob, 4": ("plumb_bob", (-0.28, 0.09, 1e-3, -7e-4)),
@@ -33,11 +33,11 @@ kinds = pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS.keys())
 
 
 def image_of(model, *distortion, **values):
-    return replace(WIDE, distortion_model=model, distortion=distortion, **values)
+    return replace(WIDE_ANGLE, distortion_model=model, distortion=distortion, **values)
 
 
 def projection(intrinsics):
-    return view(intrinsics)[1]
+    return frustum_and_projection(intrinsics)[1]
 
 
 def by_kernel(intrinsics, points):
@@ -69,7 +69,7 @@ def test_images_lie_where_opencv_and_its_manual_have_them(kind):
     np.testing.assert_allclose(places, by_hand, rtol=0, atol=1e-9)
 
 
-@given(varied(st.just(WIDE)), st.tuples(st.floats(-3, 3), st.floats(-3, 3)))
+@given(varied(st.just(WIDE_ANGLE)), st.tuples(st.floats(-3, 3), st.floats(-3, 3)))
 def test_any_image_of_any_point_lies_where_the_manual_has_it(intrinsics, point):
     assume(intrinsics.distortion_model)
     assume(reference.grows(intrinsics, math.hypot(*point)))
@@ -119,7 +119,7 @@ def test_the_reach_ends_where_the_image_folds_back(model, distortion, reach):
     assert projection(image_of(model, *distortion))[1] == pytest.approx(reach, rel=1e-9)
 
 
-@given(varied(st.just(WIDE)))
+@given(varied(st.just(WIDE_ANGLE)))
 def test_the_reach_of_any_image_is_where_it_stops_growing(intrinsics):
     assume(intrinsics.distortion_model)
     reach = projection(intrinsics)[1]
@@ -134,14 +134,14 @@ def test_coefficients_of_no_lens_have_a_reach_and_a_frustum(distortion):
         intrinsics = image_of(model, *distortion[:count])
         if intrinsics.distortion_model:
             assert projection(intrinsics)[1] > 0
-            assert np.isfinite(view(intrinsics)[0]).all()
+            assert np.isfinite(frustum_and_projection(intrinsics)[0]).all()
 
 
 # --- what the frustum holds ------------------------------------------------------------------
 
 
 def seen(intrinsics, reach):
-    """Points at depth 1 all over the view that the image shows, (n, 2)."""
+    """Points at depth 1 all over the frustum_and_projection that the image shows, (n, 2)."""
     angles = np.linspace(0, math.atan(min(reach, 1e4)), 300, endpoint=False)
     around = np.linspace(0, 2 * np.pi, 360)
     x = np.outer(np.tan(angles), np.cos(around)).ravel()
@@ -152,13 +152,17 @@ def seen(intrinsics, reach):
 
 def box(intrinsics):
     """The least and the greatest x, y at depth 1 that the frustum holds."""
-    fx, fy, cx, cy, width, height = view(intrinsics)[0]
+    fx, fy, cx, cy, width, height = frustum_and_projection(intrinsics)[0]
     low = np.array([(-0.5 - cx) / fx, (-0.5 - cy) / fy])
     return low, low + np.array([width / fx, height / fy])
 
 
 @settings(max_examples=40)
-@given(varied(st.sampled_from([WIDE, replace(WIDE, cx=-50.0, cy=700.0), CameraIntrinsics()])))
+@given(
+    varied(
+        st.sampled_from([WIDE_ANGLE, replace(WIDE_ANGLE, cx=-50.0, cy=700.0), CameraIntrinsics()])
+    )
+)
 def test_the_frustum_holds_all_that_the_image_shows(intrinsics):
     assume(intrinsics.distortion_model)
     points = seen(intrinsics, projection(intrinsics)[1])

@@ -14,9 +14,9 @@ from focus_planner.core.rig.frames import (
     FrameTransform,
     FrameTree,
     Similarity,
-    pose,
-    quaternion_from_angles,
+    quaternion_from_rpy,
     similarity_from_matrix,
+    similarity_from_pose,
 )
 from focus_planner.core.rig.geometry import rotation_from_quaternion
 from focus_planner.core.validation import InputError
@@ -40,7 +40,7 @@ def matrix(similarity: Similarity) -> np.ndarray[Any, Any]:
 
 def similarities() -> st.SearchStrategy[Similarity]:
     return st.builds(
-        lambda place, turn, scale: Similarity(scale=scale) @ pose("", place, turn),
+        lambda place, turn, scale: Similarity(scale=scale) @ similarity_from_pose("", place, turn),
         *(PLACES, TURNS, st.floats(0.1, 10)),
     )
 
@@ -65,7 +65,7 @@ def test_angles_turn_about_fixed_axes(roll: float, pitch: float, yaw: float) -> 
     about_x = np.array([[1, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
     about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
     about_z = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1]])
-    turn = rotation_from_quaternion(np.array(quaternion_from_angles(roll, pitch, yaw)))
+    turn = rotation_from_quaternion(np.array(quaternion_from_rpy(roll, pitch, yaw)))
     np.testing.assert_allclose(turn, about_z @ about_y @ about_x, atol=1e-12)
 
 
@@ -80,13 +80,13 @@ def test_a_body_frame_looks_along_x() -> None:
         ((0, 0, math.nan), (0, 0, 0, 1), "cam: translation: expected finite numbers"),
         ((0, 0), (0, 0, 0, 1), "cam: translation: expected shape (3), got shape (2,)"),
         ((0, 0, 0), (0, 0, 1, 1), "cam: rotation: expected a unit quaternion x, y, z, w, got"),
-        ((0, 0, 0), (0, 0, 0, 0), "of length 0"),
-        ((0, 0, 0), (0, 0, 0, math.nan), "of length nan"),
+        ((0, 0, 0), (0, 0, 0, 0), "of norm 0"),
+        ((0, 0, 0), (0, 0, 0, math.nan), "of norm nan"),
     ],
 )
 def test_what_is_no_pose_is_refused(translation: Any, quaternion: Any, telling: str) -> None:
     with pytest.raises(InputError, match=re.escape(telling)):
-        pose("cam", translation, quaternion)
+        similarity_from_pose("cam", translation, quaternion)
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_what_is_no_similarity_is_refused(changes: Any, telling: str) -> None:
 
 
 def at(parent: str, child: str, *place: float) -> FrameTransform:
-    return FrameTransform(parent, child, pose("", place or (0, 0, 0), (0, 0, 0, 1)))
+    return FrameTransform(parent, child, similarity_from_pose("", place or (0, 0, 0), (0, 0, 0, 1)))
 
 
 def test_a_tree_knows_its_ends() -> None:
@@ -133,7 +133,7 @@ def test_a_tree_knows_its_ends() -> None:
 
 @given(links=st.lists(st.tuples(PLACES, TURNS), min_size=3, max_size=6))
 def test_chains_are_products_of_matrices(links: Any) -> None:
-    poses = [pose("", *link) for link in links]
+    poses = [similarity_from_pose("", *link) for link in links]
     tree = FrameTree(
         [FrameTransform(f"f{i}", f"f{i + 1}", link) for i, link in enumerate(poses)][::-1]
         + [FrameTransform("f1", "aside", poses[0])]
@@ -158,7 +158,7 @@ def test_a_transform_may_be_said_twice() -> None:
         ([at("a", "c"), at("b", "c")], "frame c: expected one parent, got two: a and b"),
         (
             [at("a", "c"), at("a", "c", 0, 0, 1)],
-            "frame c: expected one place in a, got two that differ; leave only the one that holds",
+            "frame c: expected one pose in a, got two that differ; keep only the one that is valid",
         ),
         ([at("a", "a")], "frame a: expected a tree, got a cycle: a → a"),
         (

@@ -29,9 +29,9 @@ RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
         ({"hyperfocal_distance": math.inf}, "lens.hyperfocal_distance: .* got inf"),
         ({"min_focus": -0.1}, "lens.min_focus: expected a number of at least 0, got -0.1"),
         ({"min_focus": math.inf}, "lens.min_focus: .* got inf"),
-        ({"min_focus": 1e13}, r"lens.min_focus: expected metres up to 1e\+12, got 1e\+13"),
-        ({"hyperfocal_distance": 1e308}, "lens.hyperfocal_distance: expected metres up to"),
-        ({"focus_distances": [1e13]}, "lens.focus_distances: expected metres up to"),
+        ({"min_focus": 1e13}, r"lens.min_focus: expected at most 1e\+12 m, got 1e\+13"),
+        ({"hyperfocal_distance": 1e308}, "lens.hyperfocal_distance: expected at most 1e"),
+        ({"focus_distances": [1e13]}, "lens.focus_distances: expected at most 1e"),
         ({"max_focus": 0.05}, "lens.max_focus: expected a number above 0.05, got 0.05"),
         (
             {"min_focus": 2.0, "max_focus": 1.5},
@@ -64,7 +64,7 @@ RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
         ),
         (
             {"focus_steps": 9, "focus_distances": [1.0], "min_focus": 0.4},
-            "lens.focus_steps: expected focus_distances or focus_steps, got both",
+            "lens.focus_steps: expected either focus_distances or focus_steps, got both",
         ),
         ({"table": "dioptres"}, "lens.table: expected a LensTable, got 'dioptres'"),
         (
@@ -78,16 +78,16 @@ RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
         ),
         (
             {"table": COUNTED, "min_focus": 2.9, "max_focus": 2.95},
-            "lens.table: .* got none of 25 whole values there",
+            "lens.table: .* got none of its 25 whole values there",
         ),
         (
             {"table": COUNTED, "focus_distances": [1.0]},
-            "lens.table: expected a table of whole values, focus_distances or focus_steps, got two",
+            "lens.table: expected either a table .*, focus_distances or focus_steps, got two",
         ),
         ({"table": COUNTED, "focus_steps": 9, "min_focus": 0.4}, "lens.table: .* got two of them"),
         (
             {"table": RANGE, "focus_distances": [1.0, 3.0]},
-            r"from min_focus \(0.4 m\) to max_focus \(2 m\), as the lens's table leaves them",
+            r"from min_focus \(0.4 m\) to max_focus \(2 m\), as limited by the lens's table",
         ),
         (
             {"table": LensTable("m"), "focus_steps": 9},

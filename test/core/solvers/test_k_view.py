@@ -4,7 +4,17 @@ import pytest
 from focus_planner import Rig, cylinder_rig
 from focus_planner.core.solvers import Options, em, k_view
 from testing import reference
-from testing.problems import around, body, forward, merged, plane, problem_of, random_problem, torus
+from testing.problems import (
+    around,
+    body,
+    body_optimum,
+    forward,
+    merged,
+    plane,
+    problem_of,
+    random_problem,
+    torus,
+)
 
 
 @pytest.mark.parametrize("ties", [False, True])
@@ -43,12 +53,11 @@ def test_the_two_oracles_of_the_optimum_agree():
 
 @pytest.mark.parametrize("name", ["arms_down", "arms_out", "arms_raised"])
 def test_bodies_are_planned_within_half_a_percent_of_the_optimum(name):
-    problem = problem_of(body(name), cylinder_rig(), 1000)
+    problem, best, bound = body_optimum(name)
     costs = {
         (k, scope): k_view.solve(problem, Options(k=k, scope=scope)).cost
         for k, scope in [(2, "all"), (2, "assigned"), (3, "all")]
     }
-    best, bound = reference.optimum(reference.table(problem))
     assert bound == pytest.approx(best, rel=1e-3)
     assert min(costs.values()) >= bound - 1e-6
     assert costs[2, "all"] <= 1.005 * best

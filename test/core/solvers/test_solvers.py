@@ -61,7 +61,7 @@ each_problem = pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEM
 
 
 class Log:
-    """A watch that remembers, and stops the solver after some steps."""
+    """A callback that remembers, and stops the solver after some steps."""
 
     def __init__(self, steps=np.inf):
         self.progress, self.steps = [], steps

@@ -8,15 +8,15 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from focus_planner import Camera, CameraIntrinsics, Lens, Mesh, PointCloud, Rig, Scene, cylinder_rig
-from focus_planner.core.rig.distortion import view
+from focus_planner.core.rig.distortion import frustum_and_projection
 from focus_planner.core.rig.geometry import rotation_from_quaternion
 from focus_planner.core.surface.sampling import sample_mesh
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import visible_pairs
 from testing import reference
-from testing.images import varied
+from testing.intrinsics import varied
 from testing.problems import (
-    WIDE,
+    WIDE_ANGLE,
     around,
     box,
     forward,
@@ -48,10 +48,10 @@ def test_cameras_see_what_brute_force_says(surface):
             looking_at(f"c{i}", tuple(scene.centre + offset), centre, intrinsics=intrinsics)
             for i, (offset, intrinsics) in enumerate(
                 [
-                    ((1.5, 0.2, 0.1), WIDE),
-                    ((0.1, -1.2, 0.4), WIDE),
+                    ((1.5, 0.2, 0.1), WIDE_ANGLE),
+                    ((0.1, -1.2, 0.4), WIDE_ANGLE),
                     ((-0.9, 0.5, -0.6), CameraIntrinsics(200, 150, 300.0, 300.0, 100.0, 75.0)),
-                    ((-0.3, 0.2, 1.1), WIDE),
+                    ((-0.3, 0.2, 1.1), WIDE_ANGLE),
                 ]
             )
         )
@@ -229,18 +229,18 @@ def at_pixels(intrinsics, u, v, depth=2.0):
 def test_a_barrel_sees_what_the_pinhole_does_not_and_a_pincushion_less():
     # At 1.1 focal lengths from the centre the pinhole's image, which reaches to 320 / 300, is out.
     points = [[1.1, 0.0, 1.0], [1.0, 0.0, 1.0], [0.9, 0.0, 1.0]]
-    assert seen_of(points, WIDE) == [1, 2]
-    barrel = replace(WIDE, distortion_model="plumb_bob", distortion=(-0.05, 0, 0, 0))
+    assert seen_of(points, WIDE_ANGLE) == [1, 2]
+    barrel = replace(WIDE_ANGLE, distortion_model="plumb_bob", distortion=(-0.05, 0, 0, 0))
     # 1.1 · (1 − 0.05 · 1.21) = 1.033
     assert seen_of(points, barrel) == [0, 1, 2]
     # 1.0 · (1 + 0.1) = 1.1; 0.9 · (1 + 0.081) = 0.973
-    pincushion = replace(WIDE, distortion_model="plumb_bob", distortion=(0.1, 0, 0, 0))
+    pincushion = replace(WIDE_ANGLE, distortion_model="plumb_bob", distortion=(0.1, 0, 0, 0))
     assert seen_of(points, pincushion) == [2]
 
 
 def test_what_folds_back_into_the_image_is_not_seen():
     # r − r³/3 grows up to r = 1, and is 0 again, as on the axis, at √3.
-    intrinsics = replace(WIDE, distortion_model="plumb_bob", distortion=(-1 / 3, 0, 0, 0))
+    intrinsics = replace(WIDE_ANGLE, distortion_model="plumb_bob", distortion=(-1 / 3, 0, 0, 0))
     r = np.array([0.0, 0.5, 0.999, 1.001, 1.5, np.sqrt(3)])
     u, v = reference.pixels(intrinsics, r, 0 * r)
     assert reference.is_read(intrinsics, u, v).all()
@@ -251,14 +251,14 @@ def test_what_folds_back_into_the_image_is_not_seen():
 
 def test_tangential_terms_do_not_fold_back_either():
     # x + 3 p₂ x² is 0 again at x = −1 / (3 p₂).
-    intrinsics = replace(WIDE, distortion_model="plumb_bob", distortion=(0, 0, 0, 0.01))
+    intrinsics = replace(WIDE_ANGLE, distortion_model="plumb_bob", distortion=(0, 0, 0, 0.01))
     assert seen_of([[-1 / 0.03, 0.0, 1.0], [-0.5, 0.0, 1.0]], intrinsics) == [1]
 
 
 def test_a_pole_is_not_passed():
     # r / (1 − r²/4) is infinite at r = 2, and comes back from the other side.
     intrinsics = replace(
-        WIDE, distortion_model="rational_polynomial", distortion=(0, 0, 0, 0, 0, -0.25, 0, 0)
+        WIDE_ANGLE, distortion_model="rational_polynomial", distortion=(0, 0, 0, 0, 0, -0.25, 0, 0)
     )
     assert seen_of([[0.5, 0.0, 1.0], [100.0, 0.0, 1.0]], intrinsics) == [0]
 
@@ -279,17 +279,17 @@ def test_a_fisheye_sees_up_to_a_right_angle_and_nothing_behind():
 def test_a_region_of_the_left_half_sees_the_left_half_of_a_wall():
     random = np.random.default_rng(1)
     u, v = random.uniform(-40, 680, 500), random.uniform(-40, 520, 500)
-    points = at_pixels(WIDE, u, v)
-    left = seen_of(points, replace(WIDE, region=(0, 0, 320, 480)))
-    right = seen_of(points, replace(WIDE, region=(320, 0, 320, 480)))
-    middle = (WIDE.width - 1) / 2
-    assert left == [p for p in seen_of(points, WIDE) if u[p] < middle]
-    assert sorted(left + right) == seen_of(points, WIDE)
+    points = at_pixels(WIDE_ANGLE, u, v)
+    left = seen_of(points, replace(WIDE_ANGLE, region=(0, 0, 320, 480)))
+    right = seen_of(points, replace(WIDE_ANGLE, region=(320, 0, 320, 480)))
+    middle = (WIDE_ANGLE.width - 1) / 2
+    assert left == [p for p in seen_of(points, WIDE_ANGLE) if u[p] < middle]
+    assert sorted(left + right) == seen_of(points, WIDE_ANGLE)
 
 
 def test_what_binning_leaves_over_is_not_seen():
     # Of 7 columns from the second on, three bins of two; of 5 rows from the third, one of three.
-    intrinsics = replace(WIDE, region=(1, 2, 7, 5), binning=(2, 3))
+    intrinsics = replace(WIDE_ANGLE, region=(1, 2, 7, 5), binning=(2, 3))
     u, v = np.meshgrid(np.arange(10), np.arange(10))
     u, v = u.ravel(), v.ravel()
     expected = np.flatnonzero((u >= 1) & (u < 7) & (v >= 2) & (v < 5)).tolist()
@@ -299,7 +299,7 @@ def test_what_binning_leaves_over_is_not_seen():
 
 @settings(max_examples=25)
 @given(
-    st.lists(varied(st.sampled_from([WIDE, CameraIntrinsics()])), min_size=1, max_size=4),
+    st.lists(varied(st.sampled_from([WIDE_ANGLE, CameraIntrinsics()])), min_size=1, max_size=4),
     st.integers(0),
 )
 def test_any_cameras_see_what_the_oracle_says(images, seed):
@@ -322,9 +322,11 @@ def test_any_cameras_see_what_the_oracle_says(images, seed):
 
 DISTORTED = (
     CameraIntrinsics(50, 40, 80.0, 30.0, 90.0, -7.0, "plumb_bob", (0.1, 0.0, 0.002, -0.001)),
-    replace(WIDE, distortion_model="plumb_bob", distortion=(-0.3, 0.1, 1e-3, 1e-3, -0.02)),
-    replace(WIDE, distortion_model="equidistant", distortion=(0.0,) * 4, region=(9, 9, 300, 400)),
-    replace(WIDE, fx=150.0, fy=150.0, distortion_model="equidistant", distortion=(0.0,) * 4),
+    replace(WIDE_ANGLE, distortion_model="plumb_bob", distortion=(-0.3, 0.1, 1e-3, 1e-3, -0.02)),
+    replace(
+        WIDE_ANGLE, distortion_model="equidistant", distortion=(0.0,) * 4, region=(9, 9, 300, 400)
+    ),
+    replace(WIDE_ANGLE, fx=150.0, fy=150.0, distortion_model="equidistant", distortion=(0.0,) * 4),
 )
 
 
@@ -341,7 +343,9 @@ def in_view(camera, samples, facing):
         if intrinsics.distortion_model:
             x, y = along(x_axis) / z, along(y_axis) / z
             u, v = reference.pixels(intrinsics, x, y)
-            inside = (np.hypot(x, y) < view(intrinsics)[1][1]) & reference.is_read(intrinsics, u, v)
+            inside = (
+                np.hypot(x, y) < frustum_and_projection(intrinsics)[1][1]
+            ) & reference.is_read(intrinsics, u, v)
         else:
             u, v = (
                 intrinsics.fx * along(x_axis) / z + intrinsics.cx,
@@ -363,8 +367,8 @@ def in_view(camera, samples, facing):
 @pytest.mark.parametrize(
     "images",
     [
-        (CameraIntrinsics(), WIDE, CameraIntrinsics(50, 40, 80.0, 30.0, 90.0, -7.0)),
-        (WIDE, *DISTORTED),
+        (CameraIntrinsics(), WIDE_ANGLE, CameraIntrinsics(50, 40, 80.0, 30.0, 90.0, -7.0)),
+        (WIDE_ANGLE, *DISTORTED),
     ],
     ids=["pinholes", "distorted"],
 )

@@ -1,0 +1,124 @@
+"""The arrays that several kernels take together, as NamedTuples.
+
+Sizes: C cameras, N samples, P pairs of a sample and a camera that sees it, G pairs that gain from
+focus, M cells, T camera tuples of k cameras each. Costs and gains are whole units
+(``problem/cells.py``); a camera's cells are counted from its first.
+
+A kernel reads a tuple's arrays into local names before its loops. The body of a ``prange`` loop
+must: Numba 0.68 drops assignments to the elements of a tuple's array there without a word.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from focus_planner.core.arrays import IntArray, Offsets
+
+
+class PairsBySample(NamedTuple):
+    """Samples and the cameras that see them, sample by sample, cameras ascending.
+
+    Attributes
+    ----------
+    offsets : (N + 1,) array of int64
+        Sample p's pairs are ``offsets[p]`` to ``offsets[p + 1]``.
+    camera : (P,) array of int32
+    base : (P,) array of int64
+        Cost in focus, units.
+    first, last : (P,) arrays of int32
+        The camera's cells that hold the sample in focus; first > last if none does.
+    """
+
+    offsets: Offsets
+    camera: IntArray
+    base: Offsets
+    first: IntArray
+    last: IntArray
+
+
+class PairsByCamera(NamedTuple):
+    """The same pairs camera by camera, samples ascending.
+
+    Attributes
+    ----------
+    offsets : (C + 1,) array of int64
+        Camera c's pairs are ``offsets[c]`` to ``offsets[c + 1]``.
+    sample : (P,) array of int32
+    base, first, last : (P,) arrays
+        As in :class:`PairsBySample`.
+    """
+
+    offsets: Offsets
+    sample: IntArray
+    base: Offsets
+    first: IntArray
+    last: IntArray
+
+
+class GainsByCamera(NamedTuple):
+    """What samples gain from focus, camera by camera, samples ascending.
+
+    Attributes
+    ----------
+    offsets : (C + 1,) array of int64
+        Camera c's pairs are ``offsets[c]`` to ``offsets[c + 1]``.
+    sample : (G,) array of int32
+    gain : (G,) array of int64
+        Units, above 0.
+    first, last : (G,) arrays of int32
+        The cells that hold the sample in focus.
+    """
+
+    offsets: Offsets
+    sample: IntArray
+    gain: Offsets
+    first: IntArray
+    last: IntArray
+
+
+class GainsBySample(NamedTuple):
+    """The same gains sample by sample, cameras ascending.
+
+    Attributes
+    ----------
+    offsets : (N + 1,) array of int64
+        Sample p's pairs are ``offsets[p]`` to ``offsets[p + 1]``.
+    camera : (G,) array of int32
+    gain : (G,) array of int64
+        Units.
+    most : (N,) array of int64
+        The sample's largest gain, units; 0 if it has none.
+    """
+
+    offsets: Offsets
+    camera: IntArray
+    gain: Offsets
+    most: Offsets
+
+
+class CameraTuples(NamedTuple):
+    """Camera tuples, batch by batch, with the samples that each one's cameras share.
+
+    Attributes
+    ----------
+    cameras : (T, k) array of int32
+        The last camera of a triple is the one with the fewest cells.
+    batch_offsets : (B + 1,) array of int64
+        Tuples ``batch_offsets[b]`` to ``batch_offsets[b + 1]`` do not influence each other.
+    shared_offsets : (T + 1,) array of int64
+        Tuple t's shared samples are ``shared_offsets[t]`` to ``shared_offsets[t + 1]``.
+    samples : (L,) array of int32
+        The samples that at least two cameras of the tuple see, ascending.
+    bases : (L, k) array of int64
+        Their base cost with each of the tuple's cameras, ``NEVER`` where it does not see them.
+    firsts, lasts : (L, k) arrays of int32
+        The cells that hold them in focus.
+    """
+
+    cameras: IntArray
+    batch_offsets: Offsets
+    shared_offsets: Offsets
+    samples: IntArray
+    bases: Offsets
+    firsts: IntArray
+    lasts: IntArray

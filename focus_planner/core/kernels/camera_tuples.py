@@ -1,0 +1,147 @@
+"""Which cameras are worth moving together, and which tuples can move at the same time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import prange
+
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+
+#: More than any sample's cost, in units: the cost with a camera that does not see it.
+NEVER = np.int64(2**44)
+
+
+@parallel_kernel
+def count_common(by_camera, by_sample, low, counts):
+    """Fill ``counts`` (B, C): how many samples camera ``low + row`` and each other both see."""
+    camera_offsets, seen, _, _, _ = by_camera
+    sample_offsets, camera, _, _, _ = by_sample
+    for row in prange(len(counts)):
+        c = low + row
+        counts[row] = 0
+        for j in range(camera_offsets[c], camera_offsets[c + 1]):
+            p = seen[j]
+            for q in range(sample_offsets[p], sample_offsets[p + 1]):
+                counts[row, camera[q]] += 1
+        counts[row, c] = 0
+
+
+@parallel_kernel
+def strongest(offsets, neighbours, shared, most):
+    """Return (C, most) the neighbours that share most samples with each camera, -1 beyond the last.
+
+    Ties go to the first.
+    """
+    cameras = len(offsets) - 1
+    found = np.full((cameras, most), -1, dtype=np.int32)
+    for c in prange(cameras):
+        weights = np.zeros(most, dtype=np.int64)
+        for j in range(offsets[c], offsets[c + 1]):
+            at = most
+            while at > 0 and shared[j] > weights[at - 1]:
+                at -= 1
+                if at + 1 < most:
+                    weights[at + 1], found[c, at + 1] = weights[at], found[c, at]
+            if at < most:
+                weights[at], found[c, at] = shared[j], neighbours[j]
+    return found
+
+
+@kernel
+def colour(tuples, reach_offsets, reach):
+    """Return a colour per tuple such that tuples of one colour do not reach each other.
+
+    A tuple reaches its cameras and, for each of them, ``reach[reach_offsets[c] : ...]``. Greedy,
+    in the tuples' order: each takes the first free colour.
+    """
+    words = 4
+    cameras = len(reach_offsets) - 1
+    used = np.zeros((cameras, words), dtype=np.uint64)
+    colours = np.empty(len(tuples), dtype=np.int32)
+    for t in range(len(tuples)):
+        taken = np.zeros(words, dtype=np.uint64)
+        for c in tuples[t]:
+            taken |= used[c]
+            for j in range(reach_offsets[c], reach_offsets[c + 1]):
+                taken |= used[reach[j]]
+        found = 0
+        while found < 64 * words and (taken[found >> 6] >> np.uint64(found & 63)) & np.uint64(1):
+            found += 1
+        if found == 64 * words:
+            wider = np.zeros((cameras, 2 * words), dtype=np.uint64)
+            wider[:, :words] = used
+            used = wider
+            words *= 2
+        for c in tuples[t]:
+            used[c, found >> 6] |= np.uint64(1) << np.uint64(found & 63)
+        colours[t] = found
+    return colours
+
+
+@kernel
+def _next_sample(members, offsets, seen, heads):
+    """Return the least sample at the heads of the members' lists, -1 at their ends."""
+    least = -1
+    for m in range(len(members)):
+        if heads[m] < offsets[members[m] + 1]:
+            p = seen[heads[m]]
+            if least < 0 or p < least:
+                least = p
+    return least
+
+
+@parallel_kernel
+def count_shared(cameras, offsets, seen):
+    """Return (T,) how many samples at least two cameras of each tuple see.
+
+    ``cameras`` (T, k) are the tuples, ``offsets`` and ``seen`` the pairs' samples by camera.
+    """
+    counts = np.zeros(len(cameras), dtype=np.int64)
+    for t in prange(len(cameras)):
+        members = cameras[t]
+        heads = offsets[members]
+        p = _next_sample(members, offsets, seen, heads)
+        while p >= 0:
+            seeing = 0
+            for m in range(len(members)):
+                if heads[m] < offsets[members[m] + 1] and seen[heads[m]] == p:
+                    heads[m] += 1
+                    seeing += 1
+            if seeing > 1:
+                counts[t] += 1
+            p = _next_sample(members, offsets, seen, heads)
+    return counts
+
+
+@kernel
+def _list_shared(t, tuples, by_camera):
+    """Fill the shared samples of tuple t."""
+    offsets, seen, base, first, last = by_camera
+    bases, firsts, lasts = tuples.bases, tuples.firsts, tuples.lasts
+    members, at = tuples.cameras[t], tuples.shared_offsets[t]
+    heads = offsets[members]
+    while at < tuples.shared_offsets[t + 1]:
+        p = _next_sample(members, offsets, seen, heads)
+        seeing = 0
+        for m in range(len(members)):
+            j = heads[m]
+            if j < offsets[members[m] + 1] and seen[j] == p:
+                bases[at, m], firsts[at, m], lasts[at, m] = base[j], first[j], last[j]
+                heads[m] += 1
+                seeing += 1
+            else:
+                bases[at, m], firsts[at, m], lasts[at, m] = NEVER, 1, 0
+        if seeing > 1:
+            tuples.samples[at] = p
+            at += 1
+
+
+@parallel_kernel
+def list_shared(tuples, low, high, by_camera):
+    """Fill the samples that tuples ``low`` to ``high`` share, and what they are to each camera.
+
+    There are as many as :func:`count_shared` returned. A camera that does not see the sample gets
+    the base cost ``NEVER`` and an empty range.
+    """
+    for t in prange(low, high):
+        _list_shared(t, tuples, by_camera)

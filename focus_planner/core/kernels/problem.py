@@ -1,0 +1,124 @@
+"""The pairs of a sample and a camera that sees it, and what they cost."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+
+#: The camera of a sample that no camera sees.
+UNSEEN = -1
+
+
+class CostTerms(NamedTuple):
+    """The constants of the base cost: the first two terms of Eq. 1.
+
+    Attributes
+    ----------
+    area_weight, deviation_weight : float
+        w₁ and w₂.
+    area_scale : float
+        ε₁, 1/m².
+    deviation_limit : float
+        ε₂, metres.
+    """
+
+    area_weight: float
+    deviation_weight: float
+    area_scale: float
+    deviation_limit: float
+
+
+@parallel_kernel
+def best_cameras(
+    sample_offsets, camera_index, base_cost, focus_near, focus_far, focus_weight, focus, costs, best
+):
+    """Fill ``costs`` (N,) and ``best`` (N,), the camera with the least cost (Eq. 2 and 5).
+
+    A sample that no camera sees costs 1; its ``best`` is ``UNSEEN``. Ties go to the first camera.
+    """
+    for p in prange(len(sample_offsets) - 1):
+        least, which = np.inf, UNSEEN
+        for q in range(sample_offsets[p], sample_offsets[p + 1]):
+            s = focus[camera_index[q]]
+            cost = base_cost[q]
+            if not focus_near[q] <= s <= focus_far[q]:  # true for NaN, a camera without a distance
+                cost += focus_weight
+            if cost < least:
+                least, which = cost, camera_index[q]
+        costs[p] = least if which != UNSEEN else 1.0
+        best[p] = which
+
+
+@parallel_kernel
+def base_costs(samples, poses, sample_index, camera_index, terms, depth, base_cost):
+    """Fill ``depth`` and ``base_cost`` (P,) of pairs of a sample and a camera (Eq. 1).
+
+    Parameters
+    ----------
+    samples : tuple of (N, 3) arrays
+        Points, metres, and outward normals.
+    poses : tuple of (C, 3) and (C, 3, 3) arrays
+        The cameras' positions, metres, and rotations.
+    sample_index, camera_index : (P,) arrays of int32
+    terms : CostTerms
+    depth, base_cost : (P,) arrays
+        Filled; depth along the optical axis, metres.
+    """
+    points, normals = samples
+    positions, rotations = poses
+    area_weight, deviation_weight, area_scale, deviation_limit = terms
+    for q in prange(len(sample_index)):
+        p, c = sample_index[q], camera_index[q]
+        dx = points[p, 0] - positions[c, 0]
+        dy = points[p, 1] - positions[c, 1]
+        dz = points[p, 2] - positions[c, 2]
+        r = rotations[c]
+        x = r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz
+        y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
+        z = r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz
+        # The paper's normals point inward, these outward: hence the sign.
+        cosine = -(r[0, 2] * normals[p, 0] + r[1, 2] * normals[p, 1] + r[2, 2] * normals[p, 2])
+        area = 1.0
+        if cosine > 0:
+            area = min(area_scale * z * z / cosine, 1.0)
+        deviation = min(np.sqrt(x * x + y * y) / deviation_limit, 1.0)
+        depth[q] = z
+        base_cost[q] = area_weight * area + deviation_weight * deviation
+
+
+@kernel
+def sort_by_sample(camera_offsets, sample_index, sample_offsets):
+    """Return the camera-by-camera pairs in the order of their samples, cameras ascending.
+
+    Fills ``sample_offsets`` (N + 1,). A counting sort, so equal samples keep the cameras' order.
+    """
+    for p in sample_index:
+        sample_offsets[p + 1] += 1
+    for p in range(len(sample_offsets) - 1):
+        sample_offsets[p + 1] += sample_offsets[p]
+    at = sample_offsets[:-1].copy()
+    sample = np.empty(len(sample_index), dtype=np.int32)
+    camera = np.empty(len(sample_index), dtype=np.int32)
+    for c in range(len(camera_offsets) - 1):
+        for j in range(camera_offsets[c], camera_offsets[c + 1]):
+            p = sample_index[j]
+            sample[at[p]] = p
+            camera[at[p]] = c
+            at[p] += 1
+    return sample, camera
+
+
+@kernel
+def sort_by_camera(camera_index, camera_offsets):
+    """Return (P,) the indices of the pairs, camera by camera, each camera's ascending."""
+    at = camera_offsets[:-1].copy()
+    pairs = np.empty(len(camera_index), dtype=np.int32)
+    for q in range(len(camera_index)):
+        c = camera_index[q]
+        pairs[at[c]] = q
+        at[c] += 1
+    return pairs

@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+
+from focus_planner.core import kernels
+from testing import reference
+from testing.problems import random_problem
+
+
+def evaluate(problem, focus):
+    costs, best = np.empty(problem.sample_count), np.empty(problem.sample_count, dtype=np.int32)
+    kernels.best_cameras(
+        problem.sample_offsets,
+        problem.camera_index,
+        problem.base_cost,
+        problem.focus_near,
+        problem.focus_far,
+        problem.focus_weight,
+        np.asarray(focus, dtype=np.float64),
+        costs,
+        best,
+    )
+    return costs, best
+
+
+@pytest.mark.parametrize("ties", [False, True])
+def test_best_cameras(ties):
+    unseen = 0
+    for seed in range(20):
+        problem = random_problem(seed, 25, 4, ties=ties, share=0.3)
+        table = reference.table(problem)
+        focus = np.random.default_rng(seed).uniform(0.5, 0.8, 4)
+        costs, best = evaluate(problem, focus)
+        phi = reference.assign(table, focus)
+        assert [None if c < 0 else c for c in best] == phi
+        assert sum(table.share(p) * costs[p] for p in range(25)) == pytest.approx(
+            reference.cost(table, focus), rel=1e-12
+        )
+        for p in range(25):
+            if phi[p] is None:
+                unseen += 1
+                assert (costs[p], best[p]) == (1.0, kernels.UNSEEN)
+            else:
+                assert costs[p] == table.seen[p][phi[p]].cost(focus[phi[p]], 1 / 3)
+    assert unseen > 10
+
+
+def test_a_camera_without_a_focus_distance_holds_nothing_in_focus():
+    problem = random_problem(0, 10, 2, share=1.0)
+    costs, _ = evaluate(problem, [np.nan, np.nan])
+    bases = problem.base_cost.reshape(10, 2)
+    np.testing.assert_allclose(costs, bases.min(axis=1) + 1 / 3)
+
+
+def test_pairs_are_resorted_by_sample_cameras_ascending():
+    random = np.random.default_rng(0)
+    seen = random.random((6, 40)) < 0.4  # cameras × samples
+    _, sample = np.nonzero(seen)
+    camera_offsets = np.concatenate([[0], np.cumsum(seen.sum(axis=1))])
+    sample_offsets = np.zeros(41, dtype=np.int64)
+    by_sample, by_camera = kernels.sort_by_sample(
+        camera_offsets, sample.astype(np.int32), sample_offsets
+    )
+    expected_sample, expected_camera = np.nonzero(seen.T)
+    np.testing.assert_array_equal(by_sample, expected_sample)
+    np.testing.assert_array_equal(by_camera, expected_camera)
+    np.testing.assert_array_equal(sample_offsets, np.cumsum([0, *seen.sum(axis=0)]))
+
+
+def test_pairs_are_found_by_camera_in_their_own_order():
+    camera = np.random.default_rng(0).integers(0, 5, 200).astype(np.int32)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(camera, minlength=7))])
+    expected = np.argsort(camera, kind="stable")
+    np.testing.assert_array_equal(kernels.sort_by_camera(camera, offsets), expected)

@@ -1,0 +1,331 @@
+"""Set-up: which Python it chooses, and what it reports when it fails.
+
+The Pythons are stub scripts that answer as those of other versions would.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[1]
+TOOLS = REPOSITORY / "tools"
+NEWEST_FIRST = ("3.12.4", "3.13.1", "3.11.9", "3.10.2")
+
+pytestmark = pytest.mark.processes
+
+
+# --- which Python ----------------------------------------------------------------------------
+
+
+def program(path, answer, *, fails=False):
+    """Write a program that prints an answer, whatever it is asked."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stream = "2" if fails else "1"
+    path.write_text(f"#!/bin/sh\nprintf '%s\\n' '{answer}' >&{stream}\nexit {int(fails)}\n")
+    path.chmod(0o755)
+    return path
+
+
+def python(path, version, lacks=""):
+    return program(path, f"{version}\t{path}\t{lacks}")
+
+
+def shim(path):
+    return program(path, f"pyenv: {path.name}: command not found", fails=True)
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """A machine without any Python: a folder of programs, and a pyenv without versions."""
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for name in ("awk", "bash", "cut", "grep", "sort"):
+        (programs / name).symlink_to(shutil.which(name))
+    return tmp_path
+
+
+def find(machine, *arguments, **settings):
+    env = {"PATH": str(machine / "bin"), "HOME": str(machine), **settings}
+    return subprocess.run(
+        [str(TOOLS / "find_python.sh"), *arguments],
+        env=env,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def found(machine, **settings):
+    done = find(machine, **settings)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.rstrip("\n").split("\t")
+
+
+def refusal(machine, **settings):
+    done = find(machine, **settings)
+    assert (done.returncode, done.stdout) == (1, "")
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+def test_jazzys_own_python_comes_first_then_the_others(machine):
+    for version in reversed(NEWEST_FIRST):
+        path = python(machine / "bin" / f"python{version.rpartition('.')[0]}", version)
+        if version != "3.13.1":
+            python(machine / "bin" / "python3", version)
+    assert found(machine)[0] == "3.12.4"
+    listed = find(machine, "--all").stdout.splitlines()
+    assert [line.split("\t")[0] for line in listed] == list(NEWEST_FIRST)
+    path = machine / "bin" / "python3.10"
+    assert found(machine, PYTHON="3.10") == ["3.10.2", str(path), ""]
+
+
+def test_pythons_of_pyenv_are_found_behind_shims_that_do_not_run(machine):
+    shim(machine / "bin" / "python3.12")
+    python(machine / "bin" / "python3", "3.11.7")
+    assert found(machine)[0] == "3.11.7"
+    for version in ("3.12.1", "3.12.10", "3.12.9"):
+        path = machine / ".pyenv" / "versions" / version / "bin" / "python3.12"
+        python(path, version)
+    newest = str(machine / ".pyenv" / "versions" / "3.12.10" / "bin" / "python3.12")
+    assert found(machine) == ["3.12.10", newest, ""]
+    assert found(machine, PYTHON="python3.12") == ["3.12.10", newest, ""]
+    elsewhere = machine / "elsewhere"
+    (machine / ".pyenv").rename(elsewhere)
+    assert found(machine)[0] == "3.11.7"
+    assert found(machine, PYENV_ROOT=str(elsewhere))[0] == "3.12.10"
+
+
+def test_one_that_lacks_nothing_comes_before_one_that_apt_has_to_complete(machine):
+    lacks = "python3.12-venv python3.12-dev"
+    python(machine / "bin" / "python3.12", "3.12.3", lacks)
+    assert found(machine)[::2] == ["3.12.3", lacks]
+    python(machine / "bin" / "python3.10", "3.10.12")
+    assert found(machine)[::2] == ["3.10.12", ""]
+    assert found(machine, PYTHON="3.12")[::2] == ["3.12.3", lacks]
+
+
+def test_a_chosen_python_that_does_not_work_is_told_in_one_line(machine):
+    python(machine / "bin" / "python3.12", "3.12.1")
+    path = shim(machine / "bin" / "python3.11")
+    assert refusal(machine, PYTHON="nowhere") == "PYTHON=nowhere: there is no such program."
+    assert refusal(machine, PYTHON=str(path)) == (
+        f"PYTHON={path}: it does not run: pyenv: python3.11: command not found."
+    )
+    assert "PYTHON=3.13: no such CPython, of 3.10 to 3.13, is on PATH or in pyenv" in refusal(
+        machine, PYTHON="3.13"
+    )
+    old = program(machine / "old", "unusable\tit is CPython 3.9.18; CPython 3.10 to 3.13 is needed")
+    assert refusal(machine, PYTHON=str(old)).startswith(f"PYTHON={old}: it is CPython 3.9.18; ")
+
+
+def test_a_machine_without_a_python_that_fits_is_told_so(machine):
+    told = "No CPython 3.10 to 3.13 was found; python3: "
+    assert refusal(machine) == f"{told}there is no such program."
+    program(machine / "bin" / "python3", "unusable\tit is CPython 3.8.10; newer is needed")
+    assert refusal(machine) == f"{told}it is CPython 3.8.10; newer is needed."
+
+
+def test_real_pythons_answer(machine):
+    version, path, _ = found(machine, PYTHON=sys.executable)
+    assert version == platform.python_version()
+    assert Path(path).resolve() == Path(sys.executable).resolve()
+
+
+# --- why it failed ---------------------------------------------------------------------------
+
+LOGS = {
+    "exception": (
+        """\
+Traceback (most recent call last):
+  File "<string>", line 1, in <module>
+  File "/x/focus_planner/core/solvers/solution.py", line 158, in assign_samples
+    seen = kernels.assign(
+           ^^^^^^^^^^^^^^^
+  File "/x/.venv/lib/python3.12/site-packages/numba/parfors/parfor.py", line 3966, in lookup
+    raise AssertionError("unexpected cycle in lookup()")
+AssertionError: unexpected cycle in lookup()
+""",
+        [
+            "AssertionError: unexpected cycle in lookup()",
+            '  in "/x/focus_planner/core/solvers/solution.py", line 158: seen = kernels.assign(',
+        ],
+    ),
+    "exception of several lines": (
+        """\
+Traceback (most recent call last):
+  File "/x/focus_planner/core/planning/x.py", line 42, in warm_up
+    plan_focus(scene, rig, request)
+numba.core.errors.TypingError: Failed in nopython mode pipeline (step: frontend)
+Cannot unify int64 and array(int64, 1d, C)
+
+File "focus_planner/core/kernels/stabbing.py", line 77:
+def stab(
+    <source elided>
+""",
+        [
+            "numba.core.errors.TypingError: Failed in nopython mode pipeline (step: frontend)",
+            "Cannot unify int64 and array(int64, 1d, C)",
+            'File "focus_planner/core/kernels/stabbing.py", line 77:',
+            "def stab(",
+            "    <source elided>",
+            '  in "/x/focus_planner/core/planning/x.py", line 42: plan_focus(scene, rig, request)',
+        ],
+    ),
+    "pip": (
+        """\
++ python -m pip install -r requirements.lock
+Looking in links: /wheels
+ERROR: Ignored the following versions that require a different python version: 0.1
+ERROR: Could not find a version that satisfies the requirement nothing==1.0
+ERROR: No matching distribution found for nothing==1.0
+WARNING: There was an error checking the latest version of pip.
+""",
+        [
+            "ERROR: Could not find a version that satisfies the requirement nothing==1.0",
+            "ERROR: No matching distribution found for nothing==1.0",
+        ],
+    ),
+    "uv": (
+        """\
+Downloading numpy (16.0MiB)
+error: Failed to download `numpy==2.2.6`
+  cause: Hash mismatch for `numpy==2.2.6`
+""",
+        ["error: Failed to download `numpy==2.2.6`", "  cause: Hash mismatch for `numpy==2.2.6`"],
+    ),
+    "apt": (
+        "Reading package lists...\nE: Unable to locate package python3.12-venv\n",
+        ["E: Unable to locate package python3.12-venv"],
+    ),
+    "cmake": (
+        """\
+-- The C compiler identification is GNU 12.2.0
+CMake Error at CMakeLists.txt:2 (find_package):
+  By not providing "Findnone.cmake" in CMAKE_MODULE_PATH this project has
+
+  asked CMake to find a package configuration file provided by "none".
+
+-- Configuring incomplete, errors occurred!
+""",
+        [
+            "CMake Error at CMakeLists.txt:2 (find_package):",
+            '  By not providing "Findnone.cmake" in CMAKE_MODULE_PATH this project has',
+            '  asked CMake to find a package configuration file provided by "none".',
+        ],
+    ),
+    "ninja": (
+        """\
+[1/4] Building C object a.c.o
+FAILED: [code=1] a.c.o
+/usr/bin/cc -o a.c.o -c /x/a.c
+/x/a.c: In function 'f':
+/x/a.c:1:16: error: 'x' undeclared (first use in this function)
+[2/4] Building C object b.c.o
+FAILED: [code=1] b.c.o
+/x/b.c:1:10: fatal error: none.h: No such file or directory
+compilation terminated.
+ninja: build stopped: subcommand failed.
+""",
+        [
+            "FAILED: [code=1] a.c.o",
+            "/x/a.c:1:16: error: 'x' undeclared (first use in this function)",
+            "FAILED: [code=1] b.c.o",
+            "/x/b.c:1:10: fatal error: none.h: No such file or directory",
+        ],
+    ),
+    "generator": (
+        """\
+[1/4] Generating Python
+FAILED: [code=1] _plan.py
+Traceback (most recent call last):
+  File "/x/rosidl_generator_py", line 8, in <module>
+    generate(arguments)
+KeyError: 'type'
+[2/4] Building C object b.c.o
+ninja: build stopped: subcommand failed.
+""",
+        [
+            "KeyError: 'type'",
+            '  in "/x/rosidl_generator_py", line 8: generate(arguments)',
+            "FAILED: [code=1] _plan.py",
+        ],
+    ),
+    "memory": (
+        "tools/setup.sh: line 9: 4321 Killed                  python -c 'warm_up()'\n",
+        ["tools/setup.sh: line 9: 4321 Killed                  python -c 'warm_up()'"],
+    ),
+    "earlier stage": (
+        "== one\nERROR: mended since\n== two\nERROR: this\n",
+        ["ERROR: this"],
+    ),
+    "anything else": (
+        "+ odd\n" + "".join(f"line {i}\n" for i in range(20)),
+        [f"line {i}" for i in range(5, 20)],
+    ),
+}
+
+
+@pytest.mark.parametrize(("log", "cause"), LOGS.values(), ids=LOGS)
+def test_the_cause_of_a_failed_stage_is_found_in_its_log(tmp_path, log, cause):
+    file = tmp_path / "setup.log"
+    file.write_text(f"== a stage\n+ a command\n{log}+ exit 1\n", encoding="utf-8")
+    command = [str(TOOLS / "cause.sh"), str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == cause
+
+
+# --- set-up itself ---------------------------------------------------------------------------
+
+
+def set_up(tmp_path, **settings):
+    """Set up in a copy of the repository that has nothing but what set-up looks at first."""
+    shutil.copytree(TOOLS, tmp_path / "tools")
+    (tmp_path / "msg_defs").mkdir()
+    (tmp_path / "focus_planner" / "core").mkdir(parents=True)
+    for name in ("requirements.lock", "setup.py", "setup.cfg"):
+        shutil.copy(REPOSITORY / name, tmp_path)
+    return subprocess.run(
+        [str(tmp_path / "tools" / "setup.sh")],
+        env={**os.environ, **settings},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):
+    chosen = shim(tmp_path / "python3.12")
+    done = set_up(tmp_path, PYTHON=str(chosen))
+    assert done.returncode == 1
+    assert (
+        f"PYTHON={chosen}: it does not run: pyenv: python3.12: command not found.\n" in done.stderr
+    )
+    assert "make setup PYTHON=/path/to/python3.12" in done.stderr
+    assert "++" not in done.stderr  # as the shell traces commands
+
+
+def test_a_failed_stage_shows_its_cause_and_keeps_to_the_folder_that_was_named(tmp_path):
+    broken = tmp_path / "broken"
+    broken.write_text(
+        f"""#!/bin/sh
+[ "$1" = -m ] || exec printf '3.12.4\\t{broken}\\t\\n'
+echo 'error: no space is left' >&2
+for line in $(seq 40); do echo "line $line"; done
+exit 1
+"""
+    )
+    broken.chmod(0o755)
+    done = set_up(tmp_path, PYTHON=str(broken), VENV=".venv-2")
+    assert done.returncode == 1
+    assert f"\nPython 3.12.4 ({broken})\nvirtual environment" in done.stderr
+    assert "failed\n\n  error: no space is left\n\nSet-up stopped at: virtual env" in done.stderr
+    assert "line 40" in (tmp_path / ".venv-2" / ".setup" / "setup.log").read_text()
+    assert not (tmp_path / ".venv").exists()
