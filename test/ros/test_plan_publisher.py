@@ -16,7 +16,7 @@ from focus_planner.ros import plan_publisher as module
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.plan_publisher import PlanPublisher
 from testing import made_up_runs as made_up
-from testing.ros.clock import StoppedClock
+from testing.clock import StoppedTime
 from testing.ros.log import recorded_log
 
 RIG = cylinder_rig(rows=1, columns=2)
@@ -30,7 +30,7 @@ def plan(plan_id="a plan"):
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = StoppedClock()
+    clock = StoppedTime()
     monkeypatch.setattr(module, "time", clock)
     return clock
 
