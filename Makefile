@@ -3,8 +3,9 @@ SHELL := /bin/bash
 VENV ?= .venv
 export VENV PYTHON
 BIN := $(VENV)/bin
-# As many workers as cores; tests of one file share what it has started.
-PYTEST := $(BIN)/python -m pytest -n $(shell nproc) --dist loadfile
+# As many workers as cores, but no more than memory has room for. Tests of one file share what it has
+# started; files whose tests start processes take longest, and test/conftest.py puts them first.
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 # A process started with another environment's marker does not find its libraries, and a sourced
 # ROS would shadow the one in .venv.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import signal
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator
@@ -62,13 +61,12 @@ def _outcome(test: Callable[[], Outcome]) -> Outcome:
 class Node(PlannerProcess):
     """A node in a process of its own, with access to its memory use and log."""
 
-    @property
-    def pid(self) -> int:
-        return self._process.pid
+    def __init__(self, name: str, *arguments: str) -> None:
+        super().__init__(name, *arguments, forked=False)
 
     @property
     def is_alive(self) -> bool:
-        return self._process.poll() is None
+        return not self.has_ended()
 
     @property
     def memory(self) -> float:
@@ -84,11 +82,6 @@ class Node(PlannerProcess):
     def faults(self) -> list[str]:
         """Unexpected lines of the log."""
         return [line for line in self.log.splitlines() if _FAULT.search(line)]
-
-    def kill(self) -> None:
-        """Kill it with SIGKILL."""
-        self.signal(signal.SIGKILL)
-        self.wait()
 
     def _status(self, field: str) -> float:
         lines = Path(f"/proc/{self.pid}/status").read_text().splitlines()

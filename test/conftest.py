@@ -1,13 +1,55 @@
 """Settings for all tests."""
 
 import os
+import sys
+
+from testing.domains import claim_domain
 
 # A graph of their own, on this machine only. They have to be set before rclpy is imported.
-os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
+os.environ["ROS_DOMAIN_ID"] = str(claim_domain())
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
+import pytest
 from hypothesis import settings
 
-# How long an example takes depends on who else is on the machine.
-settings.register_profile("no deadline", deadline=None)
-settings.load_profile("no deadline")
+from testing.started_processes import StartedProcesses
+
+# The same examples every time, however busy the machine is.
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.load_profile("repeatable")
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(StartedProcesses())
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    """Put modules whose tests start processes first, or one worker ends long after the others."""
+    slow = {item.path for item in items if item.get_closest_marker("processes")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
+def pytest_collection_finish(session):
+    """Compile what tests run before they begin."""
+    if session.config.option.collectonly:
+        return
+    processes = any(item.get_closest_marker("processes") for item in session.items)
+    if processes or "focus_planner.core.kernels" in sys.modules:
+        from testing.compiled import compile_kernels  # noqa: PLC0415 - it takes a second
+
+        compile_kernels()
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    """Threads that wait for each other are slow on small problems; who wants more says so."""
+    if "numba" not in sys.modules:
+        yield
+        return
+    from numba import get_num_threads, set_num_threads  # noqa: PLC0415 - where it is loaded anyway
+
+    before = get_num_threads()
+    set_num_threads(1)
+    yield
+    set_num_threads(before)

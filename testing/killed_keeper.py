@@ -9,6 +9,7 @@ from pathlib import Path
 
 from focus_planner.core.solvers import Progress
 from focus_planner.parameters.planner import Recording
+from focus_planner.recording import recorder as recorder_module
 from focus_planner.recording.recorder import Recorder
 from testing.made_up_runs import beginning, input_messages, plan_payload
 
@@ -18,6 +19,10 @@ class Log:
         os.write(1, message.encode())
 
     error = warning
+
+
+# However slow the disk is: what is tested is that what is kept is found.
+recorder_module._SECONDS_TO_KEEP = 240.0
 
 
 def main() -> None:

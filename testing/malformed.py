@@ -43,7 +43,7 @@ TYPES = {
 
 
 def mixed_rig():
-    """Cameras of all kinds in turn: plain, distorted with a region, with focus steps, with a table."""
+    """Cameras of all kinds in turn: plain, distorted with region, focus steps, lens table."""
     steps = LensTable("steps", whole=True, distances=(0.3, 1.0, math.inf), values=(9.0, 60.0, 90.0))
     intrinsics = CameraIntrinsics(
         distortion_model="plumb_bob", distortion=(-0.1, 0.02, 0.001, -0.001, 0.0), binning=(2, 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from dataclasses import replace
 
 from focus_planner.core.planning.plan_focus import plan_focus
@@ -44,11 +45,11 @@ def beginning_with(request=REQUEST, rig=RIG, warm_start=None, **values):
     return replace(beginning, settings=settings, warm_start=warm_start)
 
 
-def solved(beginning, surface=TORUS, rig=RIG, on_progress=never_stop):
+def solved(beginning, surface=TORUS, rig=RIG, on_progress=never_stop, clock=time.perf_counter):
     """The plan that a run has, made without recording."""
     model = beginning.settings.model
     request, before = beginning.request, beginning.warm_start
-    return plan_focus(Scene(surface), rig, request, model, on_progress, before)
+    return plan_focus(Scene(surface), rig, request, model, on_progress, before, clock=clock)
 
 
 def record(
@@ -60,6 +61,7 @@ def record(
     on_progress=never_stop,
     warm_start=None,
     markers=False,
+    clock=time.perf_counter,
     **values,
 ):
     """Plan and record below a folder; return the run's own folder."""
@@ -68,9 +70,9 @@ def record(
     recorder = Recorder(log)
     recording = Recording(folder, markers)
     run = recorder.begin(recording, inputs_of(beginning, surface, rig), beginning)
-    plan = solved(beginning, surface, rig, run.wrap_callback(on_progress))
+    plan = solved(beginning, surface, rig, run.wrap_callback(on_progress), clock)
     run.finish(True, plan.summary(), plan, rig)
-    assert recorder.close(60)
+    assert recorder.close(240)
     assert log.errors == []
     return run.path
 
@@ -81,7 +83,7 @@ def record_failure(folder, beginning, inputs, message):
     recorder = Recorder(log)
     run = recorder.begin(Recording(folder), inputs, beginning)
     run.finish(False, message)
-    assert recorder.close(30)
+    assert recorder.close(240)
     assert log.errors == []
     return run.path
 

@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
-import pty
 import shutil
-import signal
 import subprocess
-import sys
-import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +21,7 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag import read_bag
 from focus_planner.recording.run import inputs_of, read_run
+from testing.forked import run_forked
 from testing.runs import (
     REQUEST,
     RIG,
@@ -38,26 +34,8 @@ from testing.runs import (
     solved,
     with_payload,
 )
+from testing.terminal import CTRL_C_AT_A_STEP, on_a_terminal
 
-PROGRAM = "import sys; from focus_planner.cli.main import main; sys.exit(main())"
-# Refuses every package that comes with ROS, as on a machine without it.
-WITHOUT_ROS = """
-import importlib.abc, re, sys
-ROS = re.compile(
-    r"rclpy|rcl_.*|.*_msgs|.*_interfaces|rosidl.*|rpyutils|ament.*|tf2.*|ros2.*|launch.*|lark"
-)
-class Blocker(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if ROS.fullmatch(name.partition(".")[0]):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-sys.meta_path.insert(0, Blocker())
-try:
-    import rclpy
-except ImportError:
-    pass
-else:
-    sys.exit("the blocker does not work")
-"""
 RUN = "focus_planner_msgs/msg/Run"
 KEYS = {
     "run",
@@ -203,7 +181,7 @@ def test_what_fails_as_it_did_is_0(here: Path, capsys: Any) -> None:
         ("runs/good/metadata.yaml", "metadata.yaml: expected a recorded run, got "),
         ("a" * 300, "expected a recorded run, got File name too long"),
         ("empty", "empty: expected the folder of a run with one .mcap file, got a folder without"),
-        ("runs/cut.partial", "cut.partial: expected a whole run, got a partial one: "),
+        ("runs/cut.partial", "cut.partial: expected a complete run, got a partial one: "),
     ],
 )
 def test_what_cannot_be_read_is_2_in_one_line(
@@ -219,7 +197,7 @@ def test_what_cannot_be_read_is_2_in_one_line(
 def test_a_partial_run_says_what_to_do(here: Path, capsys: Any) -> None:
     assert replay("runs/cut.partial") == 2
     err = one_line(capsys.readouterr().err)
-    assert err.endswith("; --set or --record plan from its inputs\n")
+    assert err.endswith("; use --set or --record to plan from its inputs\n")
 
 
 def test_truncated_and_random_bytes_are_told_in_one_line(here: Path, capsys: Any) -> None:
@@ -242,8 +220,8 @@ def test_truncated_and_random_bytes_are_told_in_one_line(here: Path, capsys: Any
         (["--set", "f=8"], "--set: expected one of method, "),
         (["--set", "method=best"], "method: expected one of closest"),
         (["--set", "depth_tolerance=9"], "depth_tolerance: expected metres that some camera's"),
-        (["--live", "--set", "k=2"], "--live: expected no --set and no --record"),
-        (["--live", "--record", "x"], "--live: expected no --set and no --record"),
+        (["--live", "--set", "k=2"], "--live: expected neither --set nor --record with it, got"),
+        (["--live", "--record", "x"], "--live: expected neither --set nor --record with it, got"),
         (["--sett", "k=2"], "unrecognized arguments"),
     ],
 )
@@ -380,7 +358,7 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     assert change.endswith(f"({percent:+.2f} %)")
     assert rows["in focus area"][1].startswith("± ")
     assert "% " not in rows["total seconds"][-1]
-    assert "of 8 cameras are focused elsewhere, by " in out
+    assert "of 8 cameras are focused at other distances, by " in out
     assert rows["c3"][0].endswith(" m")
     assert rows["c3"][2].endswith(" mm")
 
@@ -404,7 +382,7 @@ def test_what_if_in_json_has_every_camera(here: Path, capsys: Any) -> None:
 
 def test_what_changes_nothing_is_said(here: Path, capsys: Any) -> None:
     assert replay("runs/good", "--set", "method=em") == 0
-    assert "0 of 8 cameras are focused elsewhere\n" in capsys.readouterr().out
+    assert "0 of 8 cameras are focused at other distances\n" in capsys.readouterr().out
 
 
 def test_a_partial_run_is_planned_with_what_is_set(here: Path, capsys: Any) -> None:
@@ -546,10 +524,10 @@ def test_a_seed_that_no_message_can_hold_is_planned_with(ball: Path, capsys: Any
 
 
 def without_ros(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", WITHOUT_ROS + PROGRAM, *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+    return run_forked("testing.program_without_ros", *words)
 
 
+@pytest.mark.processes
 def test_ros_is_not_needed(ball: Path) -> None:
     done = without_ros("replay", "runs/good", "--set", "samples=250", "--record", "answers")
     assert (done.returncode, done.stderr) == (0, "")
@@ -558,6 +536,7 @@ def test_ros_is_not_needed(ball: Path) -> None:
     assert [run["outcome"] for run in json.loads(done.stdout)] == ["reproduced"] * 2
 
 
+@pytest.mark.processes
 def test_live_needs_ros_and_says_so(here: Path) -> None:
     done = without_ros("replay", "runs/good", "--live")
     assert (done.returncode, done.stdout) == (2, "")
@@ -566,63 +545,36 @@ def test_live_needs_ros_and_says_so(here: Path) -> None:
     )
 
 
-def on_a_terminal(*words: str, interrupt_at: bytes | None = None) -> tuple[int, str]:
-    """Run the program on a terminal; type Ctrl-C once it has said something."""
-    ours, theirs = pty.openpty()
-    environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
-    environment.pop("NO_COLOR", None)
-    said, interrupted = b"", False
-    with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *words],
-        stdout=theirs,
-        stderr=theirs,
-        env=environment,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
-    ) as process:
-        os.close(theirs)
-        timer = threading.Timer(90, process.kill)
-        timer.start()
-        try:
-            while chunk := os.read(ours, 4096):
-                said += chunk
-                if interrupt_at and interrupt_at in said and not interrupted:
-                    interrupted = True
-                    process.send_signal(signal.SIGINT)
-        except OSError:  # the other end is closed
-            pass
-        timer.cancel()
-    os.close(ours)
-    assert interrupted or not interrupt_at
-    return process.returncode, said.decode()
-
-
+@pytest.mark.processes
 def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
-    status, said = on_a_terminal("replay", "runs/good", "runs/differs")
+    status, said = on_a_terminal(["replay", "runs/good", "runs/differs"])
     assert status == 1
     assert "1 of 2: " in said
     assert "2 of 2: " in said
     assert "1 reproduced, 1 differs" in said
 
 
+@pytest.mark.processes
 def test_it_can_be_told_to_be_quiet(here: Path) -> None:
-    status, said = on_a_terminal("replay", "runs/good", "runs/good", "--quiet")
+    status, said = on_a_terminal(["replay", "runs/good", "runs/good", "--quiet"])
     assert status == 0
     assert "1 of 2: " not in said
     assert "2 reproduced" in said
 
 
+@pytest.mark.processes
 def test_ctrl_c_ends_it(here: Path) -> None:
-    words = ["--set", "samples=400000", "--set", "method=optimal", "--set", "gap=0"]
-    status, said = on_a_terminal("replay", "runs/good", *words, interrupt_at=b"step ")
+    words = ["replay", "runs/good", "--set", "samples=500"]
+    status, said = on_a_terminal(words, CTRL_C_AT_A_STEP)
     assert status == 130
     assert "Traceback" not in said
     assert "planned" not in said
 
 
+@pytest.mark.processes
 def test_what_ctrl_c_ended_is_left_partial(here: Path, capsys: Any) -> None:
-    words = ["--set", "samples=400000", "--set", "method=optimal", "--set", "gap=0"]
-    answers = ["--record", "answers"]
-    status, said = on_a_terminal("replay", "runs/good", *words, *answers, interrupt_at=b"step ")
+    words = ["replay", "runs/good", "--set", "samples=500", "--record", "answers"]
+    status, said = on_a_terminal(words, CTRL_C_AT_A_STEP)
     assert status == 130
     assert "Traceback" not in said
     (path,) = Path("answers").iterdir()

@@ -10,6 +10,7 @@ import pytest
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.lenses.control import LensControl, Timeouts
 from focus_planner.lenses.driver import PROFILES, FocusOrder, LensStatus, Tolerance
+from testing.virtual_time import run_in_virtual_time
 
 _, SENT, VERIFIED, DIFFERS, FAILED = LensStatus
 QUICK = Timeouts(
@@ -100,7 +101,7 @@ def applied(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
         lens.stop()
         return reports
 
-    return asyncio.run(run())
+    return run_in_virtual_time(run())
 
 
 def test_sent_and_verified():
@@ -155,8 +156,8 @@ def test_it_is_first_read_after_the_settle_time():
         reading.append(asyncio.get_running_loop().time())
         lens.stop()
 
-    asyncio.run(run())
-    assert reading[0] - asleep[0] > 0.04
+    run_in_virtual_time(run())
+    assert reading[0] - asleep[0] == pytest.approx(0.05, abs=0.01)
 
 
 @pytest.mark.parametrize("wrong", [1.9, math.nan])
@@ -238,7 +239,7 @@ def test_a_missing_driver_fails_once_and_is_told_when_it_comes():
         lens.stop()
         return reports
 
-    reports = asyncio.run(run())
+    reports = run_in_virtual_time(run())
     assert [report.status for report in reports] == [FAILED, SENT, VERIFIED]
     assert reports[0].message == (
         "/cam/camera: expected a running driver, found none; start it, and the value will be sent"
@@ -258,7 +259,7 @@ def test_a_driver_that_is_found_late_is_no_failure():
         lens.stop()
         return reports
 
-    assert [report.status for report in asyncio.run(run())] == [SENT, VERIFIED]
+    assert [report.status for report in run_in_virtual_time(run())] == [SENT, VERIFIED]
 
 
 def test_a_silent_driver_fails_and_is_tried_again():
@@ -278,7 +279,7 @@ def test_a_silent_driver_fails_and_is_tried_again():
         lens.stop()
         return reports
 
-    reports = asyncio.run(run())
+    reports = run_in_virtual_time(run())
     assert reports[0].status is FAILED
     assert "expected a response from list_parameters within 0.05 s, got none" in reports[0].message
 
@@ -298,7 +299,7 @@ def test_a_driver_that_dies_under_way_keeps_what_it_was_told():
         lens.stop()
         return reports
 
-    reports = asyncio.run(run())
+    reports = run_in_virtual_time(run())
     assert [report.status for report in reports] == [SENT, FAILED, SENT, VERIFIED]
     assert reports[1].sent_value == 2.0
 
@@ -319,7 +320,7 @@ def test_a_driver_that_restarts_is_told_again(refused):
         await until(lambda: driver.values["LensPosition"] == 2.0)
         lens.stop()
 
-    asyncio.run(run())
+    run_in_virtual_time(run())
 
 
 def test_a_newer_plan_replaces_one_under_way():
@@ -337,7 +338,7 @@ def test_a_newer_plan_replaces_one_under_way():
         lens.stop()
         return reports
 
-    told = [(report.plan_id, report.status) for report in asyncio.run(run())]
+    told = [(report.plan_id, report.status) for report in run_in_virtual_time(run())]
     assert told == [("plan 1", SENT), ("plan 2", SENT), ("plan 2", VERIFIED)]
 
 
@@ -357,7 +358,7 @@ def test_the_same_order_again_is_read_and_not_sent():
         lens.stop()
         return sent, reports
 
-    sent, reports = asyncio.run(run())
+    sent, reports = run_in_virtual_time(run())
     assert sent == [("AfMode", 0), ("LensPosition", 2.0)]
     assert [report.status for report in reports] == [SENT, VERIFIED, VERIFIED, SENT, VERIFIED]
     assert reports[2].read_at > reports[1].read_at
@@ -380,7 +381,7 @@ def test_the_same_order_again_does_not_disturb_one_under_way():
         lens.stop()
         return reports
 
-    assert [report.status for report in asyncio.run(run())] == [SENT, VERIFIED]
+    assert [report.status for report in run_in_virtual_time(run())] == [SENT, VERIFIED]
 
 
 def test_a_verified_lens_that_moves_is_told_again():
@@ -397,7 +398,12 @@ def test_a_verified_lens_that_moves_is_told_again():
         lens.stop()
         return reports
 
-    assert [report.status for report in asyncio.run(run())] == [SENT, VERIFIED, SENT, VERIFIED]
+    assert [report.status for report in run_in_virtual_time(run())] == [
+        SENT,
+        VERIFIED,
+        SENT,
+        VERIFIED,
+    ]
 
 
 def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
@@ -413,7 +419,7 @@ def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
         lens.stop()
         return reports
 
-    reports = asyncio.run(run())
+    reports = run_in_virtual_time(run())
     assert [report.status for report in reports] == [SENT, DIFFERS, VERIFIED]
     assert reports[-1].message == ""
     assert [name for name, _ in driver.set] == ["AfMode", "LensPosition"]
@@ -437,5 +443,5 @@ def test_a_bug_is_told_and_the_next_order_is_applied():
         lens.stop()
         return reports
 
-    reports = asyncio.run(run())
+    reports = run_in_virtual_time(run())
     assert reports[1].message == "internal error: KeyError: 'bug'"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
+from datetime import timedelta
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from focus_planner.messages.typestore import serialize
 from testing.malformed import READ, TYPES, Bench, absurd, broken, good
 
 MESSAGES = 200
-# A hundred times what it takes, on a machine with other things to do.
+# Of a processor, a hundred times what it takes; what else the machine does is not counted.
 SECONDS = 5.0
 
 
@@ -40,9 +41,9 @@ def check_goes_on(bench, expected, before):
 def test_whatever_comes_the_planner_goes_on(bench, topic, make):
     expected, accepted = bench.plan(), 0
     for seed in range(MESSAGES):
-        before, started = bench.in_force, time.perf_counter()
+        before, started = bench.in_force, time.thread_time()
         bench.offer(topic, make(topic, np.random.default_rng(seed)))
-        assert time.perf_counter() - started < SECONDS
+        assert time.thread_time() - started < SECONDS
         assert bench.log.errors == [], seed
         accepted += check_goes_on(bench, expected, before)
     assert bench.plan().cameras == expected.cameras
@@ -63,10 +64,10 @@ def test_a_rig_of_too_many_cameras_is_not_even_read(bench, topic):
     payload = serialize(TYPES[topic], {"header": {"frame_id": "world"}, name: [{}]})
     count = payload.index((1).to_bytes(4, "little"), 16)
     many = payload[:count] + MAX_CAMERAS.to_bytes(4, "little") + payload[count + 4 :] * 1000
-    before, started = bench.in_force, time.perf_counter()
+    before, started = bench.in_force, time.thread_time()
     for _ in range(100):
         bench.offer(topic, many)
-    assert time.perf_counter() - started < SECONDS
+    assert time.thread_time() - started < SECONDS
     assert bench.in_force == before
     assert "at most 20,000 cameras (parameter max_cameras), got 250,000" in bench.log.warnings[0]
 
@@ -74,7 +75,8 @@ def test_a_rig_of_too_many_cameras_is_not_even_read(bench, topic):
 def test_refusals_at_full_speed_are_few_lines(bench):
     for seed in range(300):
         bench.offer("mesh", b"\0\1\0\0" + bytes([seed % 256] * 9))
-    assert 10 <= len(bench.log.warnings) < 100
-    time.sleep(1.1)
+        bench.now += timedelta(milliseconds=3)
+    assert len(bench.log.warnings) == 10
+    bench.now += timedelta(seconds=1.1)
     bench.offer("mesh", b"")
-    assert "similar warnings suppressed)" in bench.log.warnings[-1]
+    assert "(290 similar warnings suppressed)" in bench.log.warnings[-1]

@@ -27,6 +27,7 @@ from focus_planner.messages.typestore import definition_of, serialize, type_hash
 from focus_planner.recording import bag as bag_module
 from focus_planner.recording.bag import BagMessage, BagWriter, bag_size, being_written, read_bag
 from focus_planner.recording.run import read_run
+from testing.forked import PIPE, ForkedProcess, run_forked
 from testing.made_up_runs import (
     MARKERS,
     chunk_ends,
@@ -200,6 +201,7 @@ def test_an_abandoned_bag_stays_partial_and_is_nobodys(tmp_path):
     assert not being_written(tmp_path / "run.partial")
 
 
+@pytest.mark.processes
 def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_it(
     tmp_path, monkeypatch
 ):
@@ -210,10 +212,8 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
         if not looking:
             looking.append(0)
             code = "import fcntl, sys, time; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_EX);"
-            process = subprocess.Popen(
-                [sys.executable, "-c", code + "print(flush=True); time.sleep(0.3)", file.name],
-                stdout=subprocess.PIPE,
-            )
+            code += "print(flush=True); time.sleep(0.3)"
+            process = ForkedProcess("testing.source", code, file.name, stdout=PIPE)
             process.stdout.readline()
             looking.append(process)
         mark(file, how)
@@ -221,7 +221,8 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
     monkeypatch.setattr(bag_module.fcntl, "flock", flock)
     bag = BagWriter()
     bag.open(tmp_path / "run")
-    looking[1].communicate()
+    looking[1].stdout.close()
+    assert looking[1].wait(60) == 0
     assert being_written(tmp_path / "run.partial")
     bag.abandon()
 
@@ -235,6 +236,7 @@ def test_a_folder_that_cannot_be_made_is_an_os_error(tmp_path):
         BagWriter().open(tmp_path / "file" / "run")
 
 
+@pytest.mark.processes
 def test_a_full_disk_is_an_os_error_and_what_is_there_is_read(tmp_path):
     code = """
 import resource, signal, sys
@@ -254,8 +256,8 @@ except OSError as error:
     print(error.strerror)
 bag.abandon()
 """
-    out = _python(code, str(tmp_path / "run"))
-    assert out == "File too large\n"
+    done = run_forked("testing.source", code, str(tmp_path / "run"))
+    assert (done.stdout, done.stderr) == ("File too large\n", "")
     bag = read_bag(tmp_path / "run.partial")
     found = without_definitions(bag.messages)
     assert 0 < len(found) < len(TRUE)
@@ -380,13 +382,13 @@ const { parse } = require("@foxglove/rosmsg");
 const { decompress } = require("fzstd");
 const { readFileSync } = require("fs");
 
-function message_as_json(value) {
+function plain(value) {
   if (typeof value === "bigint") return { big: value.toString() };
   if (typeof value === "number" && !Number.isFinite(value))
     return Number.isNaN(value) ? null : value > 0 ? "inf" : "-inf";
   if (ArrayBuffer.isView(value) || Array.isArray(value)) return Array.from(value, plain);
   if (value && typeof value === "object")
-    return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, message_as_json(v)]));
+    return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, plain(v)]));
   return value;
 }
 
@@ -407,7 +409,7 @@ async function main() {
       const text = new TextDecoder().decode(schema.data);
       readers.set(schema.id, new MessageReader(parse(text, { ros2: true })));
     }
-    const content = message_as_json(readers.get(schema.id).readMessage(message.data));
+    const content = plain(readers.get(schema.id).readMessage(message.data));
     found.push([channel.topic, schema.name, message.logTime.toString(), content]);
   }
   console.log(JSON.stringify({ profile: reader.header.profile, found }));
@@ -441,6 +443,7 @@ def node_modules(tmp_path_factory):
     return folder
 
 
+@pytest.mark.processes
 def test_foxgloves_readers_read_the_same_values(run, node_modules):
     (node_modules / "read.js").write_text(_READER)
     command = ["node", "read.js", str(run / f"{run.name}_0.mcap")]
@@ -565,6 +568,7 @@ def _data_end(data):
     return next(end for start, end in pairwise(ends) if data[start] == 0x0F)
 
 
+@pytest.mark.processes
 def test_a_broken_length_takes_no_memory(data, tmp_path):
     files = []
     for k, content in enumerate(_greedy(data)):

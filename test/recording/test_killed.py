@@ -5,10 +5,7 @@ from __future__ import annotations
 import os
 import random
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import Reader
@@ -16,55 +13,49 @@ from rosbags.rosbag2 import Reader
 from focus_planner.core.validation import InputError
 from focus_planner.recording.bag import being_written
 from focus_planner.recording.run import read_run
+from testing.forked import PIPE, ForkedProcess, freeze_when
 from testing.made_up_runs import ending, input_messages, run_id, without_definitions
 
+pytestmark = pytest.mark.processes
+
 KILLS = 13  # of each kind
-LONGEST = 0.4  # seconds
 INPUTS = without_definitions(input_messages(points=2000))
-ROOT = Path(__file__).parents[2]
 
 
 class Writers:
     """Starts processes that record, and kills them."""
 
     def __init__(self):
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "testing.killed_writer"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=ROOT,
-        )
+        self._process = ForkedProcess("testing.killed_writer", stdin=PIPE, stdout=PIPE)
         self._expect("ready")
 
     def start(self, how, directory):
-        """Start one; return its number, and what it without_definitions before."""
+        """Start one; return its number, and what it said before."""
         self._process.stdin.write(f"{how} {directory}\n")
         self._process.stdin.flush()
-        without_definitions = []
+        said = []
         while True:
-            without_definitions.append(self._line())
-            if without_definitions[-1][0] == "writing":
-                return int(without_definitions.pop()[1]), without_definitions
+            said.append(self._line())
+            if said[-1][0] == "writing":
+                return int(said.pop()[1]), said
 
-    def wait_for_solving(self, without_definitions):
-        while not any(words[0] == "solving" for words in without_definitions):
-            without_definitions.append(self._line())
+    def wait_for_solving(self, said, number=1):
+        """Wait until this run is solving."""
+        while ["solving", str(number)] not in said:
+            said.append(self._line())
 
-    def kill(self, pid, without_definitions):
+    def kill(self, pid, said):
         """Kill one; return the numbers of the runs that had been solving."""
         os.kill(pid, signal.SIGKILL)
-        while without_definitions[-1:] != [["killed"]]:
-            without_definitions.append(self._line())
-        assert {words[0] for words in without_definitions} <= {"solving", "killed"}, (
-            without_definitions
-        )
-        return {int(words[1]) for words in without_definitions if words[0] == "solving"}
+        while said[-1:] != [["killed"]]:
+            said.append(self._line())
+        assert {words[0] for words in said} <= {"solving", "killed"}, said
+        return {int(words[1]) for words in said if words[0] == "solving"}
 
     def close(self):
         self._process.stdin.close()
         self._process.stdout.close()
-        assert self._process.wait(10) == 0
+        assert self._process.wait(60) == 0
 
     def _expect(self, word):
         assert self._line() == [word]
@@ -82,15 +73,33 @@ def writers():
     writers.close()
 
 
+def seconds_of_a_run(writers, how, directory):
+    """Measure how long one run takes, from the time at which it is solving to the next one's."""
+    directory.mkdir()
+    pid, said_before = writers.start(how, directory)
+    writers.wait_for_solving(said_before, 2)
+    began = time.monotonic()
+    writers.wait_for_solving(said_before, 4)
+    seconds = (time.monotonic() - began) / 2
+    writers.kill(pid, said_before)
+    return seconds
+
+
 @pytest.mark.parametrize("how", ["recorder", "writer"])
 def test_a_kill_at_any_moment_leaves_whole_runs_and_partial_ones(how, writers, tmp_path):
     drawn = random.Random(how)
+    seconds = seconds_of_a_run(writers, how, tmp_path / "measured")
     partial = whole = 0
     for k in range(KILLS):
         directory = tmp_path / f"{how} {k}"
         directory.mkdir()
         pid, said_before = writers.start(how, directory)
-        time.sleep(drawn.uniform(0.0, LONGEST))
+        # In the first runs, whatever they do then, and in later ones, which have others before.
+        if k:
+            writers.wait_for_solving(said_before, drawn.randint(1, 6))
+            time.sleep(drawn.uniform(0.0, seconds))
+        if k == 1:
+            freeze_when(lambda there=directory: any_partial(there), pid)
         solving = writers.kill(pid, said_before)
         hidden = [p for p in directory.iterdir() if p.name.startswith(".")]  # for the next run
         assert all(p.name.endswith(".partial") and not being_written(p) for p in hidden)
@@ -109,6 +118,10 @@ def test_a_kill_at_any_moment_leaves_whole_runs_and_partial_ones(how, writers, t
                 check_whole(path, number, how)
     assert partial > 0
     assert whole > 0
+
+
+def any_partial(directory):
+    return any(p.name[0] != "." and p.suffix == ".partial" for p in directory.iterdir())
 
 
 def check_whole(path, number, how):

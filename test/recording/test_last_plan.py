@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import shutil
 import signal
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -17,9 +14,8 @@ from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.run import beginning_messages, ending_messages, plan_message
 from testing import made_up_runs as made_up
 from testing import runs
+from testing.forked import run_forked
 from testing.made_up_runs import PLANNER, plan_payload, run_id
-
-ROOT = Path(__file__).parents[2]
 
 
 def write(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):
@@ -71,7 +67,7 @@ def test_it_is_all_that_was_recorded_by_the_recorder(tmp_path):
     found = last_plan(tmp_path, runs.PLANNER)
     assert found.run == path
     plan = plan_from_message(found.message)
-    assert plan.cameras == runs.solved(runs.begun()).cameras
+    assert plan.cameras == runs.solved(runs.beginning_with()).cameras
 
 
 def test_a_run_that_was_cut_off_after_its_plan_was_published_counts(tmp_path):
@@ -184,7 +180,7 @@ def test_a_link_is_no_run(tmp_path):
 
 
 def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("focus_planner.recording.last_plan._MOST_RUNS", 2)
+    monkeypatch.setattr("focus_planner.recording.last_plan._MAX_RUNS", 2)
     write(tmp_path, 1)
     for number in (2, 3):
         write(tmp_path, number, plan=False)
@@ -196,14 +192,12 @@ def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch
 # --- what is killed ----------------------------------------------------------------------------
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("published", [True, False])
 def test_killed_once_the_plan_is_kept_it_is_found(tmp_path, published):
     write(tmp_path, 1)
-    command = [sys.executable, "-m", "testing.killed_keeper", tmp_path, str(int(published))]
-    victim = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
-    with victim:
-        told = victim.stdout.read()
+    victim = run_forked("testing.killed_keeper", str(tmp_path), str(int(published)))
     assert victim.returncode == -signal.SIGKILL
-    assert told == ""
+    assert victim.stdout == ""
     assert len(list(tmp_path.glob(f"*{PARTIAL}"))) == 1
     assert last(tmp_path) == (2 if published else 1)

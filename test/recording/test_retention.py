@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
-import subprocess
-import sys
+import signal
 
 import pytest
 
@@ -15,6 +14,7 @@ from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import prune
 from focus_planner.recording.run import inputs_of
+from testing.forked import PIPE, ForkedProcess
 from testing.runs import RIG, TORUS, Log, beginning_with, record
 
 
@@ -151,18 +151,17 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.processes
 def test_one_that_another_process_writes_is_not_deleted(tmp_path):
-    other = subprocess.Popen(
-        [sys.executable, "-c", WRITER, tmp_path / name_of(0)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-    )
-    with other:
-        assert other.stdout.readline() == b"open\n"
+    path = str(tmp_path / name_of(0))
+    other = ForkedProcess("testing.source", WRITER, path, stdin=PIPE, stdout=PIPE)
+    with other.stdin, other.stdout:
+        assert other.stdout.readline() == "open\n"
         middle, newest = fake(tmp_path, 1), fake(tmp_path, 2)
         assert prune(tmp_path, 1, 1) == [middle]
         assert left(tmp_path) == [name_of(0) + ".partial", newest.name]
         other.kill()
+        assert other.wait(60) == -signal.SIGKILL
     assert [run.name for run in prune(tmp_path, 1, 1)] == [name_of(0) + ".partial"]
     assert left(tmp_path) == [newest.name]
 
@@ -189,10 +188,10 @@ def test_every_finished_run_deletes_what_is_too_much(tmp_path):
         run = recorder.begin(
             Recording(folder, max_runs=2), inputs_of(beginning, TORUS, RIG), beginning
         )
-        run.finish(False, "no plan").result(30)
+        run.finish(False, "no plan").result(240)
         paths.append(run.path)
         assert left(folder) == sorted(path.name for path in paths[-2:])
-    assert recorder.close(30)
+    assert recorder.close(240)
     assert log.errors == []
 
 
@@ -209,8 +208,8 @@ def test_what_cannot_be_deleted_is_told_and_costs_nothing(tmp_path, monkeypatch)
             raise PermissionError(1, "Operation not permitted", str(old))
 
         patch.setattr("focus_planner.recording.retention.shutil.rmtree", refuse)
-        run.finish(False, "no plan").result(30)
-    assert recorder.close(30)
+        run.finish(False, "no plan").result(240)
+    assert recorder.close(240)
     (told,) = log.errors
     assert told.startswith(f"old runs in {folder} cannot be deleted: ")
     assert "Operation not permitted" in told

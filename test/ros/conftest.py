@@ -9,10 +9,23 @@ from rclpy.node import Node
 from focus_planner import cylinder_rig
 from focus_planner.io.bodies import body as body_path
 from focus_planner.io.surfaces import load_surface
-from focus_planner.ros.client import PlannerClient
-from testing.ros.planner_process import PlannerProcess
+from focus_planner.ros.client import _PATIENCE, Goal, PlannerClient
+from testing.ros.planner_process import PATIENCE, PlannerProcess
 
 _count = itertools.count()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def patience():
+    """Have clients wait as long as a busy machine may need."""
+    methods = [getattr(kind, name) for kind in (PlannerClient, Goal) for name in vars(kind)]
+    with pytest.MonkeyPatch.context() as patch:
+        for method in methods:
+            if defaults := getattr(method, "__defaults__", None):
+                longer = [PATIENCE if value == _PATIENCE else value for value in defaults]
+                patch.setattr(method, "__defaults__", tuple(longer))
+        patch.setattr("focus_planner.ros.client._PATIENCE", PATIENCE)
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -30,10 +43,10 @@ def start_planner():
     """Start nodes; they are stopped, and must have ended well, at the end of the module."""
     started = []
 
-    def start(*arguments, debug=False):
+    def start(*arguments, debug=False, **how):
         name = f"planner_{next(_count)}"
         level = ["--log-level", f"{name}:=debug"] if debug else []
-        started.append(PlannerProcess(name, *arguments, *level))
+        started.append(PlannerProcess(name, *arguments, *level, **how))
         return started[-1]
 
     yield start

@@ -11,10 +11,13 @@ from focus_planner_msgs.msg import LensState
 from rclpy.context import Context
 
 from testing.ros.lens_processes import LensProcess, Orchestrator
+from testing.ros.planner_process import PATIENCE
 
 SENT, VERIFIED = LensState.STATUS_SENT, LensState.STATUS_VERIFIED
 DIFFERS, FAILED = LensState.STATUS_DIFFERS, LensState.STATUS_FAILED
-QUICK = {"timeout": 0.5, "retries": 0, "poll_period": 0.05, "verify_timeout": 1.0}
+# Answers come however busy the machine is; a lens that is wrong is wrong soon.
+QUICK = {"timeout": float(PATIENCE), "retries": 0, "poll_period": 0.05, "verify_timeout": 1.0}
+UNDER_WAY = QUICK | {"verify_timeout": float(PATIENCE)}
 TABLES = "default: {unit: steps, whole: true, distances: [0.25, 1.0], values: [200, 50]}\n"
 
 
@@ -29,8 +32,7 @@ def start():
 
     yield start
     for process in started:
-        if process._process.poll() is None:
-            process.signal(signal.SIGTERM)
+        process.signal(signal.SIGTERM)
     statuses = [process.wait() for process in started]
     assert set(statuses) <= {0, -signal.SIGKILL}
     assert "Traceback" not in "".join(process.log for process in started)
@@ -54,10 +56,12 @@ def rig(start, orchestrator, tmp_path_factory):
     webcams = {"cameras": ["webcam"], "driver": "v4l2_camera"}
     nodes = [
         start("simulated_lens", cameras=["good", "stuck"], stuck=["stuck"]),
-        start("simulated_lens", cameras=["slow"], speed=4.0),
+        start("simulated_lens", cameras=["slow"], speed=1.0),
         start("simulated_lens", cameras=["loose"], backlash=0.25),
         start("simulated_lens", **webcams),
-        start("lens_adapter", cameras=["good", "stuck", "slow", "loose", "absent"], **QUICK),
+        start("lens_adapter", cameras=["good", "stuck", "loose"], **QUICK),
+        start("lens_adapter", cameras=["slow"], **UNDER_WAY),
+        start("lens_adapter", cameras=["absent"], **UNDER_WAY | {"timeout": 0.5}),
         start("lens_adapter", **webcams, **QUICK, lens_tables=tables),
         start("lens_adapter", cameras=["unknown"], driver="v4l2_camera", **QUICK),
     ]
@@ -66,6 +70,7 @@ def rig(start, orchestrator, tmp_path_factory):
     return nodes
 
 
+@pytest.mark.processes
 def test_a_plan_is_sent_and_verified(rig, orchestrator):
     orchestrator.plan("good", "a", focus_distance=0.5)
     state = orchestrator.wait_for("good", "a", VERIFIED)
@@ -76,6 +81,7 @@ def test_a_plan_is_sent_and_verified(rig, orchestrator):
     assert 0 < state.sent_at.sec <= state.read_at.sec <= state.header.stamp.sec
 
 
+@pytest.mark.processes
 def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
     orchestrator.plan("good", "near", focus_distance=0.05)
     state = orchestrator.wait_for("good", "near", FAILED)
@@ -86,12 +92,14 @@ def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
     )
 
 
+@pytest.mark.processes
 def test_a_lens_that_is_stuck_differs(rig, orchestrator):
     orchestrator.plan("stuck", "a", focus_distance=0.5)
     state = orchestrator.wait_for("stuck", "a", DIFFERS)
     assert (state.sent_value, state.read_value, state.read_distance) == (2.0, 0.0, math.inf)
 
 
+@pytest.mark.processes
 def test_backlash_differs_from_one_side_only(rig, orchestrator):
     orchestrator.plan("loose", "up", focus_distance=0.25)
     assert orchestrator.wait_for("loose", "up", VERIFIED).read_value == 4.0
@@ -102,17 +110,19 @@ def test_backlash_differs_from_one_side_only(rig, orchestrator):
     assert "expected LensPosition = 2, read 2.25" in state.message
 
 
+@pytest.mark.processes
 def test_a_slow_lens_is_sent_then_verified_and_a_newer_plan_goes_first(rig, orchestrator):
-    orchestrator.plan("slow", "far away", focus_distance=0.1)  # 2.5 s
+    orchestrator.plan("slow", "far away", focus_distance=0.1)  # 10 s
     orchestrator.wait_for("slow", "far away", SENT)
-    orchestrator.plan("slow", "near by", focus_distance=0.5)
+    orchestrator.plan("slow", "near by", focus_distance=1.0)
     state = orchestrator.wait_for("slow", "near by", VERIFIED)
     sent = orchestrator.states("slow", "near by")[0]
     assert sent.status == SENT
-    assert (state.sent_value, state.read_value) == (2.0, 2.0)
+    assert (state.sent_value, state.read_value) == (1.0, 1.0)
     assert [s.status for s in orchestrator.states("slow", "far away")] == [SENT]
 
 
+@pytest.mark.processes
 def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     orchestrator.plan("webcam", "a", focus_distance=0.5)
     state = orchestrator.wait_for("webcam", "a", VERIFIED)
@@ -122,6 +132,7 @@ def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     assert orchestrator.wait_for("webcam", "b", VERIFIED).read_value == 150.0
 
 
+@pytest.mark.processes
 def test_what_cannot_be_told_says_why(rig, orchestrator):
     orchestrator.plan("unknown", "a")
     assert "lens tables" in orchestrator.wait_for("unknown", "a", FAILED).message
@@ -129,12 +140,13 @@ def test_what_cannot_be_told_says_why(rig, orchestrator):
     assert "not from a plan" in orchestrator.wait_for("unknown", "b", FAILED).message
 
 
+@pytest.mark.processes
 def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
     rig, orchestrator, start
 ):
     orchestrator.plan("absent", "a", focus_distance=0.2)
     assert "found none; start it" in orchestrator.wait_for("absent", "a", FAILED).message
-    slow = start("simulated_lens", cameras=["absent"], speed=2.0)
+    slow = start("simulated_lens", cameras=["absent"], speed=0.5)
     orchestrator.wait_for("absent", "a", SENT)
     slow.kill()
     state = orchestrator.wait_for("absent", "a", FAILED)
@@ -143,6 +155,7 @@ def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
     assert orchestrator.wait_for("absent", "a", VERIFIED).read_value == 5.0
 
 
+@pytest.mark.processes
 def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, context):
     orchestrator.plan("good", "last", focus_distance=0.25)
     orchestrator.wait_for("good", "last", VERIFIED)
@@ -155,11 +168,12 @@ def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, conte
         late.close()
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize(
     ("module", "number"), [("lens_adapter", signal.SIGINT), ("simulated_lens", signal.SIGTERM)]
 )
 def test_signals_end_it_well(rig, module, number):
-    node = next(node for node in rig if module in node._process.args[2])
+    node = next(node for node in rig if node.module.endswith(module))
     node.signal(number)
     assert node.wait() == 0
     assert "Traceback" not in node.log

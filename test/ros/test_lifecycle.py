@@ -22,8 +22,10 @@ from focus_planner.ros.client import PlannerClient
 from focus_planner.runtime.reason import Reason
 from testing.ros.bits import bits
 from testing.ros.calls import FEW, until, what_counts
-from testing.ros.goals import SHORT, SOON, cancelled, ended, planning
+from testing.ros.goals import SHORT, cancelled, ended, planning
 from testing.ros.planner_process import PATIENCE, PlannerProcess
+
+pytestmark = pytest.mark.processes
 
 MANAGED = ("-p", "autostart:=false")
 # The way to each state from the one before.
@@ -107,7 +109,7 @@ def test_a_transition_that_does_not_fit_is_refused(client, planner, state):
 
 def test_inactive_it_answers_that_it_is(client, planner):
     bring(client, "inactive")
-    response = client.plan(timeout=SOON)
+    response = client.plan(timeout=PATIENCE)
     assert (response.success, response.reason) == (False, Reason.INACTIVE)
     assert response.message == (
         f"the planner is inactive; activate it: ros2 lifecycle set {planner.name} activate"
@@ -119,7 +121,7 @@ def test_inactive_it_answers_that_it_is(client, planner):
 def test_before_inputs_arrive_all_are_told_so(client):
     bring(client, "unconfigured")
     bring(client, "active")
-    response = client.plan(timeout=SOON)
+    response = client.plan(timeout=PATIENCE)
     assert response.reason == Reason.NOT_READY
     status, reason, result = ended(client.send_goal(**SHORT))
     assert (status, reason) == (GoalStatus.STATUS_ABORTED, Reason.NOT_READY)
@@ -152,9 +154,9 @@ def test_deactivated_it_stops_and_tells_everybody_at_once(active, rig):
     for status, reason, result in (ended(goal), ended(queued)):
         assert (status, reason) == (GoalStatus.STATUS_ABORTED, Reason.INACTIVE)
         assert (result.success, result.message) == (False, "the planner was deactivated")
-    response = active.wait_for(waiting, SOON)
+    response = active.wait_for(waiting, PATIENCE)
     assert (response.reason, response.message) == (Reason.INACTIVE, "the planner was deactivated")
-    assert time.monotonic() - began < SOON
+    assert time.monotonic() - began < PATIENCE
     assert active.state() == "inactive"
     # The plan in force stays so, and the inputs too.
     assert bits(active.latched_plan()) == bits(before)
@@ -168,7 +170,7 @@ def test_a_plan_goes_on_being_planned_for_nobody_after_deactivating_and_activati
     goal = planning(active)
     assert active.change_state("deactivate")
     assert active.change_state("activate")
-    response = active.plan(timeout=SOON, **SHORT)
+    response = active.plan(timeout=PATIENCE, **SHORT)
     assert response.success
     assert ended(goal)[1] is Reason.INACTIVE
     assert active.latched_plan().plan_id == response.plan.plan_id
@@ -247,8 +249,11 @@ def test_shut_down_while_it_plans_it_tells_everybody_and_then_ends_well(start_pl
         assert client.change_state("shutdown")
         assert client.state() == "finalized"
         assert ended(goal)[1] is Reason.INACTIVE
-        assert client.wait_for(waiting, SOON).reason == Reason.INACTIVE
-        assert client.plan(timeout=SOON).message == "the planner has been shut down; start it again"
+        assert client.wait_for(waiting, PATIENCE).reason == Reason.INACTIVE
+        assert (
+            client.plan(timeout=PATIENCE).message
+            == "the planner has been shut down; start it again"
+        )
         assert not client.change_state("configure")
     interrupted(planner)
 

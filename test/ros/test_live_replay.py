@@ -28,6 +28,8 @@ from testing.ros.recorded import (
     whole,
 )
 
+pytestmark = pytest.mark.processes
+
 BAGS = Path(__file__).parents[2] / "bags"
 NAMES = [d.name for d in DECLARATIONS]
 

@@ -13,6 +13,8 @@ from focus_planner.messages.reading import plan_from_message
 from focus_planner.ros.client import PlannerClient
 from testing.malformed import BALL, READ, RIG, Bench, absurd, broken
 
+pytestmark = pytest.mark.processes
+
 MESSAGES = 24
 REQUEST = {"method": "em", "samples": 200}
 

@@ -32,7 +32,11 @@ from focus_planner.messages.writing import (
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
 from testing.ros.bits import bits
-from testing.ros.calls import what_counts
+from testing.ros.calls import having, what_counts
+from testing.ros.goals import cancelled, planning
+from testing.ros.planner_process import PATIENCE
+
+pytestmark = pytest.mark.processes
 
 SAMPLES = 300
 
@@ -311,7 +315,7 @@ BAD_INPUTS = {
     "degenerate triangles": (mesh(degenerate), r"1 of \d+ degenerate \(first: 9\)"),
     "millimetres": (mesh(lambda v, t: (1000 * v, t)), "surface is probably in millimetres"),
     "inverted normals": (mesh(lambda v, t: (v, t[:, ::-1])), "normals are probably inverted"),
-    "half a mesh": (lambda body, _: ("mesh", mesh_to_bytes(body)[:-5]), "the message was cut off"),
+    "half a mesh": (lambda body, _: ("mesh", mesh_to_bytes(body)[:-5]), "the message is truncated"),
     "an empty cloud": (
         cloud(width=0, row_step=0, data=b""),
         "cloud: expected at least 16 points, got an empty cloud",
@@ -421,11 +425,12 @@ def test_many_callers_at_once_are_all_answered_alike(ready, planner):
             calls = [another.plan_async(method="em", samples=SAMPLES) for _ in range(5)]
             answers.extend(another.wait_for(call) for call in calls)
 
-    callers = [threading.Thread(target=call) for _ in range(6)]
-    for caller in callers:
-        caller.start()
-    for caller in callers:
-        caller.join()
+    with having(ready, service_max_wait=float(PATIENCE)):
+        callers = [threading.Thread(target=call) for _ in range(6)]
+        for caller in callers:
+            caller.start()
+        for caller in callers:
+            caller.join()
     assert len(answers) == 30
     assert all(answer.success for answer in answers)
     assert all(what_counts(answer.plan) == what_counts(wanted) for answer in answers)
@@ -433,8 +438,9 @@ def test_many_callers_at_once_are_all_answered_alike(ready, planner):
 
 
 def test_a_burst_of_one_caller_is_answered_whole(ready):
-    calls = [ready.plan_async(method="closest", samples=100) for _ in range(50)]
-    assert all(ready.wait_for(call).success for call in calls)
+    with having(ready, service_max_wait=float(PATIENCE)):
+        calls = [ready.plan_async(method="closest", samples=100) for _ in range(50)]
+        assert all(ready.wait_for(call).success for call in calls)
 
 
 def test_a_bad_parameter_is_refused_with_the_reason(ready):
@@ -464,14 +470,15 @@ def test_a_changed_lens_applies_to_poses_at_the_next_call(ready, body, rig):
 
 def test_the_node_answers_while_it_plans(ready, body):
     ready.publish_rig(cylinder_rig())
-    long = ready.plan_async(method="k_view", k=3, samples=10_000)
-    for seed in range(5):
-        assert ready.set_parameters(seed=seed)[0].successful
-    ready.publish_mesh(body)
-    next_ = ready.plan_async(method="closest", samples=100)
-    assert not long.done()
-    assert ready.wait_for(long).success
-    assert ready.wait_for(next_).success
+    with having(ready, service_max_wait=float(PATIENCE)):
+        long = planning(ready)
+        for seed in range(5):
+            assert ready.set_parameters(seed=seed)[0].successful
+        ready.publish_mesh(body)
+        next_ = ready.plan_async(method="closest", samples=100)
+        assert not next_.done()
+        assert cancelled(long).cost > 0
+        assert ready.wait_for(next_).success
     assert ready.set_parameters(seed=0)[0].successful
 
 

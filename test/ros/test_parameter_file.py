@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,8 +16,11 @@ from focus_planner.messages.writing import cloud_to_fields, mesh_to_bytes
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
+from testing.forked import run_forked
 from testing.ros.parameter_services import described, listed
 from testing.ros.planner_process import PlannerProcess
+
+pytestmark = pytest.mark.processes
 
 FILE = Path(__file__).parents[2] / "config" / "focus_planner.yaml"
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -33,8 +34,7 @@ TYPES = {
 
 def ended(*arguments):
     """Run the node until it ends by itself, which it must."""
-    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    return run_forked("focus_planner.ros.node", "--ros-args", *arguments)
 
 
 def test_the_node_takes_the_file_and_has_the_defaults_then(start_planner, context, make_node):

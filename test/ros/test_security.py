@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
-import time
 from fnmatch import fnmatchcase
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 from rclpy.context import Context
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 
 from focus_planner import cylinder_rig
 from focus_planner.ros.client import PlannerClient
+from testing.forked import run_forked
+from testing.ros.calls import until
 from testing.ros.lens_processes import LensProcess
 from testing.ros.planner_process import PlannerProcess
 
 POLICY = Path(__file__).parents[2] / "security" / "policies.xml"
-PATIENCE = 30
 # The schema of SROS 2, 0.2.0: what an element may hold, and its attributes.
 SCHEMA = {
     "policy": ({"enclaves"}, {"version"}),
@@ -157,22 +155,18 @@ def observer():
 
 
 def interfaces(observer, full):
-    """Return what a node is seen to have: pairs of a kind and a name."""
+    """Return what a node is seen to have: pairs of a kind and a name; none before it is found."""
     namespace, _, name = full.rpartition("/")
-    return {
-        (kind, each)
-        for kind in KINDS
-        for each, _ in getattr(observer, f"get_{kind}_names_and_types_by_node")(
-            name, namespace or "/"
-        )
-    }
-
-
-def wait_until(holds):
-    until = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < until, "it was never seen"
-        time.sleep(0.1)
+    try:
+        return {
+            (kind, each)
+            for kind in KINDS
+            for each, _ in getattr(observer, f"get_{kind}_names_and_types_by_node")(
+                name, namespace or "/"
+            )
+        }
+    except NodeNameNonExistentError:
+        return set()
 
 
 def nodes(observer):
@@ -197,6 +191,7 @@ def unseen(seen, enclave):
     }
 
 
+@pytest.mark.processes
 def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(observer):
     # With simulated time it listens to /clock.
     planner = PlannerProcess("focus_planner", "-p", "autostart:=false", "-p", "use_sim_time:=true")
@@ -210,43 +205,42 @@ def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(o
             client.publish_rig(cylinder_rig(2, 2))
             assert "surface" in client.plan(method="em").message
             expect(observer, ("publisher", "/focus_planner/cameras/cam_1_01/focus"))
-            wait_until(lambda: not unseen(interfaces(observer, "/focus_planner"), "/focus_planner"))
+            until(lambda: not unseen(interfaces(observer, "/focus_planner"), "/focus_planner"))
             check_client(observer, client)
-            assert client.change_state("deactivate")
-            assert_covered(interfaces(observer, "/focus_planner"), "/focus_planner")
-            assert client.change_state("cleanup")
-            assert_covered(interfaces(observer, "/focus_planner"), "/focus_planner")
+            for transition in ("deactivate", "cleanup"):
+                assert client.change_state(transition)
+                expect(observer, ("service", "/focus_planner/get_type_description"))
     finally:
         assert planner.stop() == 0
 
 
 def expect(observer, marker):
     """Wait until something is seen of the planner, and check all that is."""
-    wait_until(lambda: marker in interfaces(observer, "/focus_planner"))
+    until(lambda: marker in interfaces(observer, "/focus_planner"))
     assert_covered(interfaces(observer, "/focus_planner"), "/focus_planner")
 
 
 def check_client(observer, client):
     name = client._node.get_fully_qualified_name()
-    wait_until(lambda: ("client", "/focus_planner/plan_focus") in interfaces(observer, name))
-    seen = interfaces(observer, name)
-    assert ("publisher", "/focus_planner/mesh") in seen
-    assert_covered(seen, "/orchestrator")
+    has = {("client", "/focus_planner/plan_focus"), ("publisher", "/focus_planner/mesh")}
+    until(lambda: has <= interfaces(observer, name))
+    assert_covered(interfaces(observer, name), "/orchestrator")
 
 
+@pytest.mark.processes
 def test_the_lens_adapter_and_drivers_have_what_the_policy_allows(observer):
     names = ["cam_a", "cam_b"]
     processes = [LensProcess(m, cameras=names) for m in ("simulated_lens", "lens_adapter")]
     try:
-        wait_until(lambda: {"/lens_adapter", "/cam_a/camera"} <= nodes(observer))
+        until(lambda: {"/lens_adapter", "/cam_a/camera"} <= nodes(observer))
         without_clock = {("subscriber", "/clock")}
-        wait_until(
+        until(
             lambda: unseen(interfaces(observer, "/lens_adapter"), "/lens_adapter") == without_clock
         )
         assert_covered(interfaces(observer, "/lens_adapter"), "/lens_adapter")
-        driver = interfaces(observer, "/cam_a/camera")
-        assert ("service", "/cam_a/camera/set_parameters") in driver
-        assert_covered(driver, "/camera_driver")
+        setting = ("service", "/cam_a/camera/set_parameters")
+        until(lambda: setting in interfaces(observer, "/cam_a/camera"))
+        assert_covered(interfaces(observer, "/cam_a/camera"), "/camera_driver")
     finally:
         assert [process.stop() for process in processes] == [0, 0]
 
@@ -262,12 +256,11 @@ def ended_with_security(keystore, strategy, enclave):
         "ROS_SECURITY_STRATEGY": strategy,
         "ROS_SECURITY_KEYSTORE": str(keystore),
     }
-    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args", "--enclave", enclave]
-    return subprocess.run(
-        command, env=environment, capture_output=True, text=True, timeout=60, check=False
-    )
+    arguments = ("--ros-args", "--enclave", enclave)
+    return run_forked("focus_planner.ros.node", *arguments, env=environment)
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("strategy", ["Enforce", "Permissive"])
 def test_with_security_asked_for_the_planner_never_runs_without(tmp_path, strategy):
     keys = tmp_path / "enclaves" / "focus_planner"
@@ -283,6 +276,7 @@ def test_with_security_asked_for_the_planner_never_runs_without(tmp_path, strate
     assert "loading" not in process.stderr
 
 
+@pytest.mark.processes
 def test_with_security_asked_for_an_unknown_enclave_is_an_error(tmp_path):
     process = ended_with_security(tmp_path, "Enforce", "/stranger")
     assert process.returncode == 2

@@ -10,6 +10,10 @@ import pytest
 
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.ros.client import PlannerClient
+from testing.forked import run_forked
+from testing.ros.goals import LONG
+
+pytestmark = pytest.mark.processes
 
 
 def test_arguments_that_are_not_for_ros_end_it_with_one_line():
@@ -24,7 +28,7 @@ def test_arguments_that_are_not_for_ros_end_it_with_one_line():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_idle_it_ends_cleanly(start_planner, number):
-    planner = start_planner()
+    planner = start_planner(forked=False)
     planner.wait_for_log("ready")
     planner.signal(number)
     assert planner.wait() == 0
@@ -32,7 +36,7 @@ def test_idle_it_ends_cleanly(start_planner, number):
 
 
 def test_while_it_starts_it_ends_cleanly(start_planner):
-    planner = start_planner()
+    planner = start_planner(forked=False)
     planner.wait_for_log("loading kernels")
     planner.signal(signal.SIGINT)
     assert planner.wait() == 0
@@ -44,9 +48,9 @@ def test_while_it_plans_it_ends_cleanly_and_the_callers_are_told(start_planner, 
     with PlannerClient(planner.name) as client:
         client.publish_mesh(body)
         client.publish_rig(cylinder_rig())
-        planned = client.plan_async(method="k_view", k=3, samples=20_000)
+        planned = client.plan_async(**LONG)
         queued = client.plan_async(method="em")
-        planner.wait_for_log("planning: .*20000")
+        planner.wait_for_log(f"planning: .*{LONG['samples']}")
         planner.signal(signal.SIGINT)
         client.wait_for(planned)
         client.wait_for(queued)
@@ -76,8 +80,7 @@ def test_a_call_before_it_is_ready_waits(start_planner, body, rig):
     ],
 )
 def test_bad_arguments_end_it_with_one_line(arguments, error):
-    command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args", *arguments]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    ended = run_forked("focus_planner.ros.node", "--ros-args", *arguments)
     assert ended.returncode == 2
     assert error in ended.stderr
     assert len(ended.stderr.splitlines()) == 1

@@ -1,6 +1,10 @@
 import subprocess
 import sys
 
+import pytest
+
+pytestmark = pytest.mark.processes
+
 # Each takes a part of the three seconds in which a killed node is to have its last plan back.
 HEAVY = ("matplotlib", "numba", "open3d", "scipy")
 

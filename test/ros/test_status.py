@@ -17,7 +17,10 @@ from focus_planner.messages.writing import mesh_to_bytes, rig_to_fields
 from focus_planner.ros.client import PlannerClient, _result
 from focus_planner.ros.conversions import message_to_ros
 from testing.ros.calls import FEW, having, until
-from testing.ros.goals import SHORT, SOON, cancelled, planning
+from testing.ros.goals import SHORT, cancelled, planning
+from testing.ros.planner_process import PATIENCE
+
+pytestmark = pytest.mark.processes
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 NAMES = ["planner", "surface", "rig", "last run", "cameras", "recorder", "memory"]
@@ -68,7 +71,7 @@ def diagnosed(client, planner, condition=lambda _: True):
 
     subscription = client._node.create_subscription(DiagnosticArray, "/diagnostics", hear, 10)
     try:
-        return _result(heard, SOON, "diagnostics")
+        return _result(heard, PATIENCE, "diagnostics")
     finally:
         client._node.destroy_subscription(subscription)
 
@@ -117,7 +120,7 @@ def test_without_inputs_monitors_are_warned(client, planner):
 
 
 def test_a_call_without_inputs_is_told(client, planner):
-    response = client.plan(timeout=SOON)
+    response = client.plan(timeout=PATIENCE)
     run = level_of(client, planner, "last run", WARN)
     assert run.message == f"no plan: {response.message}"
 
@@ -139,13 +142,13 @@ def test_inputs_are_told_with_their_ages(ready, planner, body, rig):
     for one in (status.surface, status.rig):
         age = seconds(status.header.stamp) - seconds(one.received)
         assert one.age == pytest.approx(age, abs=0.5)
-        assert 0 <= one.age < SOON
+        assert 0 <= one.age < PATIENCE
     older = told(ready, lambda later: later.surface.age > status.surface.age)
     assert older.surface.received == status.surface.received
     plan = ready.plan(**SHORT).plan
     assert plan.surface.topic == f"{planner.name}/mesh"
     assert plan.rig.stamp.sec == 12
-    assert 0 <= plan.rig.age < SOON
+    assert 0 <= plan.rig.age < PATIENCE
     after = told(ready, lambda status: status.plan_id == plan.plan_id)
     assert (after.plan_surface, after.plan_rig) == (plan.surface, plan.rig)
     assert level_of(ready, planner, "surface", OK).message.startswith(f"from {planner.name}/mesh, ")
@@ -154,7 +157,7 @@ def test_inputs_are_told_with_their_ages(ready, planner, body, rig):
 def test_what_was_refused_is_told_until_a_good_one_comes(ready, planner, body):
     ready.publish("mesh", mesh_to_bytes(body)[:-5])
     status = told(ready, lambda status: status.surface.refused)
-    assert "the message was cut off" in status.surface.refused
+    assert "the message is truncated" in status.surface.refused
     assert status.surface.topic == f"{planner.name}/mesh"
     surface = level_of(ready, planner, "surface", WARN)
     assert surface.message == f"a newer one was refused: {status.surface.refused}"
@@ -194,7 +197,7 @@ def test_the_last_run_is_told(ready, planner):
     assert float(values["cost"]) == pytest.approx(answer.plan.cost, abs=1e-3)
     gap = 1 - answer.plan.lower_bound / answer.plan.cost
     assert float(values["gap"]) == pytest.approx(gap, abs=1e-6)
-    assert 0 < float(values["solve seconds"]) < float(values["seconds"]) < SOON
+    assert 0 < float(values["solve seconds"]) < float(values["seconds"]) < PATIENCE
     refused = ready.plan(method="guess")
     run = level_of(ready, planner, "last run", WARN)
     assert run.message == f"no plan: {refused.message}"

@@ -38,7 +38,7 @@ def goal(**options):
     return RecordedRequest(**options)
 
 
-def call(seconds=5.0, **options):
+def call(seconds=3600.0, **options):
     return RecordedRequest(waits_until=time.perf_counter() + seconds, **options)
 
 

@@ -9,7 +9,12 @@ from dataclasses import replace
 from focus_planner.messages.reading import plan_from_message
 from testing.ros.planner_process import PATIENCE
 
-FEW = ("-p", "samples:=300", "-p", "fresh_samples:=300")
+# Small plans, and calls that wait for their turn however busy the machine is.
+FEW = (
+    *("-p", "samples:=300"),
+    *("-p", "fresh_samples:=300"),
+    *("-p", f"service_max_wait:={float(PATIENCE)}"),
+)
 
 
 @contextmanager
@@ -20,14 +25,15 @@ def having(client, **parameters):
         name.replace(".", "__"): list(value) if isinstance(value, tuple) else value
         for name, value in client.get_parameters(names).items()
     }
-    set_(client, **parameters)
+    set_parameters(client, **parameters)
     try:
         yield
     finally:
-        set_(client, **own)
+        set_parameters(client, **own)
 
 
-def set_(client, **parameters):
+def set_parameters(client, **parameters):
+    """Set parameters of the node, all of which it accepts."""
     results = client.set_parameters(**parameters)
     assert all(result.successful for result in results), results
 

@@ -1,4 +1,4 @@
-"""Goals of ~/plan: long and cancelled ones, and their feedback."""
+"""Goals of ``~/plan``: long ones, cancelled ones, and the feedback they send."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 
 from focus_planner.runtime.reason import Reason
+from testing.ros.planner_process import PATIENCE
 
-# It would take minutes.
+# It would take minutes, on any machine: tests end it.
 LONG = {"method": "optimal", "samples": 16_384, "gap": 1e-12}
 SHORT = {"method": "closest"}
 SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
 ABORTED = GoalStatus.STATUS_ABORTED
-# Tells what hangs from what works on a busy machine; how long it takes is measured elsewhere.
-SOON = 20.0
 
 
-class Heard:
-    """Feedback as it arrives, with times."""
+class Feedback:
+    """Records feedback as it arrives, with the time of each message."""
 
     def __init__(self):
         self.messages = []
@@ -34,21 +33,26 @@ class Heard:
             self._news.notify_all()
 
     def wait_for(self, condition):
-        def come():
+        """Wait for a message that fulfils a condition."""
+
+        def arrived():
             return any(condition(message) for _, message in self.messages)
 
         with self._news:
-            assert self._news.wait_for(come, SOON), "no such feedback"
+            assert self._news.wait_for(arrived, PATIENCE), "no such feedback"
 
     @property
     def stages(self):
+        """Stages in the order in which they were reported."""
         return [stage for stage, _ in groupby(message.stage for _, message in self.messages)]
 
-    def of(self, name):
+    def values(self, name):
+        """Return a field of all messages."""
         return np.array([getattr(message, name) for _, message in self.messages])
 
 
 def sent(client, on_feedback=None, **goal):
+    """Send a goal, which is accepted."""
     goal = client.send_goal(on_feedback, **goal)
     assert goal.accepted
     return goal
@@ -59,22 +63,22 @@ def has_plan(message):
 
 
 def planning(client, **goal):
-    """A long goal that has a plan already."""
-    heard = Heard()
-    goal = sent(client, heard, **{**LONG, **goal})
-    heard.wait_for(has_plan)
+    """Send a long goal; return it once it has a plan."""
+    feedback = Feedback()
+    goal = sent(client, feedback, **{**LONG, **goal})
+    feedback.wait_for(has_plan)
     return goal
 
 
 def ended(goal):
-    """The status, reason and result of a goal that ends soon."""
-    status, result = goal.result(SOON)
+    """Wait for a goal's end; return its status, reason and result."""
+    status, result = goal.result(PATIENCE)
     assert result.success == bool(result.plan.plan_id)
     return status, Reason(result.reason), result
 
 
 def cancelled(goal):
-    """Cancel a goal that is being planned; return its plan."""
+    """Cancel a goal that is being planned; return its best plan."""
     assert goal.cancel()
     status, reason, result = ended(goal)
     assert (status, reason) == (CANCELED, Reason.CANCELLED)

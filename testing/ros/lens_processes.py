@@ -1,9 +1,7 @@
-"""Lens nodes in processes of their own, and an orchestrator that talks to them."""
+"""Lens nodes in processes of their own, and a node that orders foci and hears the outcome."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import threading
 import time
 
@@ -13,34 +11,21 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from focus_planner.ros.qos import LATCHED
-from testing.ros.planner_process import PlannerProcess
-
-PATIENCE = 30
+from testing.ros.planner_process import PATIENCE, NodeProcess
 
 
-class LensProcess(PlannerProcess):
-    """Runs a module of ``focus_planner.ros``; parameters are given by name."""
+class LensProcess(NodeProcess):
+    """A node that a module of ``focus_planner.ros`` runs; parameters are given by name."""
 
     def __init__(self, module, **parameters):
-        command = [sys.executable, "-m", f"focus_planner.ros.{module}", "--ros-args"]
+        arguments = ["--ros-args"]
         for name, value in parameters.items():
-            command += ["-p", f"{name}:={_yaml(value)}"]
-        self._process = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        )
-        self._lines = []
-        self._news = threading.Condition()
-        self._ended = False
-        self._reader = threading.Thread(target=self._read)
-        self._reader.start()
-
-    def kill(self):
-        self._process.kill()
-        self.wait()
+            arguments += ["-p", f"{name}:={_yaml(value)}"]
+        self._start(f"focus_planner.ros.{module}", arguments)
 
 
 class Orchestrator:
-    """Publishes focus distances as the planner does, and receives the lens states."""
+    """Publishes foci as the planner does, and keeps the lens states that come back."""
 
     def __init__(self, context, planner="/focus_planner"):
         self._planner = planner

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.executors import SingleThreadedExecutor
 
-PATIENCE = 30
+from testing.ros.planner_process import PATIENCE
 
 
 def call(node, service_type, name, request):
@@ -26,11 +26,13 @@ def call(node, service_type, name, request):
 
 
 def listed(node, planner):
+    """Return the names of the planner's parameters."""
     request = ListParameters.Request()
     return set(call(node, ListParameters, f"{planner}/list_parameters", request).result.names)
 
 
 def described(node, planner, names):
+    """Return the descriptors of parameters of the planner, by name."""
     request = DescribeParameters.Request(names=list(names))
     answer = call(node, DescribeParameters, f"{planner}/describe_parameters", request)
     return {each.name: each for each in answer.descriptors}

@@ -1,41 +1,34 @@
-"""A planner node in a process of its own, as in a capture."""
+"""Nodes in processes of their own, as in a capture."""
 
 from __future__ import annotations
 
 import re
-import signal
 import subprocess
 import sys
 import threading
+from signal import SIGINT
 
-PATIENCE = 90
+from testing.forked import DEVNULL, PIPE, ForkedProcess
+
+# Seconds. Tells what hangs from what works on a busy machine, and nothing else.
+PATIENCE = 240
 
 
-class PlannerProcess:
-    """Runs the node; what it logs can be waited for.
+class NodeProcess:
+    """A node that runs; what it logs can be waited for."""
 
-    Parameters
-    ----------
-    name : str
-        Of the node: two of them share a graph without meeting.
-    arguments : str
-        ROS arguments.
-    """
-
-    def __init__(self, name, *arguments):
-        self.name = f"/{name}"
-        command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
-        self._process = subprocess.Popen(
-            [*command, "--remap", f"__node:={name}", *arguments],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+    def _start(self, module, arguments, *, forked=True):
         self._lines = []
         self._news = threading.Condition()
         self._ended = False
+        self.module = module
+        self._process = (ForkedProcess if forked else _python)(module, *arguments, stderr=PIPE)
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
+
+    @property
+    def pid(self):
+        return self._process.pid
 
     @property
     def log(self):
@@ -59,9 +52,16 @@ class PlannerProcess:
         self._reader.join()
         return status
 
-    def stop(self):
-        if self._process.poll() is None:
-            self.signal(signal.SIGINT)
+    def has_ended(self):
+        return self._process.poll() is not None
+
+    def kill(self):
+        self._process.kill()
+        self.wait()
+
+    def stop(self, number=SIGINT):
+        """End it, unless it has ended; return the exit status."""
+        self.signal(number)
         try:
             return self.wait()
         finally:
@@ -76,3 +76,29 @@ class PlannerProcess:
         with self._news:
             self._ended = True
             self._news.notify_all()
+
+
+class PlannerProcess(NodeProcess):
+    """A planner node.
+
+    Parameters
+    ----------
+    name : str
+        Of the node: two of them share a graph without meeting.
+    arguments : str
+        ROS arguments.
+    forked : bool
+        Whether what it imports may have been imported before.
+    module : str
+        What it runs.
+    """
+
+    def __init__(self, name, *arguments, forked=True, module="focus_planner.ros.node"):
+        self.name = f"/{name}"
+        remapped = ["--ros-args", "--remap", f"__node:={name}"]
+        self._start(module, [*remapped, *arguments], forked=forked)
+
+
+def _python(module, *arguments, stderr):
+    command = [sys.executable, "-m", module, *arguments]
+    return subprocess.Popen(command, stdout=DEVNULL, stderr=stderr, text=True)

@@ -38,8 +38,12 @@ def recorded(client, folder, **request):
 
 
 def assert_reproduced(run):
+    """Check that a run is whole, and its plan the same to the bit when it is planned again."""
     assert run.fault == ""
     assert differences(run, plan_run(run)) == []
+
+
+# Of each input a payload, in either byte order.
 
 
 def mesh_payload(body, rig, little):
@@ -60,10 +64,12 @@ def rig_payload(body, rig, little):
 
 
 def in_cdr(type_name, fields, little):
+    """Return a message serialized in either byte order."""
     message = message_of(type_name, fields)
     return bytes(_store().serialize_cdr(message, type_name, little_endian=little))
 
 
 def moved(rig, factor):
+    """Return a rig whose cameras are so many times as far from the origin."""
     cameras = [replace(c, position=tuple(factor * x for x in c.position)) for c in rig.cameras]
     return replace(rig, cameras=tuple(cameras))
