@@ -6,7 +6,9 @@ inventories of other projects. Search runs in the browser, from ``file://`` too.
 
 from __future__ import annotations
 
+import re
 import sys
+from functools import partial
 from inspect import isclass
 from pathlib import Path
 from typing import Any
@@ -63,7 +65,7 @@ autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_param = False
 napoleon_use_rtype = False
-napoleon_use_ivar = False
+napoleon_use_ivar = True
 
 # What has no page here: names of other projects, whose inventories would have to be fetched, and
 # the words by which docstrings describe arrays. Names of our own are not excused.
@@ -110,12 +112,31 @@ _SHOWN_BY = {
     "../bags/README.md": "recorded_runs.md",
     "../examples/README.md": "examples.md",
 }
+_INCLUDE = re.compile(r"^```\{include\} (\.\./\S+\.md)\n```$", re.MULTILINE)
+_LINK = re.compile(r"\[([^\[\]]+)\]\((?!https?:|#)([^)\s]+)\)")
 
 
-def link_within_the_site(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Lead links to pages outside this folder to the pages that show them."""
-    for outside, within in _SHOWN_BY.items():
-        source[0] = source[0].replace(f"]({outside})", f"]({within})")
+def prepare_page(app: Sphinx, _page: str, source: list[str]) -> None:
+    """Put in pages from outside this folder, and keep links to such pages within the site."""
+    source[0] = _INCLUDE.sub(partial(_included, app), source[0])
+    source[0] = _LINK.sub(_within_the_site, source[0])
+
+
+def _included(app: Sphinx, include: re.Match[str]) -> str:
+    """Return a page from outside, its links as seen from here."""
+    path = DOCS / include[1]
+    app.env.note_dependency(str(path.resolve()))
+    folder = Path(include[1]).parent
+    text = path.read_text(encoding="utf-8")
+    return _LINK.sub(lambda link: f"[{link[1]}]({(folder / link[2]).as_posix()})", text)
+
+
+def _within_the_site(link: re.Match[str]) -> str:
+    """Return a link to the page that shows the same; the text alone where none does."""
+    text, target = link.groups()
+    if target in _SHOWN_BY:
+        return f"[{text}]({_SHOWN_BY[target]})"
+    return text if target.startswith("../") and target.endswith(".md") else link[0]
 
 
 # --- references --------------------------------------------------------------------------------
@@ -167,6 +188,6 @@ def write_public_names(_: Sphinx) -> None:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect what is generated."""
     app.connect("builder-inited", write_public_names)
-    app.connect("source-read", link_within_the_site)
+    app.connect("source-read", prepare_page)
     app.connect("missing-reference", find_by_last_name)
     return {"parallel_read_safe": True}
