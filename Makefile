@@ -15,7 +15,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test bench lint format lock clean
+.PHONY: help setup demo check test docs bench lint format lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -34,6 +34,11 @@ check: lint  ## lint, and all tests that start no process; ARGS="-k name" goes t
 
 test: lint  ## lint, and all tests; ARGS="-k name" goes to pytest
 	@$(PYTEST) $(ARGS)
+
+docs: setup  ## build the site in docs/_build/html; check its links and run its code
+	@$(BIN)/sphinx-build -W -n -q --keep-going -b html docs docs/_build/html
+	@$(PYTEST) test/docs
+	@echo "docs/_build/html/index.html"
 
 bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
 	@BODIES="$(BODIES)" $(BIN)/python -m benchmarks $(ARGS)

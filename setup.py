@@ -51,8 +51,7 @@ setup(
         (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),
         (f"share/{NAME}/security", ["security/loopback.xml", "security/policies.xml"]),
     ],
-    # The floors are the oldest releases that requirements.lock has for any Python: those that the
-    # tests run with.
+    # Each floor is the oldest release in requirements.lock for any Python: nothing older is tested.
     install_requires=[
         "argcomplete>=3.7",
         "mcap>=1.6",
@@ -67,8 +66,8 @@ setup(
     ],
     extras_require={
         "picture": ["matplotlib>=3.10"],
-        # Without a ROS installation. The package's own interfaces, focus_planner_msgs, are built
-        # from msg_defs: `make setup` does it. In a sourced ROS none of this is wanted.
+        # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
+        # are built from msg_defs, as `make setup` does.
         "ros": ["ros-jazzy-common-interfaces>=5.3,<5.4", "ros-jazzy-rclpy[fastrtps]>=7.1,<7.2"],
     },
     entry_points={

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
     from focus_planner.core.validation import InputError
+    from focus_planner.io.plans import load_plan, save_plan
+    from focus_planner.io.rigs import load_rig, save_rig
+    from focus_planner.io.surfaces import load_surface
 
 __all__ = [
     "Camera",
@@ -50,30 +53,43 @@ __all__ = [
     "depth_of_field",
     "focus_interval",
     "hyperfocal_distance",
+    "load_plan",
+    "load_rig",
+    "load_surface",
     "plan_focus",
+    "save_plan",
+    "save_rig",
 ]
 
 _HOMES = {
-    "validation": ("InputError",),
-    "rig.lens": ("Lens",),
-    "rig.lens_table": ("LensTable",),
-    "rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
-    "rig.camera": ("Camera", "CameraIntrinsics"),
-    "rig.rig": ("Grid", "Rig"),
-    "rig.layouts": ("cylinder_rig",),
-    "surface.surface": ("Mesh", "PointCloud"),
-    "surface.scene": ("Scene",),
-    "problem.problem": ("Problem",),
-    "problem.cost_model": ("CostModel",),
-    "planning.plan_focus": ("plan_focus",),
-    "planning.request": ("PlanRequest",),
-    "planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "core.validation": ("InputError",),
+    "core.rig.lens": ("Lens",),
+    "core.rig.lens_table": ("LensTable",),
+    "core.rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
+    "core.rig.camera": ("Camera", "CameraIntrinsics"),
+    "core.rig.rig": ("Grid", "Rig"),
+    "core.rig.layouts": ("cylinder_rig",),
+    "core.surface.surface": ("Mesh", "PointCloud"),
+    "core.surface.scene": ("Scene",),
+    "core.problem.problem": ("Problem",),
+    "core.problem.cost_model": ("CostModel",),
+    "core.planning.plan_focus": ("plan_focus",),
+    "core.planning.request": ("PlanRequest",),
+    "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "io.plans": ("load_plan", "save_plan"),
+    "io.rigs": ("load_rig", "save_rig"),
+    "io.surfaces": ("load_surface",),
 }
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for, and not before: Open3D and Numba take a second each."""
+    """Import a public name when it is first asked for: Open3D and Numba take a second each."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     home = next(home for home, names in _HOMES.items() if name in names)
-    return getattr(import_module(f"focus_planner.core.{home}"), name)
+    return getattr(import_module(f"{__name__}.{home}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names, imported or not."""
+    return __all__

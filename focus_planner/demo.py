@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,13 +57,17 @@ class _Result:
     waited: float
 
 
-def run(output_directory: Path) -> int:
+def run(
+    output_directory: Path, computing: Callable[[], AbstractContextManager[object]] = nullcontext
+) -> int:
     """Start the node, request a plan for a body by every method, and show the plans.
 
     Parameters
     ----------
     output_directory : Path
         For the picture, the best plan, the rig, the recorded runs and the node's log.
+    computing : callable
+        Makes the context in which this process computes, rather than waiting for the node.
 
     Returns
     -------
@@ -85,7 +89,7 @@ def run(output_directory: Path) -> int:
         console.print("\n".join(log.read_text().splitlines()[-5:]), markup=False)
         return 1
     _show(console, rig, results)
-    with _status(console, "drawing"):
+    with _status(console, "drawing"), computing():
         plans = {_title(method): results[method].plan for method in _DRAWN}
         draw_plans(Scene(mesh), rig, plans, output_directory / "plans.png")
     save_rig(rig, output_directory / "rig.yaml")
@@ -192,7 +196,7 @@ def _compare(results: Mapping[str, _Result]) -> Table:
         collapse_padding=True,
         pad_edge=False,
     )
-    table.add_column("method")
+    table.add_column("method", no_wrap=True)
     for name in ("cost", "fresh cost", "change", "in focus", "solver", "answer"):
         table.add_column(name, justify="right")
     for method, result in results.items():

@@ -1,7 +1,6 @@
-"""Set-up: which Python it takes, and what it says when it fails.
+"""Set-up: which Python it chooses, and what it reports when it fails.
 
-Pythons are programs of a few lines that answer as those of other versions would; the rest of set-up
-is what made the environment that these tests run in.
+The Pythons are stub scripts that answer as those of other versions would.
 """
 
 from __future__ import annotations
@@ -120,13 +119,15 @@ def test_a_chosen_python_that_does_not_work_is_told_in_one_line(machine):
     assert refusal(machine, PYTHON=str(path)) == (
         f"PYTHON={path}: it does not run: pyenv: python3.11: command not found."
     )
-    assert "PYTHON=3.13: no such Python of 3.10 to 3.13 is" in refusal(machine, PYTHON="3.13")
+    assert "PYTHON=3.13: no such CPython, of 3.10 to 3.13, is on PATH or in pyenv" in refusal(
+        machine, PYTHON="3.13"
+    )
     old = program(machine / "old", "unusable\tit is CPython 3.9.18; CPython 3.10 to 3.13 is needed")
     assert refusal(machine, PYTHON=str(old)).startswith(f"PYTHON={old}: it is CPython 3.9.18; ")
 
 
 def test_a_machine_without_a_python_that_fits_is_told_so(machine):
-    told = "No Python 3.10 to 3.13 was found; as to python3: "
+    told = "No CPython 3.10 to 3.13 was found; python3: "
     assert refusal(machine) == f"{told}there is no such program."
     program(machine / "bin" / "python3", "unusable\tit is CPython 3.8.10; newer is needed")
     assert refusal(machine) == f"{told}it is CPython 3.8.10; newer is needed."
@@ -182,6 +183,7 @@ def stab(
         """\
 + python -m pip install -r requirements.lock
 Looking in links: /wheels
+ERROR: Ignored the following versions that require a different python version: 0.1
 ERROR: Could not find a version that satisfies the requirement nothing==1.0
 ERROR: No matching distribution found for nothing==1.0
 WARNING: There was an error checking the latest version of pip.
@@ -307,6 +309,7 @@ def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):
         f"PYTHON={chosen}: it does not run: pyenv: python3.12: command not found.\n" in done.stderr
     )
     assert "make setup PYTHON=/path/to/python3.12" in done.stderr
+    assert "++" not in done.stderr  # as the shell traces commands
 
 
 def test_a_failed_stage_shows_its_cause_and_keeps_to_the_folder_that_was_named(tmp_path):

@@ -166,7 +166,7 @@ BAD_CLOUDS = [
     ({"row_step": 1}, "rows of at least width × point_step"),
     ({"width": 10_000}, "rows of at least width × point_step"),
     ({"height": 2**32 - 1}, "got 240 bytes for 4294967295 rows"),
-    ({"point_step": 8}, "cloud field z: expected an end within point_step"),
+    ({"point_step": 8}, "cloud field z: expected a field that ends within point_step"),
     ({"fields": []}, "cloud fields: expected x, y and z, got none"),
     (
         {

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Print why the last stage in a log of set-up failed: tools/cause.sh LOG
 #
-# The cause is what the tools themselves call an error: the last Python exception, with the
-# innermost line of this project's that led to it; errors of pip, uv, apt-get, CMake, compilers and
-# the shell. Where there is none it is the end of the log.
+# That is the last Python exception with the innermost line outside libraries that led to it, and
+# what pip, uv, apt-get, CMake, compilers and the shell report as errors; if there is nothing of the
+# kind, the end of the log.
 set -euo pipefail
 
 awk '
@@ -45,10 +45,11 @@ state == "exception" && NF {
   else next
 }
 
-# Errors of tools.
+# Errors of tools; what pip ignored is no cause.
 state == "cmake" && /^[^ ]/ { state = "outside" }
 state == "cmake" { if (NF && ++taken < 6) add($0); next }
 /^CMake Error/ { add($0); state = "cmake"; taken = 0; next }
+/^ERROR: Ignored / { next }
 /^(ERROR|error|E|FAILED): / || /^ +cause: / || / (fatal )?error: / || /undefined reference/ { add($0) }
 /command not found|No space left on device|Permission denied|Cannot allocate memory/ { add($0) }
 /(^| )Killed( |$)/ { add($0) }

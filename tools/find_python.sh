@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Find the Python that makes a virtual environment.
+# Find a Python to make a virtual environment with.
 #
-#   tools/find_python.sh         the one to take: PYTHON where that is set (a version as 3.10, or
-#                                a program), or else 3.12, which is Jazzy's own, 3.13, 3.11, 3.10
-#   tools/find_python.sh --all   the best one of every version, in this order
+#   tools/find_python.sh         the one to use: PYTHON if it is set (a version such as 3.10, or a
+#                                program), otherwise 3.12, which is Jazzy's own, 3.13, 3.11 or 3.10
+#   tools/find_python.sh --all   the best one of each version, in this order
 #
-# Prints per Python one line of three fields, with tabs between: version, program, and the Debian
-# packages that it lacks for a virtual environment and for building extensions. One that lacks
-# nothing comes before one that lacks something. Candidates are run, not only looked for: a shim
-# of pyenv is on the path also where no such Python is chosen. pyenv's versions are candidates
-# whether chosen or not. If none will do, the reason is one line on stderr and the status is 1.
+# Prints one line per Python, of three fields separated by tabs: version, program, and the Debian
+# packages it lacks for making virtual environments and building extensions. A complete Python
+# beats one that lacks packages. Every candidate is run: pyenv puts shims on PATH even for versions
+# that are not selected. All versions installed in pyenv are candidates, selected or not. If there
+# is none, one line on stderr says why and the exit status is 1.
 set -euo pipefail
 
 readonly versions=(3.12 3.13 3.11 3.10)  # those of requirements.lock
@@ -45,7 +45,7 @@ name = "%s %s" % (platform.python_implementation(), platform.python_version())
 if name[:2] != "CP" or not (3, 10) <= sys.version_info[:2] <= (3, 13):
     reply("unusable", "it is %s; CPython 3.10 to 3.13 is needed" % name)
 if sysconfig.get_config_var("Py_GIL_DISABLED"):
-    reply("unusable", "it is a free-threaded %s, which Numba does not know" % name)
+    reply("unusable", "it is a free-threaded %s, which Numba does not support" % name)
 lacks = []
 try:
     import ensurepip, venv
@@ -89,7 +89,7 @@ chosen() {  # PYTHON: its line
     return
   fi
   if [[ $1 =~ ^[0-9.]+$ ]]; then
-    answer="no such Python of 3.10 to 3.13 is on the path or in pyenv; name one by its path"
+    answer="no such CPython, of 3.10 to 3.13, is on PATH or in pyenv; give the path of one"
   elif answer=$(probe "$1"); then
     echo "$answer"
     return
@@ -105,7 +105,7 @@ elif [[ ${PYTHON-} ]]; then
 else
   found=$(all)
   { grep -m 1 "$tab$" <<<"$found" || grep -m 1 . <<<"$found"; } || {
-    echo "No Python 3.10 to 3.13 was found; as to python3: $(probe python3)." >&2
+    echo "No CPython 3.10 to 3.13 was found; python3: $(probe python3)." >&2
     exit 1
   }
 fi

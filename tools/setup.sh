@@ -6,7 +6,7 @@
 # Works in stages. A stage whose inputs have not changed since it last succeeded is skipped, so
 # that a repeated or interrupted set-up does only what is left. PYTHON=... chooses the Python that
 # makes a new .venv, as in tools/find_python.sh; VENV=... another folder than .venv. All state is in
-# .venv/.setup: `rm -r .venv` starts from nothing. Without the ROS interfaces all but the nodes works.
+# .venv/.setup: `rm -r .venv` starts afresh. Everything but the nodes works without the interfaces.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -63,8 +63,8 @@ stage() {
   ((status != 64)) || exit 1
   if ((status)); then
     say "failed" "" "$(tools/cause.sh "$log" | sed 's/^/  /')" "" \
-      "Set-up stopped at: $title. Mend the cause named above and repeat: what is done is kept." \
-      "All that was said is in $log."
+      "Set-up stopped at: $title. Fix the cause above and run it again: finished stages are kept." \
+      "The full log is $log."
     exit 1
   fi
   echo "$key" >"$stamp"
@@ -77,7 +77,7 @@ fits() {  # PYTHON: whether it runs and is one that the lock file covers
   "$1" -SEc 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null
 }
 
-# The Python of .venv or, before there is one, that which will make it: version, program, lacks.
+# The Python of .venv or, if there is none yet, the one that will make it: version, program, lacks.
 find_python() {
   if [[ -x $python ]]; then PYTHON=$python tools/find_python.sh; else tools/find_python.sh; fi
 }
@@ -100,8 +100,8 @@ missing_packages() {
 stage_system() {
   local packages sudo='' as_root=()
   if ! find_python && { [[ ${PYTHON-} ]] || command -v python3; }; then
-    stop "$(find_python 2>&1)" \
-      "Name one that works, by its version or its path: make setup PYTHON=/path/to/python3.12"
+    stop "$( (set +x; find_python 2>&1) 2>/dev/null)" \
+      "Choose one that works, by version or path: make setup PYTHON=/path/to/python3.12"
   fi
   packages=$(missing_packages | sort | tr '\n' ' ')
   [[ $packages ]] || return 0
@@ -130,14 +130,14 @@ announce_python() {
   say "Python $version ($program)"
 }
 
-# An environment keeps its Python: say so where another one is asked for.
+# An environment keeps its Python: say so if another one is requested.
 keep_python() {
   local asked version
   asked=$(tools/find_python.sh) || stop "$(tools/find_python.sh 2>&1)"
   asked=${asked%%$'\t'*}
   version=$("$python" -SEc 'import platform; print(platform.python_version())')
   [[ $asked == "$version" ]] ||
-    say "$name keeps its Python $version. For $asked name another: VENV=.venv-${asked%.*}"
+    say "$name keeps its Python $version. For $asked choose another folder: VENV=.venv-${asked%.*}"
 }
 
 stage_venv() {
@@ -235,7 +235,7 @@ PYTHON
 }
 
 # `compat`: a path in site-packages, which type checkers follow too, in place of an import hook.
-# The lock: set-ups of several environments would write *.egg-info at once.
+# The lock: set-ups of several environments would write *.egg-info at the same time.
 stage_package() {
   flock setup.py "$python" -m pip install --no-deps --no-build-isolation \
     --config-settings editable_mode=compat -e .
@@ -259,7 +259,7 @@ interfaces=yes
 case ${1-} in
   '') ;;
   --without-interfaces) interfaces=no ;;
-  *) stop "tools/setup.sh takes --without-interfaces, and not: $*" ;;
+  *) stop "tools/setup.sh: expected no argument or --without-interfaces, got: $*" ;;
 esac
 
 # Scripts in a .venv name its folder: one that was moved, or whose Python is gone, is useless.

@@ -1,7 +1,8 @@
+# PYTHON_ARGCOMPLETE_OK
 """The command line: ``focus_planner rig | plan | replay | parameters | demo``, and nodes.
 
-Results go to stdout, everything else to stderr. Exit status 2 and one line say what was wrong
-with the input.
+Results go to stdout, everything else to stderr. Bad input ends in exit status 2 and one line that
+says what was wrong with it.
 """
 
 from __future__ import annotations
@@ -14,15 +15,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
-from focus_planner.cli import parameters, plan, replay, rig
-from focus_planner.core.validation import InputError
+from focus_planner.cli.interrupts import ctrl_c
 
 # Modules of focus_planner.ros: what they do, and their executables.
 _NODES = {
-    "node": ("run the ROS 2 node", "planner_node"),
-    "lens_adapter": ("run the node that tells lens drivers what is planned", "lens_adapter"),
-    "simulated_lens": ("run driver nodes whose lenses are simulated", "simulated_lens"),
+    "node": ("run the planner's ROS 2 node", "planner_node"),
+    "lens_adapter": ("run the ROS 2 node that sends planned focus to lens drivers", "lens_adapter"),
+    "simulated_lens": ("run ROS 2 driver nodes with simulated lenses", "simulated_lens"),
 }
+_EPILOG = """\
+"focus_planner COMMAND --help" explains a command. For completion in bash and zsh:
+  eval "$(register-python-argcomplete focus_planner)"
+"""
 _BAD_INPUT, _INTERRUPTED, _PIPE_CLOSED = 2, 130, 141
 
 
@@ -32,25 +36,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        Without the program's name; those of the process by default.
+        Arguments without the program's name; those of the process by default.
 
     Returns
     -------
     int
-        0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, told in one line
-        on stderr; 130: interrupted; 141: the reader of stdout has gone.
+        0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, reported in one
+        line on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
     try:
-        status = _run(list(sys.argv[1:] if argv is None else argv))
+        with ctrl_c.deferred():
+            return _guarded(list(sys.argv[1:] if argv is None else argv))
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    finally:
+        if argv is None:
+            # All that is left is Python's own shutdown, which would print an exception.
+            ctrl_c.stop_handling()
+
+
+def _guarded(argv: list[str]) -> int:
+    """Run the command line; report what was wrong with the input."""
+    from focus_planner.core.validation import InputError
+
+    try:
+        status = _run(argv)
         sys.stdout.flush()
     except InputError as error:
         return _fail(str(error))
     except MemoryError as error:
         return _fail(f"not enough memory; plan on fewer samples ({error})")
-    except SystemExit as exit_:  # argparse's, which has told why
+    except SystemExit as exit_:  # argparse's, which has reported why
         return exit_.code if isinstance(exit_.code, int) else 0
-    except KeyboardInterrupt:
-        return _INTERRUPTED
     except BrokenPipeError:
         # Python flushes stdout once more when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -61,7 +78,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: list[str]) -> int:
     if argv and argv[0] in _NODES and argv[1:] not in (["-h"], ["--help"]):
         return _node(*argv)
-    options = _parser().parse_args(argv)
+    parser = _parser()
+    if "_ARGCOMPLETE" in os.environ:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    options = parser.parse_args(argv)
     command: Callable[[argparse.Namespace], int] = options.command
     return command(options)
 
@@ -78,29 +100,36 @@ def _node(command: str, *arguments: str) -> int:
     try:
         module = import_module(f"focus_planner.ros.{command}")
     except ImportError as error:
-        return _fail(f"the {command} needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
-    return module.main(list(arguments)) or 0
+        return _fail(f"{command} needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    with ctrl_c.immediate():
+        return module.main(list(arguments)) or 0
 
 
 def _demo(options: argparse.Namespace) -> int:
     try:
         from focus_planner.demo import run
     except ImportError as error:
-        return _fail(f"the demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
-    return run(options.output) or 0
+        return _fail(f"demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    with ctrl_c.immediate():
+        return run(options.output, ctrl_c.deferred) or 0
 
 
 # --- options -----------------------------------------------------------------------------------
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says in one line what is wrong."""
+    """Reports in one line what is wrong; without a command it prints its help."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
+        self.set_defaults(command=self._print_help)
 
     def error(self, message: str) -> NoReturn:
         self.exit(_fail(f"{message} (see {self.prog} --help)"))
+
+    def _print_help(self, _: argparse.Namespace) -> int:
+        self.print_help()
+        return 0
 
 
 class _Version(argparse.Action):
@@ -110,17 +139,21 @@ class _Version(argparse.Action):
         try:
             print("focus_planner", version("focus_planner"))
         except PackageNotFoundError:
-            print("focus_planner, not installed")
+            print("focus_planner (not installed)")
         parser.exit()
 
 
 def _parser() -> argparse.ArgumentParser:
+    from focus_planner.cli import parameters, plan, replay, rig
+
     parser = _Parser(
         prog="focus_planner",
         description="Plan the focus distance of every camera of a multi-view capture rig.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     rig.add(commands)
     plan.add(commands)
     replay.add(commands)
@@ -134,19 +167,19 @@ def _add_nodes(commands: Any) -> None:
     for command, (what, executable) in _NODES.items():
         commands.add_parser(
             command,
-            help=f"{what}; --ros-args and all that follows go to it",
+            help=what,
             usage="%(prog)s [--ros-args ...]",
-            description=f"{what[0].upper()}{what[1:]}, the same as {executable}."
-            " What follows goes to it.",
+            description=f"{what[0].upper()}{what[1:]}: the same as the executable {executable}."
+            " All arguments are passed on to it.",
         )
 
 
 def _add_demo(commands: Any) -> None:
     demo = commands.add_parser(
         "demo",
-        help="plan for a human body through ROS and show the plan beside the baselines",
-        description="Start the node, publish a body and a rig, call the service, and compare the"
-        " plan with the baselines.",
+        help="plan for a human body through ROS 2, and compare the plan with the baselines",
+        description="Start the node, publish a human body and a rig, call the service with every"
+        " method, and compare the plans.",
     )
     demo.set_defaults(command=_demo)
     demo.add_argument(
@@ -154,5 +187,5 @@ def _add_demo(commands: Any) -> None:
         type=Path,
         default=Path("demo_output"),
         metavar="DIR",
-        help="where pictures and plans go (demo_output)",
+        help="folder for pictures and plans (default: %(default)s)",
     )

@@ -11,9 +11,10 @@ def add(commands: Any) -> None:
     """Add the command."""
     parameters = commands.add_parser(
         "parameters",
-        help="print a parameter file for the node: all parameters, explained",
-        description="Print all parameters of the node with their defaults, descriptions, units and"
-        " ranges, as a file for: focus_planner node --ros-args --params-file FILE",
+        help="print a parameter file for the node, with every parameter explained",
+        description="Print a parameter file with the default, the description, the unit and the"
+        " range of every parameter of the node. To use it: focus_planner node --ros-args"
+        " --params-file FILE",
     )
     parameters.set_defaults(command=_parameters)
 

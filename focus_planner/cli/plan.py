@@ -1,4 +1,4 @@
-"""``focus_planner plan``: planning for a surface and a rig that are in files."""
+"""``focus_planner plan``: planning for a surface and a rig given as files."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from focus_planner.cli.progress import Interruptible, Tell, shown
+from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.progress import Tell, show_progress, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
+from focus_planner.cli.request_options import add_request_options, request_from_options
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -22,116 +24,60 @@ if TYPE_CHECKING:
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
 
-_REQUEST_OPTIONS = (
-    *("method", "samples", "seed", "k", "scope", "tuples", "time_budget"),
-    *("shots", "depth_tolerance"),
-    *("fresh_samples", "standard_error"),
-    *("bound", "gap"),
-)
-
 
 def add(commands: Any) -> None:
     """Add the command."""
     plan = commands.add_parser(
         "plan",
         help="plan focus distances for a surface and a rig",
-        description="Plan the focus distances of all cameras. Prints a summary on a terminal, and"
-        " plan.json where the output is piped.",
+        description="Plan the focus distances of all cameras for a surface. On a terminal this"
+        " prints a summary; when stdout is piped, plan.json.",
     )
     plan.set_defaults(command=run)
+    _add_inputs(plan)
+    add_request_options(plan.add_argument_group("how to plan"))
+    _add_outputs(plan.add_argument_group("what to write"))
+
+
+def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
-    option("surface", type=Path, metavar="SURFACE", help="a mesh or point-cloud file, in metres")
-    option("--rig", type=Path, required=True, metavar="RIG.YAML", help="the cameras")
+    option("surface", type=Path, metavar="SURFACE", help="mesh or point-cloud file, in metres")
+    option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
     option(
         "--importance",
         type=Path,
         metavar="FILE",
-        help="how much each vertex or point counts: a text, one number a line, or a .npy;"
-        " instead of the property importance, or weight, of SURFACE",
+        help="weight of each vertex or point: a text file of one number per line, or a .npy file;"
+        " replaces the property importance or weight of SURFACE",
     )
     option(
         "--lens-tables",
         type=Path,
         metavar="FILE",
-        help="what lens drivers want to be told: a YAML of tables by camera, for those whose lens"
-        " in RIG.YAML has none",
+        help="YAML file of lens tables by camera, which map focus distances to the values that lens"
+        " drivers take; for lenses without a table in RIG.YAML",
     )
-    option("--quiet", action="store_true", help="no progress, no summary")
-    how = plan.add_argument_group("how to plan")
-    option = how.add_argument
-    option("--method", metavar="NAME", help="closest, average, em, k_view or optimal (k_view)")
-    option("--k", type=int, metavar="N", help="cameras that k_view moves together, 2 or 3 (2)")
+    option("--quiet", action="store_true", help="show no progress and no summary")
+
+
+def _add_outputs(group: Any) -> None:
+    option = group.add_argument
+    option("--output", type=Path, metavar="PLAN.JSON", help="write the plan to this file")
     option(
-        "--scope",
-        metavar="NAME",
-        help="samples that a k_view step may re-assign: all that its cameras see, or those"
-        " assigned to them (all)",
-    )
-    option(
-        "--tuples",
-        metavar="NAME",
-        help="k_view's tuples: overlap, of cameras that see the same, or grid, of neighbours on"
-        " the rig's grid (overlap)",
+        "--problem",
+        type=Path,
+        metavar="PROBLEM.NPZ",
+        help="write the discrete problem, for checking the plan",
     )
     option(
-        "--samples",
-        type=int,
-        metavar="N",
-        help="how many to plan on; 0 takes a cloud's points themselves, and on a mesh as many as"
-        " --standard-error asks for (4096)",
+        "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
     )
-    option("--seed", type=int, metavar="N", help="the same seed gives the same plan (0)")
-    option("--shots", type=int, metavar="N", help="pictures that each camera takes (1)")
-    option(
-        "--depth-tolerance",
-        type=float,
-        metavar="M",
-        help="how far depths may be off either way, metres: what is then still in focus counts (0)",
-    )
-    option(
-        "--time-budget",
-        type=float,
-        metavar="S",
-        help="end after S seconds with the best plan so far and its bound; samples that half of"
-        " them do not suffice for are left out (none)",
-    )
-    option(
-        "--fresh-samples",
-        type=int,
-        metavar="N",
-        help="how many to judge the plan on, which the solver does not see (4096)",
-    )
-    option(
-        "--standard-error",
-        type=float,
-        metavar="X",
-        help="with --samples 0 on a mesh, the standard error that the cost is to have; both"
-        " numbers of samples are then chosen for it (2)",
-    )
-    option(
-        "--bound",
-        metavar="NAME",
-        help="what to spend on proving how near the plan is to the best: none, quick or tight;"
-        " optimal always proves it (quick)",
-    )
-    option(
-        "--gap",
-        type=float,
-        metavar="X",
-        help="how near the best is near enough for optimal, and for a tight bound, as a part of"
-        " the cost (1e-4)",
-    )
-    what = plan.add_argument_group("what to write")
-    option = what.add_argument
-    option("--output", type=Path, metavar="PLAN.JSON", help="the plan")
-    option("--problem", type=Path, metavar="PROBLEM.NPZ", help="the discrete problem, to check it")
-    option("--record", type=Path, metavar="DIR", help="a run below this folder, for replay")
-    option("--markers", action="store_true", help="with --record, 3D markers of the plan too")
-    option("--picture", type=Path, metavar="PLAN.PNG", help="what the plan costs on the surface")
+    option("--markers", action="store_true", help="with --record: include 3D markers of the plan")
+    option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Plan, and write what was asked for."""
+    """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable
 
     paths = [p for p in (options.output, options.problem, options.picture) if p is not None]
@@ -143,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     read = {path.resolve() for path in inputs if path}
     for path in paths:
         if path.resolve() in read:
-            raise InputError(str(path), "a file to write that is not read as well", "one of both")
+            raise InputError(str(path), "a file to write that is not read as well", "an input")
     recorder = CommandRecorder(options.record, options.markers)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
@@ -158,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class _Given:
-    """What to plan for; ``file_rig`` is the rig as its file has it, ``tables`` another's."""
+    """What to plan for; ``file_rig`` is the rig before the lens tables are applied to it."""
 
     scene: Scene
     rig: Rig
@@ -169,14 +115,12 @@ class _Given:
 
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
-    from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
     from focus_planner.io.surfaces import load_surface
 
-    given = {name: getattr(options, name) for name in _REQUEST_OPTIONS}
-    request = PlanRequest(**{name: value for name, value in given.items() if value is not None})
+    request = request_from_options(options)
     tell(f"reading {options.rig}")
     file_rig = load_rig(options.rig)
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
@@ -200,15 +144,14 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
         begun = beginning_of(run_id, PLANNER, request, frame_id, software(), given.tables)
         return inputs_of(begun, scene.surface, given.file_rig), begun
 
-    interruptible = Interruptible(tell)
     tell(f"finding what {len(rig)} cameras see")
-    on_progress, end = recorder.begin(beginning, interruptible)
+    on_progress, end = recorder.begin(beginning, show_progress(tell))
     try:
         plan = plan_focus(scene, rig, request, on_progress=on_progress)
     except InputError as error:
         end(False, str(error))
         raise
-    interruptible.check()
+    ctrl_c.check()
     end(True, plan.summary(), plan, rig)
     return plan
 
@@ -230,7 +173,7 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
 
 
 def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
-    """Show a person the summary, and a program on stdout the plan that is in no file."""
+    """Print the summary on a terminal; print the plan on stdout if it is in no file."""
     stream: TextIO = sys.stdout if options.output is None else sys.stderr
     if stream.isatty() and not options.quiet:
         _print_summary(plan, stream)
@@ -254,7 +197,7 @@ def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
 
 
 def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
-    """Yield rows: what, how much, a note."""
+    """Yield rows: name, value, note."""
     from collections import Counter
 
     def area(part: float) -> str:
@@ -263,21 +206,21 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     def share(part: float) -> str:
         return f"{part / plan.surface_area:.1%} of the surface"
 
-    yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples of seed {plan.seed}"
+    yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples, seed {plan.seed}"
     if plan.lower_bound is not None and plan.gap is not None:
-        note = f"no plan costs less on those: within {100 * plan.gap:.3g} % of the best"
+        note = f"no plan costs less on these samples: within {100 * plan.gap:.3g} % of the best"
         yield "lower bound", f"{plan.lower_bound:.2f}", note
     fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
-    yield "fresh cost", fresh, f"on {plan.fresh_samples} samples that the solver did not see"
+    yield "fresh cost", fresh, f"on {plan.fresh_samples} samples unseen by the solver"
     yield "surface", area(plan.surface_area), ""
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, share(plan.in_focus_area)
-    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "ended early"
-    yield "all in", f"{plan.total_seconds:.3f} s", ""
+    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "stopped early"
+    yield "total", f"{plan.total_seconds:.3f} s", ""
     if plan.shots > 1:
         used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
-        yield "shots", str(plan.shots * len(plan.cameras)), f"{used} of use"
+        yield "shots", str(plan.shots * len(plan.cameras)), f"{used} in use"
     values: dict[str, list[float]] = {}
     for shot, unit in ((s, c.device_unit) for c in plan.cameras for s in c.shots):
         if unit is not None and shot.device_value is not None:

@@ -1,62 +1,59 @@
-"""Showing what is being done, and ending it when the user says so."""
+"""Showing what a command is doing, and stopping it on Ctrl-C."""
 
 from __future__ import annotations
 
 import math
-import signal
+import os
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from focus_planner.cli.interrupts import ctrl_c
 
 if TYPE_CHECKING:
-    from focus_planner.core.solvers import Progress
+    from focus_planner.core.progress import Progress, ProgressCallback
 
+#: Called with a short phrase before each part of a command.
 Tell = Callable[[str], None]
+
+_SHOW_CURSOR = b"\x1b[?25h"
 
 
 @contextmanager
 def shown(quiet: bool) -> Iterator[Tell]:
-    """Show a person what is being done; yield what to tell it with."""
+    """Show on a terminal what is being done; yield the function to call before each part.
+
+    That function, and the end of the block, raise ``KeyboardInterrupt`` once Ctrl-C was typed.
+    """
     if quiet or not sys.stderr.isatty():
-        yield lambda _: None
+        yield lambda _: ctrl_c.check()
+        ctrl_c.check()
         return
     from rich.console import Console
 
-    with Console(stderr=True).status("") as status:
-        yield status.update
+    def tell(text: str) -> None:
+        ctrl_c.check()
+        status.update(text)
+
+    def notify() -> None:
+        # The next Ctrl-C ends the process before it can.
+        os.write(sys.stderr.fileno(), _SHOW_CURSOR)
+        status.update("stopping; Ctrl-C again to stop at once")
+
+    with Console(stderr=True).status("") as status, ctrl_c.notifying(notify):
+        yield tell
+        ctrl_c.check()
 
 
-class Interruptible:
-    """A watch that tells of every step, and ends the planner when the user types Ctrl-C.
+def show_progress(tell: Tell, prefix: str = "") -> ProgressCallback:
+    """Return a callback that shows every step, and stops the planner once Ctrl-C was typed."""
 
-    Parameters
-    ----------
-    tell : callable
-    before : str
-        What to say before every step.
-    """
-
-    def __init__(self, tell: Tell, before: str = "") -> None:
-        self._tell = tell
-        self._before = before
-        self._interrupted = False
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, self._interrupt)
-
-    def __call__(self, progress: Progress) -> bool:
-        """Tell of a step; return whether to go on."""
-        step = f"{progress.stage}: step {progress.iteration}"
+    def on_progress(progress: Progress) -> bool:
+        if ctrl_c.typed:
+            return False
         cost = "" if math.isnan(progress.cost) else f", cost {progress.cost:.2f}"
-        self._tell(f"{self._before}{step}{cost}")
-        return not self._interrupted
+        tell(f"{prefix}{progress.stage}: step {progress.iteration}{cost}")
+        return True
 
-    def check(self) -> None:
-        """Raise ``KeyboardInterrupt`` if there was one: a library may have swallowed it."""
-        if self._interrupted:
-            raise KeyboardInterrupt
-
-    def _interrupt(self, signum: int, frame: Any) -> None:
-        self._interrupted = True
-        signal.default_int_handler(signum, frame)
+    return on_progress

@@ -1,4 +1,4 @@
-"""Recording what a command plans."""
+"""Recording the runs of a command."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
 
-#: The name that runs of commands are recorded under, the node's default one.
+#: The node's default name, under which commands record their runs.
 PLANNER = "/focus_planner"
-#: The exit status where all is done but the recording.
+#: Exit status if all was done but the recording.
 NOT_RECORDED = 1
 
 
 class End(Protocol):
-    """Ends a run."""
+    """Ends the recording of a run."""
 
     def __call__(
         self,
@@ -31,11 +31,11 @@ class End(Protocol):
         rig: Rig | None = None,
         /,
     ) -> Path | None:
-        """Write the run's end, wait for it, and return its folder, if there is one."""
+        """Write the end of the run; return its folder once it is written, None if it is not."""
 
 
 class CommandRecorder:
-    """Records one run after another; what goes wrong is told, and costs no plan.
+    """Records one run after another; a failure is reported, and does not stop the planning.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class CommandRecorder:
         what: Callable[[], tuple[Sequence[BagMessage], Beginning]],
         on_progress: ProgressCallback,
     ) -> tuple[ProgressCallback, End]:
-        """Begin to record; return the watch to plan with, and what to call in the end."""
+        """Begin to record a run; return the callback to plan with, and the one that ends it."""
         if self._directory is None:
             return on_progress, _no_end
         from focus_planner.parameters.planner import Recording

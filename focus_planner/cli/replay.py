@@ -1,4 +1,4 @@
-"""``focus_planner replay``: planning recorded runs again, as they were or with changes."""
+"""``focus_planner replay``: planning recorded runs again, unchanged or with changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from focus_planner.cli.progress import Interruptible, Tell, shown
+from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.progress import Tell, show_progress, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
 from focus_planner.core.validation import InputError
 
@@ -34,12 +35,12 @@ _COLOURS = {
     _REFUSED: "red",
 }
 _CAMERAS_SHOWN = 10
-_WIDTH = 150  # where there is no terminal to fit
+_WIDTH = 150  # of output that is not for a terminal
 
 
 @dataclass
 class _Replay:
-    """One run and what became of it."""
+    """One run and its outcome."""
 
     path: Path
     outcome: str
@@ -55,10 +56,11 @@ def add(commands: Any) -> None:
     """Add the command."""
     replay = commands.add_parser(
         "replay",
-        help="plan recorded runs again and compare",
-        description="Plan what recorded runs asked for again, on the inputs that they had, and"
-        " compare bit for bit; ROS is not needed. Exit status 0: all reproduced, or planned with"
-        " what is set; 1: one differs; 2: one cannot be read, or not be planned with what is set.",
+        help="plan recorded runs again, and compare",
+        description="Plan recorded runs again from their inputs and requests, and compare the plans"
+        " bit for bit, without ROS. Exit status 0: all runs were reproduced, or planned with the"
+        " changes of --set; 1: a run differs; 2: a run cannot be read, or not be planned with the"
+        " changes.",
     )
     replay.set_defaults(command=run)
     option = replay.add_argument
@@ -67,40 +69,40 @@ def add(commands: Any) -> None:
         type=Path,
         nargs="+",
         metavar="RUN",
-        help="the folder of a run, its .mcap file, or a folder of such folders",
+        help="folder of a run, its .mcap file, or a folder of such folders",
     )
     option(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="what if: plan with another parameter (method=optimal, samples=65536) or with other"
-        " lenses on all cameras (f_number=8, lens.max_focus=2), and compare with what was"
-        " recorded; as often as wanted",
+        help="plan with a changed parameter (method=optimal, samples=65536) or with other lenses"
+        " on all cameras (f_number=8, lens.max_focus=2), and compare with the recorded plan; may be"
+        " repeated",
     )
-    option("--record", type=Path, metavar="DIR", help="the answers, as runs below this folder")
-    option("--markers", action="store_true", help="with --record, 3D markers of the plans too")
+    option("--record", type=Path, metavar="DIR", help="record the new runs below this folder")
+    option("--markers", action="store_true", help="with --record: include 3D markers of the plans")
     option(
         "--live",
         action="store_true",
-        help="play the inputs into a running node and compare its answer",
+        help="send the inputs to a running node, and compare its answer",
     )
     option(
         "--node",
         default="/focus_planner",
         metavar="NAME",
-        help="the full name of that node (/focus_planner)",
+        help="with --live: full name of the node (default: %(default)s)",
     )
     option("--json", action="store_true", help="print JSON")
-    option("--quiet", action="store_true", help="no progress")
+    option("--quiet", action="store_true", help="show no progress")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Replay; return the exit status."""
+    """Replay the runs; return the exit status."""
     from focus_planner.recording.what_if import parse_changes
 
     if options.live and (options.set or options.record):
-        raise InputError("--live", "no --set and no --record", "one of them")
+        raise InputError("--live", "neither --set nor --record with it", "one of them")
     changes = parse_changes(options.set)
     paths = list(_runs(options.runs))
     recorder = CommandRecorder(options.record, options.markers)
@@ -125,10 +127,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _runs(paths: list[Path]) -> Iterator[Path]:
-    """Yield the runs; a folder of runs stands for all in it."""
+    """Yield the runs; a folder of runs stands for all runs in it."""
     for path in paths:
         within = []
-        with suppress(OSError):  # who reads it tells
+        with suppress(OSError):  # reported when the run is read
             if path.is_dir() and not list(path.glob("*.mcap")):
                 within = sorted({file.parent for file in path.glob("*/*.mcap")})
         yield from within or [path]
@@ -162,9 +164,9 @@ def _read(path: Path, whole: bool) -> Run:
     if whole and recorded.ending is None:
         raise InputError(
             str(path),
-            "a whole run",
+            "a complete run",
             f"a partial one: {recorded.fault}",
-            "--set or --record plan from its inputs",
+            "use --set or --record to plan from its inputs",
         )
     return recorded
 
@@ -183,16 +185,15 @@ def _replay_here(
     from focus_planner.recording.software import software
     from focus_planner.recording.what_if import Changed, with_changes
 
-    # As it was, a request that could not be planned with is told so by the planner.
+    # Unchanged, a request that is out of range is left to the planner, to be refused as before.
     changed = with_changes(recorded, changes) if changes else Changed(recorded, ())
     again = changed.run
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
-    interruptible = Interruptible(tell, place)
-    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), interruptible)
+    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), show_progress(tell, place))
     tell(f"{place}finding what the cameras see")
     as_it_was = not changes and recorded.ending is not None
     replayed = plan_run(again, on_progress, stop_as_recorded=as_it_was)
-    interruptible.check()
+    ctrl_c.check()
     now = replayed.ending
     folder = end(now.success, now.message, replayed.plan, replayed.rig)
     if as_it_was:
@@ -212,7 +213,8 @@ def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
         raise InputError("--live", "ROS 2 (rclpy) and focus_planner_msgs", str(error)) from None
     from focus_planner.recording.replay import outcome_differences
 
-    ending = replay_live(recorded, node, tell)
+    with ctrl_c.immediate():
+        ending = replay_live(recorded, node, tell)
     found = outcome_differences(recorded, ending)
     outcome = _DIFFERS if found else _REPRODUCED
     return _Replay(recorded.path, outcome, ending.message, recorded, ending.plan, found)
@@ -228,7 +230,7 @@ def _show(replays: list[_Replay]) -> None:
     console = Console(file=sys.stdout, highlight=False, width=width)
     for replay in replays:
         if replay.outcome in (_UNREADABLE, _REFUSED):
-            # Where a person, and a program that reads stdout only for results, look for it.
+            # On stderr: stdout is for results.
             whose = f"{replay.path}: " if replay.outcome == _REFUSED and len(replays) > 1 else ""
             print(f"focus_planner: error: {whose}{replay.why}", file=sys.stderr)
         elif (
@@ -294,7 +296,9 @@ def _show_cameras(console: Console, before: FocusPlan, after: FocusPlan) -> None
     from focus_planner.recording.comparison import camera_changes, median_moved
 
     changes = camera_changes(before, after)
-    console.print(f"{len(changes)} of {len(before.cameras)} cameras are focused elsewhere", end="")
+    console.print(
+        f"{len(changes)} of {len(before.cameras)} cameras are focused at other distances", end=""
+    )
     if not changes:
         console.print()
         return
@@ -342,7 +346,7 @@ def _show_all(console: Console, replays: list[_Replay]) -> None:
 
 
 def _name(replay: _Replay) -> str:
-    """Return the run's folder, or file, by its own name; that of "." is not "."."""
+    """Return the name of the run's folder or file, also of one given as "."."""
     return replay.path.name or replay.path.resolve().name
 
 
@@ -352,7 +356,7 @@ def _plans(replay: _Replay) -> tuple[FocusPlan | None, FocusPlan | None]:
 
 
 def _software(replay: _Replay) -> dict[str, tuple[str, str]]:
-    """Return the versions that differ: then and now."""
+    """Return the versions that differ: recorded and present."""
     from focus_planner.recording.software import software
 
     assert replay.run is not None

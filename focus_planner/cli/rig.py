@@ -1,4 +1,4 @@
-"""``focus_planner rig``: making a rig.yaml, by rule or of what other programs know."""
+"""``focus_planner rig``: making a rig.yaml, from a layout or from the data of other programs."""
 
 from __future__ import annotations
 
@@ -20,17 +20,23 @@ if TYPE_CHECKING:
 _IMAGE_OPTIONS = ("image", "fx", "fy", "cx", "cy")
 
 _LENS_OPTIONS: dict[str, dict[str, Any]] = {
-    "focal_length": {"help": "F, metres (0.05)"},
-    "hyperfocal_distance": {"help": "H = F² / (f-number · circle of confusion), metres (10)"},
-    "f_number": {"help": "with --circle-of-confusion, instead of --hyperfocal-distance"},
-    "circle_of_confusion": {"help": "the largest spot that counts as sharp on the sensor, metres"},
-    "min_focus": {"help": "nearest distance that the lens can be set to, metres"},
-    "max_focus": {"help": "farthest distance that the lens can be set to, metres"},
-    "focus_distances": {"nargs": "+", "help": "the only distances that it can be set to, metres"},
+    "focal_length": {"help": "focal length, metres (default: 0.05)"},
+    "hyperfocal_distance": {
+        "help": "focal length² / (f-number · circle of confusion), metres (default: 10)"
+    },
+    "f_number": {"help": "with --circle-of-confusion: replaces --hyperfocal-distance"},
+    "circle_of_confusion": {"help": "largest blur spot on the sensor that counts as sharp, metres"},
+    "min_focus": {"help": "nearest distance at which the lens can focus, metres"},
+    "max_focus": {"help": "farthest distance at which the lens can focus, metres"},
+    "focus_distances": {
+        "nargs": "+",
+        "help": "the only distances at which the lens can focus, metres",
+    },
     "focus_steps": {
         "type": int,
         "metavar": "N",
-        "help": "positions from --min-focus to --max-focus, equally spaced in dioptres, instead",
+        "help": "or number of focus positions from --min-focus to --max-focus, equally spaced in"
+        " dioptres",
     },
 }
 
@@ -39,36 +45,60 @@ def add(commands: Any) -> None:
     """Add the command."""
     rig = commands.add_parser(
         "rig",
-        help="make a rig.yaml, by rule or from COLMAP or tf2",
-        description="Print a rig.yaml, made by rule or of what another program knows.",
+        help="make a rig.yaml from a layout, a COLMAP model or tf2 transforms",
+        description="Print a rig.yaml made from a regular layout, a COLMAP model or tf2"
+        " transforms.",
     )
-    kinds = rig.add_subparsers(title="kinds of rig", metavar="KIND", required=True)
+    kinds = rig.add_subparsers(title="kinds of rig", metavar="KIND")
     _add_cylinder(kinds)
     _add_colmap(kinds)
     _add_transforms(kinds)
 
 
-# --- by rule -----------------------------------------------------------------------------------
+# --- layouts -----------------------------------------------------------------------------------
 
 
 def _add_cylinder(kinds: Any) -> None:
     cylinder = kinds.add_parser(
         "cylinder",
-        help="cameras on a cylinder that look at its axis",
-        description="Print the rig.yaml of cameras on a cylinder about the z axis, looking"
-        " horizontally at it; column j stands at the angle 2πj/columns from +x, row by row from"
-        " the bottom. The values in brackets, the paper's, hold where none is given.",
+        help="cameras on a cylinder, facing its axis",
+        description="Print the rig.yaml of cameras on a cylinder about the z axis, which they face"
+        " horizontally. Column j is at the angle 2πj/columns from +x; the order is row by row from"
+        " the bottom. The defaults are the paper's.",
     )
     cylinder.set_defaults(command=_cylinder)
     option = cylinder.add_argument
-    option("--rows", type=int, default=7, metavar="N", help="(7)")
-    option("--columns", type=int, default=24, metavar="N", help="(24)")
-    option("--radius", type=float, default=0.75, metavar="M", help="metres (0.75)")
+    option("--rows", type=int, default=7, metavar="N", help="number of rows (default: %(default)s)")
     option(
-        "--bottom", type=float, default=0.1, metavar="M", help="z of the lowest row, metres (0.1)"
+        "--columns",
+        type=int,
+        default=24,
+        metavar="N",
+        help="number of columns (default: %(default)s)",
     )
-    option("--top", type=float, default=1.7, metavar="M", help="z of the highest row, metres (1.7)")
-    option("--frame-id", default="world", metavar="NAME", help="the frame of the poses (world)")
+    option(
+        "--radius", type=float, default=0.75, metavar="METRES", help="metres (default: %(default)s)"
+    )
+    option(
+        "--bottom",
+        type=float,
+        default=0.1,
+        metavar="METRES",
+        help="z of the lowest row, metres (default: %(default)s)",
+    )
+    option(
+        "--top",
+        type=float,
+        default=1.7,
+        metavar="METRES",
+        help="z of the highest row, metres (default: %(default)s)",
+    )
+    option(
+        "--frame-id",
+        default="world",
+        metavar="NAME",
+        help="frame of the poses (default: %(default)s)",
+    )
     _add_lens(cylinder)
 
 
@@ -88,16 +118,16 @@ def _cylinder(options: argparse.Namespace) -> int:
     )
 
 
-# --- of a COLMAP model -------------------------------------------------------------------------
+# --- COLMAP models -----------------------------------------------------------------------------
 
 
 def _add_colmap(kinds: Any) -> None:
     colmap = kinds.add_parser(
         "colmap",
         help="the images of a COLMAP model as cameras",
-        description="Print the rig.yaml of a sparse model of COLMAP, text or binary: every image"
-        " is a camera. Cameras are named by their images' paths without what all of them begin or"
-        " end with: cam01/0001.jpg and cam02/0001.jpg make cam01 and cam02.",
+        description="Print the rig.yaml of a sparse COLMAP model, text or binary: every image is a"
+        " camera. Cameras are named after their images' paths, without the beginning and the end"
+        " common to all: cam01/0001.jpg and cam02/0001.jpg become cam01 and cam02.",
     )
     colmap.set_defaults(command=_colmap)
     option = colmap.add_argument
@@ -105,28 +135,33 @@ def _add_colmap(kinds: Any) -> None:
         "folder",
         type=Path,
         metavar="FOLDER",
-        help="the model's, such as sparse/0: cameras and images, .bin or .txt",
+        help="folder of the model, such as sparse/0, with cameras and images (.bin or .txt)",
     )
     option(
         "--images",
         default="*",
         metavar="PATTERN",
-        help="only images whose names match, such as 'cam*/0001.jpg' (all)",
+        help="use only images whose names match, such as 'cam*/0001.jpg' (default: all)",
     )
     option(
         "--scale",
         type=float,
-        metavar="M",
-        help="metres per unit of the model, which knows none itself (1, and a note)",
+        metavar="METRES",
+        help="metres per unit of the model, which has no unit of its own (default: 1, with a note)",
     )
     option(
         "--transform",
         type=Path,
         metavar="FILE",
-        help="a text of 16 numbers, the 4 × 4 matrix row by row that takes the model, scaled by"
+        help="text file of 16 numbers: row by row, the 4 × 4 matrix from the model, scaled by"
         " --scale, to the rig's frame; it may scale too",
     )
-    option("--frame-id", default="world", metavar="NAME", help="the frame of the poses (world)")
+    option(
+        "--frame-id",
+        default="world",
+        metavar="NAME",
+        help="frame of the poses (default: %(default)s)",
+    )
     _add_lens(colmap)
 
 
@@ -145,8 +180,8 @@ def _colmap(options: argparse.Namespace) -> int:
         places = camera_positions(rig)
         span = (places.max(axis=0) - places.min(axis=0)).max()
         _note(
-            f"COLMAP knows no metres; taken as such, the cameras span {span:.3g} m;"
-            " --scale says how many metres one unit is"
+            f"a COLMAP model has no unit; if it is metres, the cameras span {span:.3g} m;"
+            " otherwise give the metres per unit with --scale"
         )
     return _print(rig)
 
@@ -162,16 +197,15 @@ def _rig_from_model(options: argparse.Namespace) -> Similarity:
     return aligned @ Similarity(scale=check_number("--scale", options.scale, above=0))
 
 
-# --- of transforms -----------------------------------------------------------------------------
+# --- transforms --------------------------------------------------------------------------------
 
 
 def _add_transforms(kinds: Any) -> None:
     transforms = kinds.add_parser(
         "transforms",
-        help="frames of tf2 as cameras",
-        description="Print the rig.yaml of cameras whose poses are transforms between frames, as"
-        " tf2 has them; chains of transforms are composed. Cameras are named by their frames,"
-        " without _optical_frame. The values in brackets hold where none is given.",
+        help="tf2 frames as cameras",
+        description="Print the rig.yaml of cameras whose poses are tf2 transforms; chains of"
+        " transforms are composed. Cameras are named after their frames, without _optical_frame.",
     )
     transforms.set_defaults(command=_transforms)
     option = transforms.add_argument
@@ -179,27 +213,34 @@ def _add_transforms(kinds: Any) -> None:
         "file",
         type=Path,
         metavar="FILE",
-        help="YAML or JSON of TransformStamped messages, such as ros2 topic echo /tf_static"
-        " prints; or a text of lines: x y z qx qy qz qw parent child, x y z yaw pitch roll parent"
-        " child, or commands of static_transform_publisher",
+        help="TransformStamped messages as YAML or JSON, as printed by ros2 topic echo /tf_static;"
+        " or a text file with a transform on each line: x y z qx qy qz qw parent child, or x y z"
+        " yaw pitch roll parent child, or a static_transform_publisher command",
     )
-    option("--root", default="", metavar="FRAME", help="the rig's frame (the tree's root)")
+    option(
+        "--root", default="", metavar="FRAME", help="frame of the rig (default: root of the tree)"
+    )
     option(
         "--cameras",
         default="",
         metavar="PATTERN",
-        help="the cameras' frames, such as 'cam*_optical_frame' (frames without children that are"
-        " called optical, or if there are none, all without children)",
+        help="frames of the cameras, such as 'cam*_optical_frame' (default: the leaves of the tree"
+        " with optical in their names, or all leaves if there are none)",
     )
     option(
         "--convention",
         default="",
         metavar="NAME",
-        help="what the cameras' frames are: optical, z forward, or body, x forward (optical if"
-        " their names end in _optical_frame or _optical, else body, and a note)",
+        help="axes of the cameras' frames: optical (z forward) or body (x forward) (default:"
+        " optical if their names end in _optical_frame or _optical, otherwise body, with a note)",
     )
-    option("--scale", type=float, metavar="M", help="metres per unit of the translations (1)")
-    option("--frame-id", default="", metavar="NAME", help="the frame of the poses (--root)")
+    option(
+        "--scale",
+        type=float,
+        metavar="METRES",
+        help="metres per unit of the translations (default: 1)",
+    )
+    option("--frame-id", default="", metavar="NAME", help="frame of the poses (default: --root)")
     _add_image(transforms)
     _add_lens(transforms)
 
@@ -218,7 +259,9 @@ def _transforms(options: argparse.Namespace) -> int:
         frame_id=options.frame_id,
     )
     if options.camera_info is None and options.image is None:
-        notes.append("all cameras have the paper's image; --camera-info or --image says theirs")
+        notes.append(
+            "all cameras have the paper's image; use --camera-info or --image to give their own"
+        )
     for note in notes:
         _note(note)
     return _print(rig)
@@ -228,21 +271,28 @@ def _transforms(options: argparse.Namespace) -> int:
 
 
 def _add_image(parser: Any) -> None:
-    group = parser.add_argument_group("image", "of all cameras; the paper's if none is given")
+    group = parser.add_argument_group(
+        "image", "Applies to all cameras; the default is the paper's."
+    )
     group.add_argument(
         "--camera-info",
         type=Path,
         metavar="FILE",
-        help="the YAML that camera_calibration writes; or a folder with NAME.yaml per camera",
+        help="YAML file as written by camera_calibration, or a folder with NAME.yaml per camera",
     )
     group.add_argument(
-        "--image", metavar="WxH", help="instead: width and height, pixels; with --fx"
+        "--image",
+        metavar="WxH",
+        help="width and height, pixels; with --fx, instead of --camera-info",
     )
     for name, meaning in (
-        ("fx", "focal length, pixels"),
-        ("fy", "vertical focal length (--fx)"),
-        ("cx", "principal point; the first pixel's centre is 0 (the middle)"),
-        ("cy", "principal point (the middle)"),
+        ("fx", "horizontal focal length, pixels"),
+        ("fy", "vertical focal length, pixels (default: --fx)"),
+        (
+            "cx",
+            "horizontal principal point, pixels; the first pixel's centre is 0 (default: middle)",
+        ),
+        ("cy", "vertical principal point, pixels (default: middle)"),
     ):
         group.add_argument(f"--{name}", type=float, metavar="X", help=meaning)
 
@@ -266,7 +316,7 @@ def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
 
     size, fx, fy, cx, cy = (getattr(options, name) for name in _IMAGE_OPTIONS)
     if size is None or fx is None:
-        raise InputError("--image and --fx", "both, or neither", "one without the other")
+        raise InputError("--image and --fx", "both or neither", "one without the other")
     match = re.fullmatch(r"(\d+)[x×](\d+)", size)
     if match is None:
         raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(size))

@@ -1,1 +1,1 @@
-"""What messages say, to and from the core's types, without ROS."""
+"""The codec: messages from and to the core's types, as fields and as bytes, without ROS."""

@@ -1,8 +1,8 @@
 """``shape_msgs/Mesh`` in CDR, read and written as two flat arrays.
 
 The generated class makes a Python object of every triangle and every vertex, which takes 0.3 s
-for a body; to NumPy the same bytes are two arrays. The layout is that of plain CDR (XCDR1): four
-bytes of encapsulation, then each primitive aligned to its own size, counted from behind them.
+for a body; NumPy reads the same bytes as two arrays. The layout is plain CDR (XCDR1): a header of
+four bytes, then every primitive aligned to its own size relative to the end of that header.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from focus_planner.core.validation import InputError
 
 _ENCAPSULATION = 4
 _BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}
-# What a writer may add to fill its last word.
+# Bytes that a writer may add to fill the last word.
 _MAX_PADDING = 3
 _INDICES = 3
 _COORDINATES = 3
@@ -44,7 +44,9 @@ def read_mesh(payload: bytes) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
     triangles, end = _read_rows(payload, _ENCAPSULATION, order + "u4", _INDICES, "triangles")
     vertices, end = _read_rows(payload, end, order + "f8", _COORDINATES, "vertices")
     if len(payload) - end > _MAX_PADDING:
-        raise InputError("mesh message", f"{end} bytes, by its lengths", f"{len(payload)} bytes")
+        raise InputError(
+            "mesh message", f"{end} bytes, according to its counts", f"{len(payload)} bytes"
+        )
     return triangles, vertices
 
 
@@ -69,7 +71,7 @@ def length_after_header(payload: bytes) -> int:
     start = _ENCAPSULATION + _STAMP
     if order is None or len(payload) < start + 4:
         return 0
-    # The frame's name, and what fills its last word.
+    # The name of the frame, padded to a whole word.
     start += 4 + struct.unpack_from(order + "I", payload, start)[0]
     start += -start % 4
     if len(payload) < start + 4:
@@ -100,10 +102,10 @@ def write_mesh(
 def _read_rows(
     payload: bytes, start: int, dtype: str, columns: int, what: str
 ) -> tuple[NDArray[Any], int]:
-    """Return the (n, columns) rows of a sequence whose length stands at ``start``, and its end."""
+    """Return the (n, columns) rows of the sequence whose length is at ``start``, and its end."""
     begin = start + 4
     if len(payload) < begin:
-        raise InputError("mesh message", f"the number of {what}", "an end of the message before it")
+        raise InputError("mesh message", f"the number of {what}", "a message that ends before it")
     count = int(np.frombuffer(payload, dtype[0] + "u4", 1, start)[0])
     size = np.dtype(dtype).itemsize
     if count == 0:
@@ -115,6 +117,6 @@ def _read_rows(
             "mesh message",
             f"{end} bytes, for {count} {what}",
             f"{len(payload)} bytes",
-            "the message was cut off",
+            "the message is truncated",
         )
     return np.frombuffer(payload, dtype, count * columns, begin).reshape(count, columns), end

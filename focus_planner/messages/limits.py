@@ -1,4 +1,4 @@
-"""How large a message may be, told by its counts before it is read."""
+"""Limits on the size of messages, checked by their counts before they are read."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import length_after_header
 
-# A closed mesh has half as many vertices as triangles, one of loose triangles thrice as many.
+# A closed mesh has half as many vertices as triangles, a mesh of separate triangles three times.
 _VERTICES_PER_TRIANGLE = 3
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a message may hold at most; infinity for no limit.
+    """The greatest sizes accepted; infinity for no limit.
 
     Attributes
     ----------
     max_points : float
-        Points of a cloud.
+        Points in a cloud.
     max_triangles : float
-        Triangles of a mesh; of vertices three times as many.
+        Triangles in a mesh; the limit on its vertices is three times this.
     max_cameras : float
-        Cameras of a rig.
+        Cameras in a rig.
     """
 
     max_points: float = math.inf

@@ -1,4 +1,4 @@
-"""Markers that show a plan in 3D: what is in focus, and where the cameras look and focus."""
+"""3D markers of a plan: what is in focus, and where the cameras look and focus."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import Fields, Stamp, header_fields
 
-#: Those of the array's type.
+#: Type of the message.
 MARKERS = "visualization_msgs/msg/MarkerArray"
 _POINT_SIZE = 0.006  # metres
 _LINE_WIDTH = 0.001
-# Red, green, blue; of one lightness each pair, and told apart by the colour-blind.
+# Red, green, blue; distinguishable by the colour-blind.
 _IN_FOCUS, _BLURRED, _UNSEEN = (0.0, 0.62, 0.45), (0.90, 0.38, 0.0), (0.55, 0.55, 0.58)
 _OF_USE, _OF_NO_USE = (0.20, 0.40, 0.75), (0.70, 0.70, 0.72)
-# An image's corners, joined to the camera and to each other; 4 is the camera.
+# Edges of the pyramid: 0 to 3 are the image's corners, 4 is the camera.
 _EDGES = np.array([[4, 0], [4, 1], [4, 2], [4, 3], [0, 1], [1, 2], [2, 3], [3, 0]])
 
 
@@ -31,11 +31,11 @@ class _Kind(IntEnum):
 
 
 def markers_to_fields(plan: SolvedPlan, rig: Rig, stamp: Stamp) -> Fields:
-    """Return a marker for the samples that a plan was judged on, and one for each camera.
+    """Return a marker of the plan's fresh samples, and one for each camera.
 
-    Samples are green where they are in focus in the camera that images them best, orange where
-    they are not, grey where no camera sees them. A camera is a pyramid from its centre to the plane
-    that it is focused at; grey if it images nothing best.
+    A sample is green if it is in focus in the camera that images it best, orange if it is not, and
+    grey if no camera sees it. A camera is a pyramid from its centre of projection to the plane of
+    focus; grey if it images no sample best.
     """
     header = header_fields(rig.frame_id, stamp)
     markers = [_surface(plan, header)]

@@ -1,7 +1,7 @@
-"""What messages say, as the core's types: ``x_from_message``.
+"""From messages to the core's types: ``x_from_message``.
 
-The opposites, ``x_to_fields``, are in :mod:`focus_planner.messages.writing`. What does not fit
-raises :class:`InputError`; nothing else does, whatever the message says.
+The inverse functions, ``x_to_fields``, are in :mod:`focus_planner.messages.writing`. A message with
+bad values raises :class:`InputError` and no other exception, whatever it contains.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
-from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -31,7 +30,7 @@ from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
 from focus_planner.messages.limits import Limits
 
-#: A message of any library: its attributes are read, which its definition names.
+#: A message as an object of any library, with the attributes that its definition names.
 Message = Any
 _NO_LIMITS = Limits()
 Position = tuple[float, float, float]
@@ -39,7 +38,7 @@ Orientation = tuple[float, float, float, float]
 
 
 class Datatype(IntEnum):
-    """What a field of a cloud is made of; equal to the constants of ``PointField.msg``."""
+    """Type of the numbers in a cloud's field; equal to the constants of ``PointField.msg``."""
 
     INT8 = 1
     UINT8 = 2
@@ -60,23 +59,23 @@ _NUMBERS = _FLOATS | {
     Datatype.INT32: "i4",
     Datatype.UINT32: "u4",
 }
-# NumPy's records are not larger.
+# The largest record that NumPy has.
 _LARGEST_STEP = 2**31 - 1
-#: What the fields of a cloud are called.
+#: Names of a cloud's fields.
 POINT = ("x", "y", "z")
 NORMAL = ("normal_x", "normal_y", "normal_z")
 
 
 @dataclass(frozen=True)
 class Optics:
-    """What a camera has that brings no image, no lens or no lens table of its own."""
+    """The defaults of cameras that do not bring their own image, lens or lens table."""
 
     intrinsics: CameraIntrinsics = field(default_factory=CameraIntrinsics)
     lens: Lens = field(default_factory=Lens)
     tables: LensTables | None = None
 
     def complete(self, rig: Rig) -> Rig:
-        """Return the rig with lens tables for the cameras that bring none."""
+        """Return the rig with lens tables for the cameras that do not bring their own."""
         return rig if self.tables is None else self.tables.apply(rig)
 
 
@@ -86,7 +85,7 @@ def check_frame(header: Message, frame_id: str) -> None:
     Raises
     ------
     InputError
-        Names both frames.
+        If it is in another; the error names both frames.
     """
     if header.frame_id != frame_id:
         raise InputError(
@@ -98,19 +97,28 @@ def check_frame(header: Message, frame_id: str) -> None:
 
 
 def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
-    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``, unless it is too large."""
+    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``.
+
+    Raises
+    ------
+    InputError
+        If these are not the bytes of a mesh, it exceeds the limits, or it is not valid.
+    """
     triangles, vertices = read_mesh(payload)
     limits.check_mesh(len(triangles), len(vertices))
     return Mesh(vertices=vertices, triangles=triangles.astype(np.int64))
 
 
 def cloud_from_message(message: Message, frame_id: str, limits: Limits = _NO_LIMITS) -> PointCloud:
-    """Return the points, with their normals and their importance if there are any.
+    """Return the points, with normals and importance if the message has them.
 
-    Raises if there are too many points.
+    The importance is the field ``importance``, or else ``weight``, of any numeric type. If the
+    message is not dense, points with a coordinate that is not finite are left out.
 
-    The importance is the field ``importance``, or else ``weight``, of any type of number. Points
-    of which a coordinate is not finite are left out if the message says that it is not dense.
+    Raises
+    ------
+    InputError
+        If the cloud is in another frame, exceeds the limits, or is not valid.
     """
     check_frame(message.header, frame_id)
     limits.check_cloud(message.width * message.height)
@@ -128,7 +136,7 @@ def cloud_from_message(message: Message, frame_id: str, limits: Limits = _NO_LIM
 
 
 def pose_from_message(pose: Message) -> tuple[Position, Orientation]:
-    """Return position and orientation x, y, z, w."""
+    """Return the position, and the orientation as x, y, z, w."""
     p, q = pose.position, pose.orientation
     return (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
 
@@ -144,14 +152,14 @@ def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
 
 
 def lens_table_from_message(message: Message) -> LensTable | None:
-    """Return what a lens's driver wants to be told; None where nothing is known of it."""
+    """Return the lens table; None if the message has none."""
     if not (message.unit or len(message.distances) or len(message.values)):
         return None
     return LensTable(message.unit, message.whole, message.distances, message.values)
 
 
 def lens_from_message(message: Message) -> Lens:
-    """Return the lens; its focal length must be given."""
+    """Return the lens of a message that gives its focal length."""
     with _named("lens."):
         table = lens_table_from_message(message.table)
     return Lens(
@@ -167,13 +175,13 @@ def lens_from_message(message: Message) -> Lens:
 
 
 def intrinsics_from_message(message: Message) -> CameraIntrinsics:
-    """Return the raw image that camera info describes; R and P, of rectified ones, are not read.
+    """Return the intrinsics of the raw image; R and P, which are for rectified images, are ignored.
 
-    A region of interest without a size is the whole image; binning by 0 is none.
+    A region of interest of size 0 stands for the whole image, and a binning of 0 for none.
     """
     fx, _, cx, _, fy, cy, *_ = message.k.tolist()
     distortion, roi = tuple(message.d.tolist()), message.roi
-    # Drivers of rectified images name what they like.
+    # Without coefficients, any name of a distortion model is accepted: some drivers make up theirs.
     distorted = any(distortion) or message.distortion_model == "equidistant"
     return CameraIntrinsics(
         *(message.width, message.height, fx, fy, cx, cy),
@@ -187,7 +195,7 @@ def intrinsics_from_message(message: Message) -> CameraIntrinsics:
 
 
 def _own_image(message: Message) -> CameraIntrinsics | None:
-    """Return the image that camera info describes, None where it says nothing of one."""
+    """Return the intrinsics of camera info; None if it is empty."""
     if message.width:
         return intrinsics_from_message(message)
     if any(message.d) or max(message.binning_x, message.binning_y) > 1 or message.roi.width:
@@ -195,13 +203,13 @@ def _own_image(message: Message) -> CameraIntrinsics | None:
             "camera_info.width",
             "the width of the image, with distortion, binning or a region of interest",
             "0",
-            "fill in width, height and k as well, or none of camera_info for the planner's image",
+            "fill in width, height and k too, or leave camera_info empty for the planner's image",
         )
     return None
 
 
 def camera_from_message(message: Message, optics: Optics) -> Camera:
-    """Return the camera; what it leaves out is taken from ``optics``."""
+    """Return the camera, completed from ``optics``."""
     check_camera_name(message.name)
     with _named(f"camera {message.name}: "):
         intrinsics = _own_image(message.camera_info) or optics.intrinsics
@@ -210,34 +218,15 @@ def camera_from_message(message: Message, optics: Optics) -> Camera:
 
 
 def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
-    """Return the rig; what its cameras leave out is taken from ``optics``."""
+    """Return the rig, its cameras completed from ``optics``."""
     check_frame(message.header, frame_id)
     rows, columns = message.grid_rows, message.grid_columns
     cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
     return optics.complete(Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None))
 
 
-def request_from_message(message: Message, defaults: PlanRequest) -> PlanRequest:
-    """Return the request; what it leaves out (0 or "") is taken from ``defaults``."""
-    return PlanRequest(
-        method=message.method or defaults.method,
-        samples=message.samples or defaults.samples,
-        seed=message.seed or defaults.seed,
-        k=message.k or defaults.k,
-        scope=message.scope or defaults.scope,
-        tuples=defaults.tuples,
-        time_budget=message.time_budget or defaults.time_budget,
-        shots=message.shots or defaults.shots,
-        depth_tolerance=message.depth_tolerance or defaults.depth_tolerance,
-        fresh_samples=defaults.fresh_samples,
-        standard_error=defaults.standard_error,
-        bound=message.bound or defaults.bound,
-        gap=message.gap or defaults.gap,
-    )
-
-
 def shot_from_message(message: Message, device_value: float | None = None) -> Shot:
-    """Return what a message says of one shot, whose device value its camera's bracket has."""
+    """Return the shot; its device value comes from the bracket of its camera's message."""
     return Shot(
         focus_distance=message.focus_distance,
         near_limit=message.near_limit,
@@ -249,8 +238,8 @@ def shot_from_message(message: Message, device_value: float | None = None) -> Sh
 
 
 def camera_focus_from_message(message: Message) -> CameraFocus:
-    """Return what a message says of one camera."""
-    # Messages that are older than the unit have no value that means anything.
+    """Return the focus of one camera."""
+    # Without a unit, as in messages older than the unit, device values mean nothing.
     unit, bracket = message.device_unit or None, list(map(float, message.device_bracket))
     shots = zip_longest(message.shots, bracket)
     return CameraFocus(
@@ -268,7 +257,7 @@ def camera_focus_from_message(message: Message) -> CameraFocus:
 
 
 def plan_from_message(message: Message) -> FocusPlan:
-    """Return the plan; a message does not hold the problem that was solved."""
+    """Return the plan, without the solved problem, which messages do not hold."""
     return FocusPlan(
         method=message.method,
         cost=message.cost,
@@ -292,7 +281,7 @@ def plan_from_message(message: Message) -> FocusPlan:
 
 @contextmanager
 def _named(prefix: str) -> Iterator[None]:
-    """Put ``prefix`` before the argument that an error names."""
+    """Prefix the argument that an error names."""
     try:
         yield
     except InputError as error:
@@ -305,7 +294,7 @@ def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
     Raises
     ------
     InputError
-        If a field is missing or the message's sizes contradict each other.
+        If a field is missing or the sizes in the message contradict each other.
     """
     _check_sizes(message)
     if message.width * message.height == 0:
@@ -356,7 +345,7 @@ def _point_dtype(message: Message, names: tuple[str, ...]) -> np.dtype[np.void]:
         if field.offset + formats[-1].itemsize > message.point_step:
             raise InputError(
                 f"cloud field {name}",
-                f"an end within point_step ({message.point_step} bytes)",
+                f"a field that ends within point_step ({message.point_step} bytes)",
                 f"offset {field.offset} and {formats[-1].itemsize} bytes",
             )
     return np.dtype(

@@ -1,7 +1,7 @@
-"""Messages as objects and bytes where there is no ROS: definitions and CDR by ``rosbags``.
+"""Messages as objects and as bytes without ROS: definitions and CDR by the library ``rosbags``.
 
-The definitions of this package's own messages are those of ``msg_defs``, which are shipped with
-it; the others are those of ROS 2 Jazzy.
+This package's own messages are defined in ``msg_defs``, of which the package has a copy; all others
+are those of ROS 2 Jazzy.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
 PLAN, LENS_STATE = f"{PACKAGE}/msg/FocusPlan", f"{PACKAGE}/msg/LensState"
 _ENCAPSULATION = 4
 _LITTLE_ENDIAN = {b"\x00\x00": False, b"\x00\x01": True}
-# What broken bytes make the library raise.
+# Raised by the library on corrupt bytes.
 _BROKEN = (SerdeError, MemoryError, LookupError, TypeError, OverflowError, ValueError, struct.error)
-# Between the definitions of a message and of those within it, as rosbag2 writes them.
+# Separates a message's definition from those of nested messages, as rosbag2 writes them.
 _RULER = "=" * 80
 _NUMBERS = {
     **{f"{kind}{bits}": f"{kind}{bits}" for kind in ("int", "uint") for bits in (8, 16, 32, 64)},
@@ -54,19 +54,19 @@ def serialize(type_name: str, fields: Fields) -> bytes:
     type_name : str
         Such as ``"focus_planner_msgs/msg/FocusPlan"``.
     fields : dict
-        As :mod:`focus_planner.messages.writing` makes them. What is left out is zero or empty.
+        As :mod:`focus_planner.messages.writing` makes them; those left out are zero or empty.
 
     Raises
     ------
     TypeError
-        If the message, or one within it, has no field of a name.
+        If the message, or a nested one, has no field of this name.
     """
     message = message_of(type_name, fields)
     return bytes(_store().serialize_cdr(message, type_name, little_endian=True))
 
 
 def message_of(type_name: str, fields: Fields) -> Message:
-    """Return a message of these fields; it may stand for its fields in those of another.
+    """Return a message of these fields, which can be a value in the fields of another message.
 
     Raises
     ------
@@ -77,20 +77,20 @@ def message_of(type_name: str, fields: Fields) -> Message:
 
 
 def deserialize(type_name: str, payload: bytes, definition: str | None = None) -> Message:
-    """Return the message that these bytes serialize.
+    """Return the message in these bytes.
 
     Parameters
     ----------
     type_name : str
     payload : bytes
     definition : str, optional
-        What its writer knew it by, where that may be older or newer than what is known here. What
-        was not known then is zero or empty.
+        The writer's definition, if it may be older or newer than the one known here. Fields that it
+        does not have are zero or empty.
 
     Raises
     ------
     InputError
-        If they do not, or if it holds what is not known here.
+        If the bytes do not fit the definition, or the message has fields that are not known here.
     """
     if definition is None or definition == definition_of(type_name):
         return _deserialized(_store(), type_name, payload)
@@ -99,22 +99,22 @@ def deserialize(type_name: str, payload: bytes, definition: str | None = None) -
         return _filled(_store(), type_name, fields_of(message))
     except TypeError as error:
         raise InputError(
-            type_name, "a message as this version knows it", str(error), "update focus_planner"
+            type_name, "a message known to this version", str(error), "update focus_planner"
         ) from None
 
 
 def fields_of(message: Message) -> Fields:
-    """Return a message that :func:`deserialize` made as fields, and so what is within it."""
-    # Constants, and the type's name, are fields with a default to the library's classes.
+    """Return the fields of a message from :func:`deserialize`, with nested messages as dicts."""
+    # In the library's classes, constants and the type's name are fields with a default.
     fields = [each for each in dataclasses.fields(message) if each.default is dataclasses.MISSING]
     return {each.name: _plain(getattr(message, each.name)) for each in fields}
 
 
 @cache
 def definition_of(type_name: str) -> str:
-    """Return a message's definition and those of all within it, as bags embed them.
+    """Return the definitions of a message and of all nested messages, as bags embed them.
 
-    This package's own come with their comments, which tell units and meanings.
+    This package's own come with their comments, which give meanings and units.
     """
     text, _ = _store().generate_msgdef(type_name, ros_version=2)
     first, *others = text.split(f"{_RULER}\n")
@@ -154,7 +154,7 @@ def _store() -> Typestore:
 
 @cache
 def _store_of(type_name: str, definition: str) -> Typestore:
-    """Return a store that knows a message, and all within it, by this definition only."""
+    """Return a store of this definition alone: a message and those nested in it."""
     store = get_typestore(Stores.EMPTY)
     try:
         store.register(get_types_from_msg(definition, type_name))
@@ -165,8 +165,8 @@ def _store_of(type_name: str, definition: str) -> Typestore:
 
 
 def _deserialized(store: Typestore, type_name: str, payload: bytes) -> Message:
-    # Not the library's deserialize_cdr: it refuses bytes after the end, which rclpy leaves where it
-    # took a message for longer than it is, and does not mind.
+    # Not the library's deserialize_cdr, which refuses bytes after the end: rclpy leaves some where
+    # it overestimated the size of a message, and ignores them when reading.
     little_endian = _LITTLE_ENDIAN.get(bytes(payload[:2]))
     try:
         if little_endian is None or len(payload) < _ENCAPSULATION:
@@ -208,7 +208,7 @@ def _filled(store: Typestore, type_name: str, given: Fields | Message) -> Messag
 
 
 def _value(store: Typestore, kind: Any, value: Any) -> Any:
-    """Return a value as the library takes it."""
+    """Return a value in the form that the library expects."""
     node, description = kind
     if node == Nodetype.NAME:
         return _filled(store, description, value)

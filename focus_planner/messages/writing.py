@@ -1,9 +1,8 @@
-"""What messages are to say, from the core's types: ``x_to_fields``.
+"""From the core's types to the fields of messages: ``x_to_fields``.
 
-The opposites, ``x_from_message``, are in :mod:`focus_planner.messages.reading`. Fields are those
-of the message's definition, by name; what is left out keeps the message's default. A message
-within a message is a dict again, and a sequence of them a list, so that any library's classes can
-be filled.
+The inverse functions, ``x_from_message``, are in :mod:`focus_planner.messages.reading`. Fields go
+by their names in the message's definition; one that is left out keeps its default. A nested message
+is again a dict, and a sequence of messages a list, so that any library's classes can be filled.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
-from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -35,9 +33,9 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
 def mesh_to_bytes(mesh: Mesh, *, big_endian: bool = False) -> bytes:
-    """Return the serialized ``shape_msgs/msg/Mesh``, which a publisher takes as it is.
+    """Return the serialized ``shape_msgs/msg/Mesh``, which publishers accept in place of a message.
 
-    It has no place for the normals and the importance of vertices: they are left out.
+    The message has no place for vertex normals and vertex importance: they are left out.
     """
     return write_mesh(mesh.triangles, mesh.vertices, big_endian=big_endian)
 
@@ -70,7 +68,7 @@ def cloud_to_fields(cloud: PointCloud, frame_id: str) -> Fields:
 
 
 def pose_to_fields(position: Position, orientation: Orientation) -> Fields:
-    """Return the pose of a position and an orientation x, y, z, w."""
+    """Return the pose of a position and an orientation, given as x, y, z, w."""
     return {
         "position": dict(zip("xyz", position, strict=True)),
         "orientation": dict(zip("xyzw", orientation, strict=True)),
@@ -78,20 +76,20 @@ def pose_to_fields(position: Position, orientation: Orientation) -> Fields:
 
 
 def poses_to_fields(rig: Rig) -> Fields:
-    """Return the poses of a rig's cameras; names, images, lenses and grid are left out."""
+    """Return the poses of the cameras, without names, images, lenses and grid."""
     poses = [pose_to_fields(camera.position, camera.orientation) for camera in rig.cameras]
     return {"header": {"frame_id": rig.frame_id}, "poses": poses}
 
 
 def lens_table_to_fields(table: LensTable | None) -> Fields:
-    """Return what a lens's driver wants to be told, of which nothing may be known."""
+    """Return the lens table; an empty one for None."""
     if table is None:
         return {"unit": "", "whole": False, "distances": (), "values": ()}
     return {field.name: getattr(table, field.name) for field in fields(table)}
 
 
 def lens_to_fields(lens: Lens) -> Fields:
-    """Return the lens by its hyperfocal distance."""
+    """Return the lens, specified by its hyperfocal distance."""
     return {
         "focal_length": lens.focal_length,
         "hyperfocal_distance": lens.hyperfocal_distance,
@@ -104,7 +102,7 @@ def lens_to_fields(lens: Lens) -> Fields:
 
 
 def intrinsics_to_fields(intrinsics: CameraIntrinsics) -> Fields:
-    """Return an image's camera info, without R and P, which rectified images have."""
+    """Return camera info without R and P, which are for rectified images."""
     columns, rows = intrinsics.binning if intrinsics.binning != (1, 1) else (0, 0)
     region = intrinsics.region or (0, 0, 0, 0)
     return {
@@ -120,7 +118,7 @@ def intrinsics_to_fields(intrinsics: CameraIntrinsics) -> Fields:
 
 
 def camera_to_fields(camera: Camera) -> Fields:
-    """Return the camera with all it has."""
+    """Return the camera in full."""
     return {
         "name": camera.name,
         "pose": pose_to_fields(camera.position, camera.orientation),
@@ -130,7 +128,7 @@ def camera_to_fields(camera: Camera) -> Fields:
 
 
 def rig_to_fields(rig: Rig) -> Fields:
-    """Return the rig with all its cameras have."""
+    """Return the rig in full."""
     return {
         "header": {"frame_id": rig.frame_id},
         "cameras": [camera_to_fields(camera) for camera in rig.cameras],
@@ -139,33 +137,13 @@ def rig_to_fields(rig: Rig) -> Fields:
     }
 
 
-def request_to_fields(request: PlanRequest) -> Fields:
-    """Return the request; an unlimited time is left out.
-
-    So are ``tuples``, ``fresh_samples`` and ``standard_error``, which only parameters set.
-    """
-    budget = request.time_budget
-    return {
-        "method": request.method,
-        "samples": request.samples,
-        "seed": request.seed,
-        "k": request.k,
-        "scope": request.scope,
-        "time_budget": 0.0 if math.isinf(budget) else budget,
-        "shots": request.shots,
-        "depth_tolerance": request.depth_tolerance,
-        "bound": request.bound,
-        "gap": request.gap,
-    }
-
-
 def shot_to_fields(shot: Shot) -> Fields:
-    """Return what a plan says of one shot; its device value is in its camera's bracket."""
+    """Return the shot; its device value goes into its camera's bracket."""
     return {name: value for name, value in vars(shot).items() if name != "device_value"}
 
 
 def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp, plan_id: str) -> Fields:
-    """Return what a lens driver obeys."""
+    """Return the focus of one camera, as published for its lens driver."""
     device_bracket = [shot.device_value for shot in focus.shots if shot.device_value is not None]
     return {
         "header": header_fields(frame_id, stamp),
@@ -193,7 +171,7 @@ def plan_to_fields(
     plan_id: str,
     inputs: Fields | None = None,
 ) -> Fields:
-    """Return the plan as it is published and answered.
+    """Return the plan as it is published, and returned to callers.
 
     Parameters
     ----------
@@ -205,7 +183,8 @@ def plan_to_fields(
     plan_id : str
         Its name in logs and in recorded runs.
     inputs : dict, optional
-        What it was made on, ``surface`` and ``rig``, as :func:`plan_input_to_fields` has them.
+        The inputs that it was made from, ``surface`` and ``rig``, as
+        :func:`focus_planner.runtime.status.plan_input_to_fields` returns them.
     """
     return {
         "header": header_fields(frame_id, stamp),
@@ -235,17 +214,17 @@ def plan_to_fields(
 
 
 def datetime_stamp(at: datetime) -> Stamp:
-    """Return a time as seconds and nanoseconds since the epoch."""
+    """Return the time in seconds and nanoseconds since the epoch."""
     seconds, rest = divmod(at - _EPOCH, timedelta(seconds=1))
     return seconds, rest // timedelta(microseconds=1) * 1000
 
 
 def time_to_fields(stamp: Stamp) -> Fields:
-    """Return a time."""
+    """Return the time message."""
     seconds, nanoseconds = stamp
     return {"sec": seconds, "nanosec": nanoseconds}
 
 
 def header_fields(frame_id: str, stamp: Stamp) -> Fields:
-    """Return a header."""
+    """Return the header message."""
     return {"frame_id": frame_id, "stamp": time_to_fields(stamp)}

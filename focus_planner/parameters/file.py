@@ -1,4 +1,4 @@
-"""Parameter files for ROS: every parameter with its default, and what it means as a comment."""
+"""Parameter files for ROS: every parameter with its default, explained in a comment."""
 
 from __future__ import annotations
 
@@ -12,32 +12,33 @@ from focus_planner.parameters.declaration import Declaration
 _WIDTH = 100
 _INDENT = "    "
 _HEAD = """\
-Parameters of the planner, each with its default: what `focus_planner parameters` prints. Any of \
-them may be left out. A change applies from the next request on, unless it is said otherwise.
+All parameters of the planner with their defaults, as printed by `focus_planner parameters`. Any \
+of them may be left out. A change applies from the next request on, unless stated otherwise.
 
     focus_planner node --ros-args --params-file focus_planner.yaml
 
 "/**" stands for a node of any name in any namespace.
 """
-# The head says the one, the titles the other.
-_SAID_ONCE = (
+# Stated once for all parameters: in the head, and in titles.
+_STATED_ONCE = (
     " A change applies from the next request on.",
-    " For cameras that bring none of their own.",
+    " Applies to cameras that do not bring their own.",
 )
 _TITLES = {
-    "planning": "What is planned, and how",
-    "image": "Images, for cameras that bring none of their own",
-    "lens": "Lenses, for cameras that bring none of their own",
-    "cost": "The cost, Eq. 1 of the paper",
-    "records": "Records of runs",
-    "serving": "How requests are served, and what is told of it",
+    "planning": "What to plan, and how",
+    "image": "Image, of cameras that do not bring their own",
+    "lens": "Lens, of cameras that do not bring their own",
+    "cost": "Cost, Eq. 1 of the paper",
+    "records": "Recorded runs",
+    "serving": "How requests are served, and what is reported",
 }
 _QOS_TITLE = "Quality of service of ~/mesh, ~/cloud, ~/camera_poses and ~/rig"
 _QOS = """\
-Each has history, depth, reliability and durability; reliable, volatile and the last 4 unless said \
-otherwise here. They hold from the next configuring on. A topic has its full name: it changes with \
-the node's name and namespace. A mesh that was latched before the planner started is received with \
-durability transient_local, a sensor that publishes best effort with reliability best_effort:
+History, depth, reliability and durability can be overridden for each topic; the defaults are \
+keep_last with depth 4, reliable and volatile. A change applies when the node is next configured. \
+Topics go by their full names, which depend on the node's name and namespace. To receive a mesh \
+that was latched before the planner started, set durability to transient_local; to receive from a \
+sensor that publishes best effort, set reliability to best_effort:
 """
 _QOS_EXAMPLE = """\
 qos_overrides:
@@ -62,9 +63,9 @@ def parameters_to_yaml(declarations: Sequence[Declaration]) -> str:
     Returns
     -------
     str
-        YAML of all parameters with their defaults, in sections; comments give description and
-        range. What may be overridden of the topics' quality of service is an example, commented
-        out by a ``#`` without a space.
+        YAML of all parameters with their defaults, in sections; comments give descriptions and
+        ranges. An example overrides the topics' quality of service; it is commented out by a ``#``
+        without a space.
     """
     head = "\n".join(_comment(_HEAD, ""))
     lines = [head, "", "/**:", "  ros__parameters:"]
@@ -100,9 +101,13 @@ def _members(section: str, members: Iterable[Declaration]) -> Iterator[str]:
 
 def _explanation(declaration: Declaration) -> str:
     text = declaration.description
-    for known in _SAID_ONCE:
-        text = text.replace(known, "")
-    return text + " It can be set at the start only." * declaration.read_only + _range(declaration)
+    for sentence in _STATED_ONCE:
+        text = text.replace(sentence, "")
+    return (
+        text
+        + " It can only be set when the node starts." * declaration.read_only
+        + _range(declaration)
+    )
 
 
 def _range(declaration: Declaration) -> str:
@@ -131,6 +136,6 @@ def _comment(text: str, indent: str) -> Iterator[str]:
 def _value(declaration: Declaration) -> str:
     default = declaration.default
     plain = list(default) if isinstance(default, tuple) else default
-    # Within a list it is one line, whatever it is.
+    # Within a list, any value is dumped on one line.
     text: str = yaml.safe_dump([plain], default_flow_style=True, width=float("inf"))
     return text.strip()[1:-1]

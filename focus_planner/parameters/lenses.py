@@ -1,4 +1,4 @@
-"""Parameters of the lens adapter and of simulated lenses, and the settings that they amount to."""
+"""Parameters of the lens adapter and of simulated lenses, and the settings they amount to."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from focus_planner.core.rig.lens_table import LensTable
@@ -22,144 +23,162 @@ from focus_planner.lenses.driver import (
     Tolerance,
 )
 from focus_planner.lenses.simulation import LensMechanics
-from focus_planner.parameters.declaration import _declare
+from focus_planner.parameters.declaration import (
+    FAR,
+    MAX_INTEGER,
+    Declaration,
+    one_of,
+    with_defaults,
+)
 
 _CAMERA = "{camera}"
 
-# rclpy takes an empty list for one of bytes.
+# rclpy takes an empty list for a list of bytes.
 _NONE = ("",)
-
-_MAX_SEED = 2**63 - 1
 
 _REFUSE, _CLAMP = "refuse", "clamp"
 
 _POSITION, _COMMAND = "position", "command"
 
-# What such drivers usually have: dioptres of a phone's lens, steps of a webcam's.
+# The usual travel: dioptres of a phone's lens, steps of a webcam's.
 _TRAVEL = {"camera_ros": 10.0, "v4l2_camera": 250.0, CUSTOM: 1.0}
 
 _TIMEOUTS, _TOLERANCE = Timeouts(), Tolerance()
 
-
-def _one_of(choices: Sequence[str]) -> str:
-    return "One of: " + ", ".join(choices) + "."
-
+# These nodes read their parameters once.
+_declare = partial(Declaration, read_only=True)
 
 _DRIVER = (
     _declare("cameras", _NONE, "Names of the cameras, as in the planner's rig."),
     _declare(
         "driver_node",
         "/{camera}/camera",
-        "Full name of a camera's driver node; {camera} stands for the camera's name.",
+        "Full name of a camera's driver node, in which {camera} stands for the camera's name.",
     ),
     _declare(
         "driver_nodes",
         _NONE,
-        "Full names of driver nodes that are called otherwise, each as camera=/name.",
+        "Driver nodes whose names do not follow driver_node, each as camera=/full/name.",
     ),
-    _declare("driver", "camera_ros", "What the driver nodes are. " + _one_of(DRIVERS)),
+    _declare("driver", "camera_ros", "Kind of driver. " + one_of(DRIVERS)),
     _declare(
-        "parameter", "", "Name of the parameter that moves the lens; only with driver custom."
+        "parameter",
+        "",
+        "Name of the driver's parameter that moves the lens. Only with driver custom.",
     ),
-    _declare("whole", False, "Whether that parameter is an integer; only with driver custom."),
+    _declare("whole", False, "Whether that parameter is an integer. Only with driver custom."),
 )
 
 ADAPTER_DECLARATIONS = (
     _declare("planner", "/focus_planner", "Full name of the planner node."),
     *_DRIVER,
-    _declare("unit", "", "Unit of that parameter; only with driver custom. " + _one_of(UNITS)),
+    _declare("unit", "", "Unit of that parameter. Only with driver custom. " + one_of(UNITS)),
     _declare(
         "lens_tables",
         "",
-        "File with the lenses' tables, the same as the planner's; '' for none.",
+        "YAML file of lens tables, the same as the planner's; '' for none.",
     ),
     _declare(
         "tolerance",
         _TOLERANCE.absolute,
-        "How far what is read back may be from what was sent, in the driver's unit.",
+        "Greatest difference between the value read back and the value sent at which the lens"
+        " counts as set, in the driver's unit.",
     ),
     _declare(
         "relative_tolerance",
         _TOLERANCE.relative,
-        "How much farther it may be, as a part of what was sent.",
+        "What to add to tolerance, as a fraction of the value sent.",
         high=1.0,
     ),
     _declare(
         "timeout",
         _TIMEOUTS.timeout,
-        "Seconds to wait for an answer, and for a driver that is not there yet.",
+        "How long to wait for a driver's response, and for a driver to appear, in seconds.",
         low=0.01,
         high=600.0,
     ),
     _declare(
-        "retries", _TIMEOUTS.retries, "Times that a call without an answer is made again.", high=100
+        "retries",
+        _TIMEOUTS.retries,
+        "How often a call is repeated that gets no response.",
+        high=100,
     ),
     _declare(
         "settle_time",
         _TIMEOUTS.settle_time,
-        "Seconds from sending to the first reading back.",
+        "Time from sending a value to reading it back for the first time, in seconds.",
         high=600.0,
     ),
     _declare(
         "verify_timeout",
         _TIMEOUTS.verify_timeout,
-        "Seconds from then after which a lens that is not there yet is reported to differ.",
+        "How long after the first reading a lens may take to arrive before it is reported to"
+        " differ, in seconds.",
         high=600.0,
     ),
     _declare(
         "poll_period",
         _TIMEOUTS.poll_period,
-        "Seconds between two readings until then.",
+        "Time between two readings while a lens moves, in seconds.",
         low=0.01,
         high=600.0,
     ),
     _declare(
         "watch_period",
         _TIMEOUTS.watch_period,
-        "Seconds between two readings of a lens that has settled: one that was verified and moved"
-        " since is told again; 0 for none.",
+        "Time between two readings of a lens that has arrived, in seconds: one that has moved"
+        " since is sent its value again. 0 to read it no more.",
         high=86400.0,
     ),
 )
 
 SIMULATION_DECLARATIONS = (
     *_DRIVER,
-    _declare("min_value", 0.0, "One end of the lens's travel, in the driver's unit.", low=-1e9),
+    _declare("min_value", 0.0, "Lower end of the lens's travel, in the driver's unit.", low=-FAR),
     _declare(
         "max_value",
         0.0,
-        "The other end; 0 for what such drivers usually have: "
+        "Upper end of the lens's travel, in the driver's unit; 0 for the driver's usual one: "
         + ", ".join(f"{name} {travel:g}" for name, travel in _TRAVEL.items())
         + ".",
-        low=-1e9,
+        low=-FAR,
     ),
     _declare(
         "beyond_limits",
         _REFUSE,
-        "What becomes of values beyond. " + _one_of((_REFUSE, _CLAMP)),
+        "What happens to a value beyond the travel. " + one_of((_REFUSE, _CLAMP)),
     ),
-    _declare("speed", 0.0, "Units per second; 0 for a lens that is there at once."),
-    _declare("latency", 0.0, "Seconds from a command to the first movement.", high=600.0),
     _declare(
-        "backlash", 0.0, "How far above its motor a lens is left by a movement downwards, in units."
+        "speed",
+        0.0,
+        "Speed of the lens, in the driver's unit per second; 0 for a lens that arrives at once.",
     ),
-    _declare("step", 0.0, "Distance of the positions that the motor takes; 0 for any."),
+    _declare(
+        "latency", 0.0, "Time from a command to the start of the movement, in seconds.", high=600.0
+    ),
+    _declare(
+        "backlash",
+        0.0,
+        "How far above its motor's position a downward movement leaves the lens, in the driver's"
+        " unit.",
+    ),
+    _declare("step", 0.0, "Step of the motor, in the driver's unit; 0 for a motor without steps."),
     _declare(
         "reports",
         _POSITION,
-        "What is read back: where the lens is, or what it was told, as most drivers do. "
-        + _one_of((_POSITION, _COMMAND)),
+        "What is read back: the position of the lens, or the last command, as with most drivers. "
+        + one_of((_POSITION, _COMMAND)),
     ),
-    _declare("autofocus", True, "Whether autofocus is on to begin with, as in most cameras."),
-    _declare("failure_rate", 0.0, "Part of the commands that are refused by chance.", high=1.0),
-    _declare("seed", 0, "Seed of that chance.", high=_MAX_SEED),
+    _declare("autofocus", True, "Whether autofocus is on at the start, as in most cameras."),
+    _declare("failure_rate", 0.0, "Fraction of commands refused at random.", high=1.0),
+    _declare("seed", 0, "Seed of the random refusals.", high=MAX_INTEGER),
     _declare("stuck", _NONE, "Names of the cameras whose lens never moves."),
 )
 
 
 @dataclass(frozen=True)
 class AdapterSettings:
-    """What the adapter's parameters amount to.
+    """The settings that the adapter's parameters amount to.
 
     Attributes
     ----------
@@ -169,7 +188,7 @@ class AdapterSettings:
         Full names of the driver nodes by camera.
     profile : DriverProfile
     tables : mapping of str to LensTable
-        Of the cameras that have one.
+        Lens tables of the cameras that have one.
     tolerance : Tolerance
     timeouts : Timeouts
     """
@@ -183,14 +202,14 @@ class AdapterSettings:
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> AdapterSettings:
-        """Return the settings of parameters by name; those left out have their defaults.
+        """Return the settings that parameters amount to; those left out have their defaults.
 
         Raises
         ------
         InputError
-            If they contradict each other, or the lens tables cannot be read.
+            If values contradict each other, or the lens tables cannot be read.
         """
-        values = {d.name: d.default for d in ADAPTER_DECLARATIONS} | dict(values)
+        values = with_defaults(ADAPTER_DECLARATIONS, values)
         unit = _custom(values, "unit", values["unit"])
         if values["driver"] == CUSTOM:
             check_choice("unit", unit, UNITS)
@@ -214,7 +233,7 @@ class AdapterSettings:
 
 @dataclass(frozen=True)
 class SimulationSettings:
-    """What the parameters of simulated lenses amount to.
+    """The settings that the parameters of simulated lenses amount to.
 
     Attributes
     ----------
@@ -223,12 +242,13 @@ class SimulationSettings:
     profile : DriverProfile
     mechanics : LensMechanics
     clamps : bool
-        Whether values beyond the limits are clamped, not refused.
+        Whether values beyond the limits are clamped rather than refused.
     reports_position : bool
-        Whether a lens's position is read back, not what it was told.
+        Whether the position of a lens is read back rather than the last command.
     autofocus : bool
-        Whether autofocus is on to begin with.
+        Whether autofocus is on at the start.
     failure_rate : float
+        Fraction of commands refused at random.
     seed : int
     stuck : frozenset of str
         Cameras whose lens never moves.
@@ -246,14 +266,14 @@ class SimulationSettings:
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> SimulationSettings:
-        """Return the settings of parameters by name; those left out have their defaults.
+        """Return the settings that parameters amount to; those left out have their defaults.
 
         Raises
         ------
         InputError
-            If they contradict each other.
+            If values contradict each other.
         """
-        values = {d.name: d.default for d in SIMULATION_DECLARATIONS} | dict(values)
+        values = with_defaults(SIMULATION_DECLARATIONS, values)
         nodes = _nodes(values)
         limits = check_choice("beyond_limits", values["beyond_limits"], (_REFUSE, _CLAMP))
         reports = check_choice("reports", values["reports"], (_POSITION, _COMMAND))
@@ -285,7 +305,7 @@ def _custom(values: Mapping[str, Any], name: str, value: Any) -> Any:
     if value and values["driver"] != CUSTOM:
         raise InputError(
             name,
-            f"none with driver {values['driver']}, which has its own",
+            f"nothing with driver {values['driver']}, which has its own",
             repr(value),
             f"give driver:={CUSTOM}, or leave it out",
         )
@@ -327,9 +347,9 @@ def _nodes(values: Mapping[str, Any]) -> dict[str, str]:
     if shared:
         raise InputError(
             "driver_node",
-            "another node for each camera",
-            f"{shared[0]!r} for several",
-            f"put {_CAMERA} where the camera's name belongs",
+            "a node of its own for each camera",
+            f"{shared[0]!r} for several cameras",
+            f"write {_CAMERA} where the camera's name belongs",
         )
     return nodes
 
@@ -337,7 +357,7 @@ def _nodes(values: Mapping[str, Any]) -> dict[str, str]:
 def _cameras(names: Sequence[str]) -> Sequence[str]:
     if not names:
         raise InputError(
-            "cameras", "the names of cameras", "none", "give them as cameras:=[cam_0, cam_1]"
+            "cameras", "the names of cameras", "none", "name them, as in cameras:=[cam_0, cam_1]"
         )
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
@@ -348,7 +368,7 @@ def _cameras(names: Sequence[str]) -> Sequence[str]:
 def _known(parameter: str, names: Any, cameras: Any) -> Any:
     for name in names:
         if name not in cameras:
-            raise InputError(parameter, "names among those of cameras", repr(name))
+            raise InputError(parameter, "names listed in cameras", repr(name))
     return names
 
 

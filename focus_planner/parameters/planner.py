@@ -9,15 +9,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from focus_planner.core.planning.request import (
-    BOUNDS,
-    MAX_SAMPLES,
-    MAX_SHOTS,
-    METHODS,
-    SCOPES,
-    TUPLES,
-    PlanRequest,
-)
+from focus_planner.core.planning.field_spec import SpecifiedField, specified_fields
+from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
@@ -26,243 +19,233 @@ from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import Optics, lens_from_message
-from focus_planner.parameters.declaration import _FAR, Declaration, Value, _one_of
+from focus_planner.messages.requests import (
+    request_from_values,
+    request_message_fields,
+    request_to_values,
+)
+from focus_planner.parameters.declaration import (
+    FAR,
+    MAX_INTEGER,
+    Declaration,
+    Value,
+    group,
+    one_of,
+    with_defaults,
+)
 
 _MAX_COUNT = 2**31 - 1
 
-_MAX_SEED = 2**63 - 1
-
-#: What becomes of a goal that comes while others are planned or wait.
+#: What happens to a goal that arrives while other requests are being planned or waiting.
 OVERLAPS = ("queue", "preempt", "refuse")
 
-# rclpy takes an empty list for one of bytes.
+# rclpy takes an empty list for a list of bytes.
 _ANY_DISTANCE = (0.0,)
 
-# Parameters have no place for one: it is in a file.
+# Parameters have no place for a table: it is in a file.
 _NO_TABLE = SimpleNamespace(unit="", whole=False, distances=(), values=())
 
-_REQUEST, _IMAGE, _LENS, _MODEL = PlanRequest(), CameraIntrinsics(), Lens(), CostModel()
+_IMAGE, _LENS, _MODEL = CameraIntrinsics(), Lens(), CostModel()
+
+_OVERRIDE = " Requests can override it."
 
 _NEXT_CALL = " A change applies from the next request on."
 
-_POSES = " For cameras that bring none of their own." + _NEXT_CALL
+_POSES = " Applies to cameras that do not bring their own." + _NEXT_CALL
 
-_COST = " The paper's Eq. 1." + _NEXT_CALL
+_COST = " in the paper's Eq. 1"
+
+
+def request_declarations(request_type: type[PlanRequest] = PlanRequest) -> tuple[Declaration, ...]:
+    """Return the parameters that give requests their defaults, one for each field."""
+    defaults = request_to_values(request_type())
+    return tuple(
+        _request_declaration(each, defaults[each.name]) for each in specified_fields(request_type)
+    )
+
+
+def _request_declaration(field: SpecifiedField, default: Any) -> Declaration:
+    spec = field.spec
+    numbers = [choice for choice in spec.choices if isinstance(choice, int)]
+    low = min(numbers, default=spec.at_least or spec.above or 0)
+    high = max(numbers, default=spec.at_most)
+    if high is None:
+        high = MAX_INTEGER if isinstance(default, int) else FAR
+    return Declaration(field.name, default, _description(field), low=low, high=high)
+
+
+def _description(field: SpecifiedField) -> str:
+    spec = field.spec
+    text = spec.help_with(lambda name: name)
+    parts = [f"{text[0].upper()}{text[1:]}."]
+    if spec.unit:
+        parts.append(f"In {spec.unit}; 0 for no limit." if spec.unlimited else f"In {spec.unit}.")
+    elif spec.above is not None:
+        parts.append(f"Must be above {spec.above:g}.")
+    if isinstance(field.default, str):
+        parts.append(one_of(map(str, spec.choices)))
+    override = _OVERRIDE if field.name in request_message_fields() else ""
+    return " ".join(parts) + override + _NEXT_CALL
+
 
 DECLARATIONS = (
     Declaration(
         "frame_id",
         "world",
-        "Frame of the surface and of the rig. Messages in another frame are refused, a mesh has no"
+        "Frame of the surface and of the rig. Messages in another frame are refused; a mesh has no"
         " frame of its own and is taken to be in this one.",
         read_only=True,
     ),
-    Declaration(
-        "method",
-        _REQUEST.method,
-        "Solver for requests that name none. " + _one_of(METHODS) + _NEXT_CALL,
-    ),
-    Declaration(
-        "k",
-        _REQUEST.k,
-        "Number of cameras that k_view moves together." + _NEXT_CALL,
-        low=2,
-        high=3,
-    ),
-    Declaration(
-        "scope",
-        _REQUEST.scope,
-        "Samples that a k_view step may re-assign. " + _one_of(SCOPES) + _NEXT_CALL,
-    ),
-    Declaration(
-        "tuples",
-        _REQUEST.tuples,
-        "What makes cameras move together in k_view: that they see the same surface, or that they"
-        " are neighbours on the rig's grid. " + _one_of(TUPLES) + _NEXT_CALL,
-    ),
-    Declaration(
-        "samples",
-        _REQUEST.samples,
-        "Number of surface samples to plan on; 0 takes a cloud's points themselves, and on a mesh"
-        " as many as standard_error asks for." + _NEXT_CALL,
-        high=MAX_SAMPLES,
-    ),
-    Declaration(
-        "fresh_samples",
-        _REQUEST.fresh_samples,
-        "Number of samples that the solver does not see, to judge the plan on." + _NEXT_CALL,
-        low=2,
-        high=MAX_SAMPLES,
-    ),
-    Declaration(
-        "standard_error",
-        _REQUEST.standard_error,
-        "Standard error that a plan's cost on fresh samples is to have, in the cost's unit, above"
-        " 0. Read only where samples is 0 on a mesh: both numbers of samples are then chosen for"
-        " it." + _NEXT_CALL,
-    ),
-    Declaration("seed", _REQUEST.seed, "Seed of the sampling." + _NEXT_CALL, high=_MAX_SEED),
-    Declaration(
-        "time_budget",
-        0.0,
-        "Seconds after which the planner stops with its best plan so far, and its bound; 0 for no"
-        " limit. Samples that half of them do not suffice for are left out." + _NEXT_CALL,
-    ),
-    Declaration(
-        "bound",
-        _REQUEST.bound,
-        "What to spend on proving how near a plan is to the best; optimal always proves it. "
-        + _one_of(BOUNDS)
-        + _NEXT_CALL,
-    ),
-    Declaration(
-        "gap",
-        _REQUEST.gap,
-        "How near the best is near enough for optimal, and for a tight bound, as a part of the"
-        " cost." + _NEXT_CALL,
-        high=1,
-    ),
+    *request_declarations(),
     Declaration(
         "warm_start",
         False,
-        "Start from the last plan and its prices: sooner done after small changes of the surface"
-        " or the poses, but the same request need not give the same plan." + _NEXT_CALL,
-    ),
-    Declaration(
-        "shots",
-        _REQUEST.shots,
-        "Number of pictures that each camera takes, each with a focus distance of its own."
+        "Whether to start from the last plan and its prices: faster after small changes of the"
+        " surface or of the camera poses, but the same request need not give the same plan."
         + _NEXT_CALL,
-        low=1,
-        high=MAX_SHOTS,
     ),
     Declaration(
-        "depth_tolerance",
-        _REQUEST.depth_tolerance,
-        "Metres that the depth of the surface may be off either way: only what is then still in"
-        " focus counts as in focus." + _NEXT_CALL,
+        "image.width", _IMAGE.width, "Image width, in pixels." + _POSES, low=1, high=_MAX_COUNT
     ),
     Declaration(
-        "image.width", _IMAGE.width, "Image width, pixels." + _POSES, low=1, high=_MAX_COUNT
+        "image.height", _IMAGE.height, "Image height, in pixels." + _POSES, low=1, high=_MAX_COUNT
+    ),
+    Declaration("image.fx", _IMAGE.fx, "Horizontal focal length, in pixels, above 0." + _POSES),
+    Declaration("image.fy", _IMAGE.fy, "Vertical focal length, in pixels, above 0." + _POSES),
+    Declaration(
+        "image.cx",
+        _IMAGE.cx,
+        "Horizontal coordinate of the principal point, in pixels from the left." + _POSES,
+        low=-FAR,
     ),
     Declaration(
-        "image.height", _IMAGE.height, "Image height, pixels." + _POSES, low=1, high=_MAX_COUNT
+        "image.cy",
+        _IMAGE.cy,
+        "Vertical coordinate of the principal point, in pixels from the top." + _POSES,
+        low=-FAR,
     ),
-    Declaration("image.fx", _IMAGE.fx, "Horizontal focal length, pixels, above 0." + _POSES),
-    Declaration("image.fy", _IMAGE.fy, "Vertical focal length, pixels, above 0." + _POSES),
     Declaration(
-        "image.cx", _IMAGE.cx, "Principal point from the left, pixels." + _POSES, low=-_FAR
+        "lens.focal_length", _LENS.focal_length, "Focal length, in metres, above 0." + _POSES
     ),
-    Declaration("image.cy", _IMAGE.cy, "Principal point from the top, pixels." + _POSES, low=-_FAR),
-    Declaration("lens.focal_length", _LENS.focal_length, "Focal length, metres, above 0." + _POSES),
     Declaration(
         "lens.hyperfocal_distance",
         _LENS.hyperfocal_distance,
-        "Hyperfocal distance, metres; 0 to compute it from lens.f_number and"
+        "Hyperfocal distance, in metres; 0 to compute it from lens.f_number and"
         " lens.circle_of_confusion." + _POSES,
     ),
     Declaration(
         "lens.f_number",
         0.0,
-        "Focal length over aperture diameter; read only where lens.hyperfocal_distance is 0."
+        "F-number: focal length over aperture diameter. Used only if lens.hyperfocal_distance is 0."
         + _POSES,
     ),
     Declaration(
         "lens.circle_of_confusion",
         0.0,
-        "Largest blur on the sensor that counts as sharp, metres; read only where"
-        " lens.hyperfocal_distance is 0." + _POSES,
+        "Circle of confusion: the largest blur spot on the sensor that counts as sharp, in metres."
+        " Used only if lens.hyperfocal_distance is 0." + _POSES,
     ),
-    Declaration("lens.min_focus", _LENS.min_focus, "Nearest focus distance, metres." + _POSES),
-    Declaration("lens.max_focus", 0.0, "Farthest focus distance, metres; 0 for no limit." + _POSES),
+    Declaration(
+        "lens.min_focus",
+        _LENS.min_focus,
+        "Nearest distance at which the lens can focus, in metres." + _POSES,
+    ),
+    Declaration(
+        "lens.max_focus",
+        0.0,
+        "Farthest distance at which the lens can focus, in metres; 0 for no limit." + _POSES,
+    ),
     Declaration(
         "lens.focus_distances",
         _ANY_DISTANCE,
-        "The only distances that the lens can be set to, metres; [0.0] if it takes all between its"
-        " limits." + _POSES,
+        "The only distances at which the lens can focus, in metres; [0.0] for a lens that focuses"
+        " at any distance between its limits." + _POSES,
     ),
     Declaration(
         "lens.focus_steps",
         0,
-        "Number of positions that the lens has from lens.min_focus to lens.max_focus, equally"
-        " spaced in dioptres; 0 if it has no steps." + _POSES,
+        "Number of focus positions from lens.min_focus to lens.max_focus, equally spaced in"
+        " dioptres; 0 for a lens without steps." + _POSES,
         high=MAX_FOCUS_STEPS,
     ),
     Declaration(
         "lens_tables",
         "",
-        "YAML file of lens tables, by camera: what lens drivers want to be told, for cameras that"
-        " bring none of their own; '' for none. It is read when this is set, and set again to read"
-        " it again." + _NEXT_CALL,
+        "YAML file of lens tables by camera, which map focus distances to the values that lens"
+        " drivers take; for cameras that bring no table of their own. '' for none. The file is read"
+        " when this parameter is set; set it again to reread the file." + _NEXT_CALL,
     ),
     Declaration(
         "cost.projected_area_weight",
         _MODEL.projected_area_weight,
-        "w1, the weight of the projected area." + _COST,
+        f"w1, the weight of the projected area{_COST}." + _NEXT_CALL,
         high=1,
     ),
     Declaration(
         "cost.axis_deviation_weight",
         _MODEL.axis_deviation_weight,
-        "w2, the weight of the distance from the optical axis." + _COST,
+        f"w2, the weight of the distance from the optical axis{_COST}." + _NEXT_CALL,
         high=1,
     ),
     Declaration(
         "cost.focus_weight",
         _MODEL.focus_weight,
-        "w3, the weight of being out of focus. The three sum to at most 1." + _COST,
+        f"w3, the weight of being out of focus{_COST}. The three weights sum to at most 1."
+        + _NEXT_CALL,
         high=1,
     ),
     Declaration(
         "cost.projected_area_scale",
         _MODEL.projected_area_scale,
-        "epsilon1, the scale of the projected area's cost, 1/m^2." + _COST,
+        f"epsilon1, the scale of the projected area{_COST}, in 1/m^2." + _NEXT_CALL,
     ),
     Declaration(
         "cost.axis_deviation_limit",
         _MODEL.axis_deviation_limit,
-        "epsilon2, metres from the optical axis at which that cost is full, above 0." + _COST,
+        f"epsilon2, the distance from the optical axis at which its cost{_COST} is full, in metres,"
+        " above 0." + _NEXT_CALL,
     ),
     Declaration(
         "max_points",
         5_000_000,
-        "Number of points that a cloud may have; a larger one is refused before it is read. 0 for"
-        " no limit. A change applies to the clouds that come after it.",
+        "Greatest number of points that a cloud may have; a larger one is refused before it is"
+        " read. 0 for no limit. A change applies to clouds received afterwards.",
         high=_MAX_COUNT,
     ),
     Declaration(
         "max_triangles",
         5_000_000,
-        "Number of triangles that a mesh may have, and of vertices three times as many; a larger"
-        " one is refused before it is read. 0 for no limit. A change applies to the meshes that"
-        " come after it.",
+        "Greatest number of triangles that a mesh may have; of vertices it may have three times as"
+        " many. A larger mesh is refused before it is read. 0 for no limit. A change applies to"
+        " meshes received afterwards.",
         high=_MAX_COUNT,
     ),
     Declaration(
         "max_cameras",
         20_000,
-        "Number of cameras that a rig may have, each of which has a topic; a larger one is refused"
-        " before it is read. 0 for no limit. A change applies to the rigs that come after it.",
+        "Greatest number of cameras that a rig may have, each of which gets a topic; a larger one"
+        " is refused before it is read. 0 for no limit. A change applies to rigs received"
+        " afterwards.",
         high=_MAX_COUNT,
     ),
     Declaration(
         "record_directory",
         "",
-        "Folder below which every run is recorded, one folder each; '' to record none. It is made"
-        " where it is missing." + _NEXT_CALL,
+        "Folder in which every run is recorded, each in a folder of its own; '' to record none. It"
+        " is created if it does not exist." + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
         "record_markers",
         False,
-        "Whether a recorded run holds markers too, which show what the plan is worth, in 3D."
+        "Whether recorded runs include 3D markers that show how well the plan images the surface."
         + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
         "record_max_runs",
         0,
-        "Number of runs that record_directory keeps: the oldest are deleted, never the newest; 0"
+        "Number of runs to keep in record_directory: the oldest are deleted, never the newest; 0"
         " for no limit." + _NEXT_CALL,
         high=_MAX_COUNT,
         plans=False,
@@ -270,40 +253,40 @@ DECLARATIONS = (
     Declaration(
         "record_max_bytes",
         0,
-        "Bytes that the runs of record_directory may take together: the oldest are deleted, never"
-        " the newest; 0 for no limit." + _NEXT_CALL,
-        high=_MAX_SEED,
+        "Total size of the runs to keep in record_directory, in bytes: the oldest are deleted,"
+        " never the newest; 0 for no limit." + _NEXT_CALL,
+        high=MAX_INTEGER,
         plans=False,
     ),
     Declaration(
         "autostart",
         True,
-        "Whether the node configures and activates itself when it starts; false leaves that to"
-        " whoever manages its life cycle.",
+        "Whether the node configures and activates itself when it starts; false leaves this to a"
+        " lifecycle manager.",
         read_only=True,
         plans=False,
     ),
     Declaration(
         "overlap",
         OVERLAPS[0],
-        "What becomes of a goal of ~/plan that comes while others are planned or wait. queue: it"
-        " waits for its turn. preempt: goals before it end with the best plan so far, which is"
-        " answered and not published. refuse: it is rejected. Calls of ~/plan_focus always wait for"
-        " their turn. " + _one_of(OVERLAPS) + _NEXT_CALL,
+        "What happens to a goal of ~/plan that arrives while other requests are being planned or"
+        " waiting. queue: it waits for its turn. preempt: the goals before it end with their best"
+        " plan so far, which is returned but not published. refuse: it is rejected. Calls of"
+        " ~/plan_focus always wait for their turn. " + one_of(OVERLAPS) + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
         "service_max_wait",
         5.0,
-        "Seconds that a call of ~/plan_focus waits for its turn before it is answered that the"
-        " planner is busy." + _NEXT_CALL,
+        "Longest time that a call of ~/plan_focus waits for its turn, in seconds; then the answer"
+        " is that the planner is busy." + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
         "max_waiting",
         100,
-        "Number of requests that may wait for their turn; a call beyond is answered that the"
-        " planner is busy, a goal is rejected." + _NEXT_CALL,
+        "Greatest number of requests that may wait for their turn; further calls are answered that"
+        " the planner is busy, further goals are rejected." + _NEXT_CALL,
         low=1,
         high=100_000,
         plans=False,
@@ -311,8 +294,8 @@ DECLARATIONS = (
     Declaration(
         "status_period",
         1.0,
-        "Seconds between messages on ~/status and on /diagnostics; ~/status is also published when"
-        " it changes, at most ten times a second. A change applies at once.",
+        "Period of ~/status and of /diagnostics, in seconds; ~/status is also published on every"
+        " change, at most ten times a second. A change applies at once.",
         low=0.1,
         high=3600.0,
         plans=False,
@@ -320,8 +303,8 @@ DECLARATIONS = (
     Declaration(
         "max_input_age",
         0.0,
-        "Seconds after which a surface or a rig is reported as old on /diagnostics; it is planned"
-        " with all the same. 0 for no limit. A change applies at once.",
+        "Age from which /diagnostics reports a surface or a rig as old, in seconds; it is used all"
+        " the same. 0 for no limit. A change applies at once.",
         plans=False,
     ),
 )
@@ -329,16 +312,16 @@ DECLARATIONS = (
 
 @dataclass(frozen=True)
 class Recording:
-    """Whether, and how, runs are recorded.
+    """Whether and how runs are recorded.
 
     Attributes
     ----------
     directory : Path or None
-        The folder that the runs' folders are in; None to record none.
+        The folder of the runs' folders; None to record none.
     markers : bool
-        Whether a run holds markers.
+        Whether runs include markers.
     max_runs, max_bytes : int
-        What is kept at most; 0 for no limit.
+        How many runs to keep, and of what total size; 0 for no limit.
     """
 
     directory: Path | None = None
@@ -349,22 +332,22 @@ class Recording:
 
 @dataclass(frozen=True)
 class Serving:
-    """How requests are served, and what is told of it.
+    """How requests are served, and what is reported.
 
     Attributes
     ----------
     autostart : bool
         Whether the node configures and activates itself.
     overlap : {"queue", "preempt", "refuse"}
-        What becomes of a goal that comes while others are planned or wait.
+        What happens to a goal that arrives while other requests are being planned or waiting.
     service_max_wait : float
-        Seconds that a call waits for its turn.
+        How long a call waits for its turn, seconds.
     max_waiting : int
-        Requests that may wait.
+        How many requests may wait.
     status_period : float
-        Seconds between reports.
+        Seconds between two reports.
     max_input_age : float
-        Seconds after which an input is reported as old.
+        Age from which an input is reported as old, seconds.
     """
 
     autostart: bool = True
@@ -386,18 +369,19 @@ class Settings:
     ----------
     frame_id : str
     request : PlanRequest
-        What a request takes that leaves something out.
+        The defaults of what a request leaves out.
     warm_start : bool
-        Whether plans start from the last one.
+        Whether a plan starts from the last one.
     optics : Optics
-        What a camera takes that brings no image, lens or lens table.
+        The defaults of what a camera leaves out: image, lens, lens table.
     model : CostModel
     limits : Limits
-        How large a message may be.
+        How large messages may be.
     recording : Recording
     serving : Serving
     values : tuple
-        The parameters that they were made of: names and values, as declared.
+        The parameters that these settings were made from: names and values, in the order of their
+        declarations.
     """
 
     frame_id: str
@@ -414,51 +398,38 @@ class Settings:
     def from_values(
         cls, values: Mapping[str, Any], lens_tables_text: str | None = None
     ) -> Settings:
-        """Return the settings of parameters by name; those left out have their defaults.
+        """Return the settings that parameters amount to.
 
         Parameters
         ----------
         values : mapping
+            Parameters by name; those left out have their defaults.
         lens_tables_text : str, optional
-            What the file of the parameter ``lens_tables`` had in it when it was read, "" for none;
-            without it the file is read.
+            The contents of the file that the parameter ``lens_tables`` names, as read before; ""
+            for no tables. By default the file is read.
 
         Raises
         ------
         InputError
-            If a value is out of range, they contradict each other, or the file of lens tables
+            If a value is out of range, values contradict each other, or the file of lens tables
             cannot be used.
         """
-        values = {d.name: d.default for d in DECLARATIONS} | dict(values)
+        values = with_defaults(DECLARATIONS, values)
         if not values["frame_id"]:
             raise InputError("frame_id", "the name of a frame", "''")
-        lens = _group(values, "lens.")
+        lens = group(values, "lens.")
         if tuple(lens["focus_distances"]) == _ANY_DISTANCE:
             lens["focus_distances"] = ()
         return cls(
             frame_id=values["frame_id"],
-            request=PlanRequest(
-                method=values["method"],
-                samples=values["samples"],
-                seed=values["seed"],
-                k=values["k"],
-                scope=values["scope"],
-                tuples=values["tuples"],
-                time_budget=values["time_budget"] or math.inf,
-                shots=values["shots"],
-                depth_tolerance=values["depth_tolerance"],
-                fresh_samples=values["fresh_samples"],
-                standard_error=values["standard_error"],
-                bound=values["bound"],
-                gap=values["gap"],
-            ),
+            request=request_from_values(values),
             warm_start=values["warm_start"],
             optics=Optics(
-                intrinsics=CameraIntrinsics(**_group(values, "image.")),
+                intrinsics=CameraIntrinsics(**group(values, "image.")),
                 lens=lens_from_message(SimpleNamespace(**lens, table=_NO_TABLE)),
                 tables=_lens_tables(values["lens_tables"], lens_tables_text),
             ),
-            model=CostModel(**_group(values, "cost.")),
+            model=CostModel(**group(values, "cost.")),
             limits=Limits(
                 max_points=values["max_points"] or math.inf,
                 max_triangles=values["max_triangles"] or math.inf,
@@ -488,20 +459,12 @@ class Settings:
 
     @property
     def lens_tables_text(self) -> str:
-        """The text of their file, "" for none."""
+        """The contents of their file; "" for none."""
         return self.optics.tables.text if self.optics.tables else ""
 
 
-def _group(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {
-        name.removeprefix(prefix): value
-        for name, value in values.items()
-        if name.startswith(prefix)
-    }
-
-
 def _lens_tables(name: str, text: str | None) -> LensTables | None:
-    """Return the tables of a text, or else of a file."""
+    """Return the tables in a text, or else in the file of this name."""
     if text is None:
         path = _path("lens_tables", "a file", name)
         return load_lens_tables(path) if path else None
@@ -516,6 +479,6 @@ def _path(parameter: str, what: str, name: str) -> Path | None:
 
 
 def _plain(value: Any) -> Value:
-    """Return the value, a list (ROS has it as an array) as a tuple."""
+    """Return the value; an array, as ROS has lists, as a tuple."""
     plain: Value = value if isinstance(value, (str, int, float)) else tuple(map(float, value))
     return plain

@@ -32,8 +32,12 @@ from focus_planner.messages.reading import (
     mesh_from_bytes,
     plan_from_message,
     poses_from_message,
-    request_from_message,
     rig_from_message,
+)
+from focus_planner.messages.requests import (
+    request_from_message,
+    request_to_fields,
+    request_to_values,
 )
 from focus_planner.messages.typestore import (
     CLOUD,
@@ -53,7 +57,6 @@ from focus_planner.messages.writing import (
     cloud_to_fields,
     mesh_to_bytes,
     plan_to_fields,
-    request_to_fields,
     rig_to_fields,
 )
 from focus_planner.parameters.declaration import Value
@@ -226,8 +229,7 @@ def beginning_of(
 
     The parameters are taken from the request, except for the lens tables.
     """
-    values: dict[str, Any] = _WITHOUT_LIMITS | vars(request) | {"frame_id": frame_id}
-    values["time_budget"] = 0.0 if math.isinf(request.time_budget) else request.time_budget
+    values = _WITHOUT_LIMITS | request_to_values(request) | {"frame_id": frame_id}
     values["lens_tables"] = tables.where if tables else ""
     settings = Settings.from_values(values, tables.text if tables else "")
     asked = request_to_fields(request)

@@ -13,7 +13,7 @@ from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import RIG
-from focus_planner.parameters.declaration import Value
+from focus_planner.parameters.declaration import Value, group
 from focus_planner.parameters.planner import DECLARATIONS, Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Run, rig_message
@@ -151,8 +151,8 @@ def _recorded_circles(run: Run, payload: bytes) -> dict[str, float]:
 def _changed_camera(
     camera: Camera, changes: Mapping[str, Any], circles: Mapping[str, float], notes: list[str]
 ) -> Camera:
-    intrinsics = replace(camera.intrinsics, **_group(changes, "image."))
-    lens_changes = _group(changes, "lens.")
+    intrinsics = replace(camera.intrinsics, **group(changes, "image."))
+    lens_changes = group(changes, "lens.")
     focal_length = lens_changes.get("focal_length", camera.lens.focal_length)
     known = circles.get(camera.name, circles[""])
 
@@ -205,7 +205,3 @@ def _changed_lens(
 
 def _f_number(lens: Lens, circle: float) -> float:
     return float(lens.focal_length**2 / (lens.hyperfocal_distance * circle))
-
-
-def _group(changes: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {n.removeprefix(prefix): v for n, v in changes.items() if n.startswith(prefix)}

@@ -22,7 +22,7 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import Progress, ProgressCallback
 from focus_planner.core.validation import InputError
-from focus_planner.messages.reading import request_from_message
+from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import Stamp, plan_to_fields
 from focus_planner.parameters.planner import Settings
 from focus_planner.recording.bag import BagMessage

@@ -1,10 +1,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-import pty
 import re
-import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -18,6 +17,7 @@ import trimesh
 import yaml
 
 from focus_planner.cli import main as cli
+from focus_planner.core.planning.field_spec import specified_fields
 from focus_planner.core.planning.request import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
@@ -26,7 +26,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
-from testing.forked import ForkedProcess
+from testing.terminal import on_a_terminal
 
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05)
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
@@ -443,15 +443,12 @@ def test_help_names_every_choice_and_default(capsys: Any) -> None:
     for choice in (*METHODS, *SCOPES, *TUPLES, *BOUNDS):
         assert choice in text
     defaults = PlanRequest()
-    for default in (defaults.method, defaults.samples, defaults.seed, defaults.k):
-        assert f"({default})" in text
-    assert f"does not see ({defaults.fresh_samples})" in text
-    assert f"chosen for it ({defaults.standard_error:g})" in text
-    assert f"({defaults.scope})" in text
-    assert f"proves it ({defaults.bound})" in text
-    assert "of the cost (1e-4)" in text
-    assert defaults.gap == 1e-4
-    assert f"({defaults.tuples})" in text
+    for field in specified_fields(PlanRequest):
+        value = getattr(defaults, field.name)
+        shown = {math.inf: "none", 1e-4: "0.0001", 2.0: "2", 0.0: "0"}.get(value, value)
+        # With what it takes, unlike where another option's help mentions it.
+        option = rf" --{field.name.replace('_', '-')} [A-Z{{].*?\(default: (.*?)\)"
+        assert re.search(option, text.partition("how to plan:")[2])[1] == str(shown)
 
 
 @pytest.mark.parametrize("words", ["", "rig", "node", "lens_adapter", "demo", "rig cylinder"])
@@ -460,7 +457,16 @@ def test_every_command_has_help(words: str, capsys: Any) -> None:
     assert "usage: focus_planner" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", [[], ["rig"], ["fly"], ["plan"], ["rig", "sphere"]])
+@pytest.mark.parametrize("words", [[], ["rig"]])
+def test_without_a_command_there_is_help(words: list[str], capsys: Any) -> None:
+    assert cli.main(words) == 0
+    shown = capsys.readouterr()
+    assert cli.main([*words, "--help"]) == 0
+    assert capsys.readouterr() == shown
+    assert shown.err == ""
+
+
+@pytest.mark.parametrize("words", [["fly"], ["plan"], ["rig", "sphere"]])
 def test_an_incomplete_command_is_refused(words: list[str], capsys: Any) -> None:
     fails_in_one_line(capsys, cli.main(words), "--help)")
 
@@ -468,6 +474,46 @@ def test_an_incomplete_command_is_refused(words: list[str], capsys: Any) -> None
 def test_it_tells_its_version(capsys: Any) -> None:
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("focus_planner")
+
+
+def test_python_runs_the_package() -> None:
+    words = [sys.executable, "-m", "focus_planner", "--version"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("focus_planner")
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("focus_planner r", {"rig", "replay"}),
+        ("focus_planner plan --method ", set(METHODS)),
+        ("focus_planner plan --sco", {"--scope"}),
+    ],
+)
+def test_a_shell_completes_without_loading_what_plans(typed: str, offered: set[str]) -> None:
+    heavy = ("numba", "open3d", "rclpy", "scipy", "trimesh", "rosbags", "matplotlib")
+    program = f"""
+import atexit, os, sys
+from focus_planner.cli import main
+os._exit = sys.exit
+atexit.register(lambda: print(*sys.modules.keys() & {set(heavy)!r}, file=sys.stderr))
+main.main()
+"""
+    completing = {"_ARGCOMPLETE": "1", "COMP_LINE": typed, "COMP_POINT": str(len(typed))}
+    # What a shell gives as descriptor 8.
+    completing |= {"_ARGCOMPLETE_STDOUT_FILENAME": "/dev/stdout", "_ARGCOMPLETE_IFS": " "}
+    words = [sys.executable, "-c", program]
+    done = subprocess.run(
+        words, capture_output=True, text=True, check=True, env=os.environ | completing
+    )
+    assert {word.strip() for word in done.stdout.split()} == offered
+    assert done.stderr.strip() == ""
+
+
+@pytest.mark.parametrize("entry", [cli.__file__, Path(cli.__file__).parents[1] / "__main__.py"])
+def test_argcomplete_finds_its_marker(entry: Path) -> None:
+    assert "PYTHON_ARGCOMPLETE_OK" in Path(entry).read_text(encoding="utf-8")[:1024]
 
 
 def module(name: str, monkeypatch: pytest.MonkeyPatch, **functions: Any) -> None:
@@ -486,7 +532,7 @@ def test_node_passes_everything_on(command: str, monkeypatch: pytest.MonkeyPatch
 
 def test_demo_takes_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Path] = []
-    module("focus_planner.demo", monkeypatch, run=seen.append)
+    module("focus_planner.demo", monkeypatch, run=lambda folder, _: seen.append(folder))
     assert cli.main(["demo"]) == 0
     assert cli.main(["demo", "--output", "there"]) == 0
     assert seen == [Path("demo_output"), Path("there")]
@@ -497,15 +543,6 @@ def test_without_ros_it_says_so(command: str, monkeypatch: pytest.MonkeyPatch, c
     monkeypatch.setitem(sys.modules, f"focus_planner.ros.{command}", None)
     monkeypatch.setitem(sys.modules, "focus_planner.demo", None)
     fails_in_one_line(capsys, cli.main([command]), "needs ROS 2 (rclpy)")
-
-
-def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    def interrupt(_: list[str]) -> int:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(cli, "_run", interrupt)
-    assert cli.main([]) == 130
-    assert capsys.readouterr() == ("", "")
 
 
 # --- as a process ------------------------------------------------------------------------------
@@ -532,40 +569,19 @@ def test_a_process_is_quiet_when_piped_and_bad_input_costs_one_line(here: Path) 
     assert done.stderr == "focus_planner: error: k: expected 2 or 3, got 9\n"
 
 
-def on_a_terminal(
-    *options: str, stdout: int | None = None, interrupt_at: bytes | None = None
-) -> tuple[int, str]:
-    """Run the program with its stderr, and stdout unless given, on a terminal."""
-    ours, theirs = pty.openpty()
+def plan_on_a_terminal(*options: str, **how: Any) -> tuple[int, str]:
     words = ["plan", "ball.ply", "--rig", "rig.yaml", "--samples", "300", *options]
-    environment = os.environ | {"TERM": "xterm", "COLUMNS": "100"}
-    environment.pop("NO_COLOR", None)
-    stdout = theirs if stdout is None else stdout
-    process = ForkedProcess(
-        "testing.program", *words, stdout=stdout, stderr=theirs, env=environment
-    )
-    os.close(theirs)
-    shown = b""
-    try:
-        while part := os.read(ours, 65536):
-            shown += part
-            if interrupt_at and interrupt_at in shown:
-                process.send_signal(signal.SIGINT)
-                interrupt_at = None
-    except OSError:  # what Linux says when the other end has gone
-        pass
-    os.close(ours)
-    return process.wait(), shown.decode()
+    return on_a_terminal(words, **how)
 
 
 @pytest.mark.processes
 def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
-    status, shown = on_a_terminal()
+    status, shown = plan_on_a_terminal()
     assert status == 0
     assert "finding what 12 cameras see" in shown
     for word in ("cost", "fresh cost", "in focus", " ± ", "m²", "% of the surface", "planned"):
         assert word in shown
-    for word in ("lower bound", "no plan costs less on those: within", "% of the best"):
+    for word in ("lower bound", "no plan costs less on these samples: within", "% of the best"):
         assert word in shown
     assert '"cameras"' not in shown
 
@@ -573,7 +589,7 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
 @pytest.mark.processes
 def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
     Path("lenses.yaml").write_text(TABLES)
-    status, shown = on_a_terminal("--lens-tables", "lenses.yaml")
+    status, shown = plan_on_a_terminal("--lens-tables", "lenses.yaml")
     assert status == 0
     assert re.search(r"lenses\W+\d+ to \d+\W+focus_absolute", shown)
     assert re.search(r"lenses\W+[\d.]+ to [\d.]+\W+dioptres", shown)
@@ -582,7 +598,7 @@ def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
 @pytest.mark.processes
 def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
     with Path("plan.json").open("wb") as file:
-        status, shown = on_a_terminal(stdout=file.fileno())
+        status, shown = plan_on_a_terminal(stdout=file.fileno())
     assert status == 0
     assert "finding what" in shown
     assert "in focus" not in shown
@@ -591,7 +607,7 @@ def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
 
 @pytest.mark.processes
 def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
-    assert on_a_terminal("--quiet", "--output", "plan.json") == (0, "")
+    assert plan_on_a_terminal("--quiet", "--output", "plan.json") == (0, "")
     assert load_plan(Path("plan.json")).samples == 300
 
 
@@ -606,12 +622,3 @@ def test_what_is_read_is_not_written(here: Path, capsys: Any) -> None:
         status = plan(option, path, "--lens-tables", "lenses.yaml")
         fails_in_one_line(capsys, status, "a file to write that is not read as well")
         assert Path(path).read_bytes() == before
-
-
-@pytest.mark.processes
-def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
-    status, shown = on_a_terminal("--samples", "1000000", interrupt_at=b"finding what")
-    assert status == 130
-    assert "finding what" in shown
-    assert "Traceback" not in shown
-    assert "Interrupt" not in shown

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import pty
 import shutil
-import signal
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +21,7 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag import read_bag
 from focus_planner.recording.run import inputs_of, read_run
-from testing.forked import ForkedProcess, run_forked
+from testing.forked import run_forked
 from testing.runs import (
     REQUEST,
     RIG,
@@ -37,6 +34,7 @@ from testing.runs import (
     solved,
     with_payload,
 )
+from testing.terminal import CTRL_C_AT_A_STEP, on_a_terminal
 
 RUN = "focus_planner_msgs/msg/Run"
 KEYS = {
@@ -183,7 +181,7 @@ def test_what_fails_as_it_did_is_0(here: Path, capsys: Any) -> None:
         ("runs/good/metadata.yaml", "metadata.yaml: expected a recorded run, got "),
         ("a" * 300, "expected a recorded run, got File name too long"),
         ("empty", "empty: expected the folder of a run with one .mcap file, got a folder without"),
-        ("runs/cut.partial", "cut.partial: expected a whole run, got a partial one: "),
+        ("runs/cut.partial", "cut.partial: expected a complete run, got a partial one: "),
     ],
 )
 def test_what_cannot_be_read_is_2_in_one_line(
@@ -199,7 +197,7 @@ def test_what_cannot_be_read_is_2_in_one_line(
 def test_a_partial_run_says_what_to_do(here: Path, capsys: Any) -> None:
     assert replay("runs/cut.partial") == 2
     err = one_line(capsys.readouterr().err)
-    assert err.endswith("; --set or --record plan from its inputs\n")
+    assert err.endswith("; use --set or --record to plan from its inputs\n")
 
 
 def test_truncated_and_random_bytes_are_told_in_one_line(here: Path, capsys: Any) -> None:
@@ -222,8 +220,8 @@ def test_truncated_and_random_bytes_are_told_in_one_line(here: Path, capsys: Any
         (["--set", "f=8"], "--set: expected one of method, "),
         (["--set", "method=best"], "method: expected one of closest"),
         (["--set", "depth_tolerance=9"], "depth_tolerance: expected metres that some camera's"),
-        (["--live", "--set", "k=2"], "--live: expected no --set and no --record"),
-        (["--live", "--record", "x"], "--live: expected no --set and no --record"),
+        (["--live", "--set", "k=2"], "--live: expected neither --set nor --record with it, got"),
+        (["--live", "--record", "x"], "--live: expected neither --set nor --record with it, got"),
         (["--sett", "k=2"], "unrecognized arguments"),
     ],
 )
@@ -360,7 +358,7 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     assert change.endswith(f"({percent:+.2f} %)")
     assert rows["in focus area"][1].startswith("± ")
     assert "% " not in rows["total seconds"][-1]
-    assert "of 8 cameras are focused elsewhere, by " in out
+    assert "of 8 cameras are focused at other distances, by " in out
     assert rows["c3"][0].endswith(" m")
     assert rows["c3"][2].endswith(" mm")
 
@@ -384,7 +382,7 @@ def test_what_if_in_json_has_every_camera(here: Path, capsys: Any) -> None:
 
 def test_what_changes_nothing_is_said(here: Path, capsys: Any) -> None:
     assert replay("runs/good", "--set", "method=em") == 0
-    assert "0 of 8 cameras are focused elsewhere\n" in capsys.readouterr().out
+    assert "0 of 8 cameras are focused at other distances\n" in capsys.readouterr().out
 
 
 def test_a_partial_run_is_planned_with_what_is_set(here: Path, capsys: Any) -> None:
@@ -547,32 +545,9 @@ def test_live_needs_ros_and_says_so(here: Path) -> None:
     )
 
 
-def on_a_terminal(*words: str, interrupt_at: bytes | None = None) -> tuple[int, str]:
-    """Run the program on a terminal; type Ctrl-C once it has said something."""
-    ours, theirs = pty.openpty()
-    environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
-    environment.pop("NO_COLOR", None)
-    said, interrupted = b"", False
-    process = ForkedProcess(
-        "testing.program", *words, stdout=theirs, stderr=theirs, env=environment
-    )
-    os.close(theirs)
-    try:
-        while chunk := os.read(ours, 4096):
-            said += chunk
-            if interrupt_at and interrupt_at in said and not interrupted:
-                interrupted = True
-                process.send_signal(signal.SIGINT)
-    except OSError:  # the other end is closed
-        pass
-    os.close(ours)
-    assert interrupted or not interrupt_at
-    return process.wait(), said.decode()
-
-
 @pytest.mark.processes
 def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
-    status, said = on_a_terminal("replay", "runs/good", "runs/differs")
+    status, said = on_a_terminal(["replay", "runs/good", "runs/differs"])
     assert status == 1
     assert "1 of 2: " in said
     assert "2 of 2: " in said
@@ -581,7 +556,7 @@ def test_on_a_terminal_it_shows_where_it_is(here: Path) -> None:
 
 @pytest.mark.processes
 def test_it_can_be_told_to_be_quiet(here: Path) -> None:
-    status, said = on_a_terminal("replay", "runs/good", "runs/good", "--quiet")
+    status, said = on_a_terminal(["replay", "runs/good", "runs/good", "--quiet"])
     assert status == 0
     assert "1 of 2: " not in said
     assert "2 reproduced" in said
@@ -589,8 +564,8 @@ def test_it_can_be_told_to_be_quiet(here: Path) -> None:
 
 @pytest.mark.processes
 def test_ctrl_c_ends_it(here: Path) -> None:
-    words = ["--set", "samples=400000", "--set", "method=optimal", "--set", "gap=0"]
-    status, said = on_a_terminal("replay", "runs/good", *words, interrupt_at=b"step ")
+    words = ["replay", "runs/good", "--set", "samples=500"]
+    status, said = on_a_terminal(words, CTRL_C_AT_A_STEP)
     assert status == 130
     assert "Traceback" not in said
     assert "planned" not in said
@@ -598,9 +573,8 @@ def test_ctrl_c_ends_it(here: Path) -> None:
 
 @pytest.mark.processes
 def test_what_ctrl_c_ended_is_left_partial(here: Path, capsys: Any) -> None:
-    words = ["--set", "samples=400000", "--set", "method=optimal", "--set", "gap=0"]
-    answers = ["--record", "answers"]
-    status, said = on_a_terminal("replay", "runs/good", *words, *answers, interrupt_at=b"step ")
+    words = ["replay", "runs/good", "--set", "samples=500", "--record", "answers"]
+    status, said = on_a_terminal(words, CTRL_C_AT_A_STEP)
     assert status == 130
     assert "Traceback" not in said
     (path,) = Path("answers").iterdir()

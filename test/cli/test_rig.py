@@ -114,8 +114,8 @@ def test_a_model_without_a_scale_says_so(here: Path, capsys: Any) -> None:
     write_model(Path("model"), 0.01)
     rig, notes = made(capsys, "colmap", "model", "--frame-id", "booth", "--images", "cam_0*")
     assert notes == (
-        "focus_planner: note: COLMAP knows no metres; taken as such, the cameras span"
-        " 150 m; --scale says how many metres one unit is\n"
+        "focus_planner: note: a COLMAP model has no unit; if it is metres, the cameras span"
+        " 150 m; otherwise give the metres per unit with --scale\n"
     )
     assert (len(rig), rig.frame_id) == (6, "booth")
 
@@ -154,8 +154,8 @@ def test_guesses_are_told(here: Path, capsys: Any) -> None:
         "focus_planner: note: assumed from their names to be body frames, x forward"
     )
     assert second == (
-        "focus_planner: note: all cameras have the paper's image; --camera-info or --image says"
-        " theirs"
+        "focus_planner: note: all cameras have the paper's image; use --camera-info or --image"
+        " to give their own"
     )
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
     options = ["--convention", "optical", "--image", "640x480", "--fx", "500", *LENS_OPTIONS]
@@ -195,8 +195,8 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         ("transforms none", "none: expected a list of transforms, got no such file"),
         ("transforms tf.txt --root x", "tf.txt: root: expected one of hall, "),
         ("transforms tf.txt --convention x", "convention: expected one of optical, body, got 'x'"),
-        ("transforms tf.txt --image 4x3", "--image and --fx: expected both, or neither"),
-        ("transforms tf.txt --fx 3", "--image and --fx: expected both, or neither"),
+        ("transforms tf.txt --image 4x3", "--image and --fx: expected both or neither"),
+        ("transforms tf.txt --fx 3", "--image and --fx: expected both or neither"),
         ("transforms tf.txt --image 4 --fx 3", "--image: expected WIDTHxHEIGHT in pixels, such as"),
         ("transforms tf.txt --image 4x0 --fx 3", "image.height: expected a whole number of at"),
         ("transforms tf.txt --camera-info x --fx 3", "--camera-info: expected it, or --image and"),

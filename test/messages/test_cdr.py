@@ -37,7 +37,7 @@ def test_every_cut_is_noticed(big_endian):
 def test_a_writer_may_fill_its_last_word_and_no_more():
     payload = write_mesh(np.array([[0, 1, 2]], np.int32), np.eye(3))
     read_mesh(payload + b"\0\0\0")
-    with pytest.raises(InputError, match=f"expected {len(payload)} bytes, by its lengths"):
+    with pytest.raises(InputError, match=f"expected {len(payload)} bytes, according to its counts"):
         read_mesh(payload + b"\0\0\0\0")
 
 
@@ -60,6 +60,6 @@ def test_other_encapsulations_are_refused(head):
 def test_lengths_that_promise_gigabytes_are_refused_by_the_buffer():
     payload = b"\x00\x01\x00\x00" + b"\xff\xff\xff\xff" + bytes(100)
     with pytest.raises(
-        InputError, match="for 4294967295 triangles, got 108 bytes; the message was"
+        InputError, match="for 4294967295 triangles, got 108 bytes; the message is truncated"
     ):
         read_mesh(payload)

@@ -20,9 +20,9 @@ from focus_planner.messages.reading import (
     intrinsics_from_message,
     lens_from_message,
     poses_from_message,
-    request_from_message,
     rig_from_message,
 )
+from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import cloud_to_fields
 from testing.messages import (
     BAD_CLOUDS,

@@ -17,10 +17,10 @@ from focus_planner.messages.reading import (
     mesh_from_bytes,
     plan_from_message,
     poses_from_message,
-    request_from_message,
     rig_from_message,
     shot_from_message,
 )
+from focus_planner.messages.requests import request_from_message, request_to_fields
 from focus_planner.messages.writing import (
     camera_focus_to_fields,
     cloud_to_fields,
@@ -29,7 +29,6 @@ from focus_planner.messages.writing import (
     mesh_to_bytes,
     plan_to_fields,
     poses_to_fields,
-    request_to_fields,
     rig_to_fields,
     shot_to_fields,
 )

@@ -20,7 +20,7 @@ TEXT = parameters_to_yaml(DECLARATIONS)
 FROM_ZERO = [d for d in DECLARATIONS if type(d.default) in {int, float} and d.low == 0]
 # A unit, or what makes the number one without.
 UNIT = re.compile(
-    r"\b(metres|seconds|pixels|bytes|number of|1/m\^2|unit|seed|weight|part of|"
+    r"\b(metres|seconds|pixels|bytes|number of|1/m\^2|unit|seed|weight|fraction of|"
     r"focal length over aperture diameter)\b",
     re.IGNORECASE,
 )
@@ -84,7 +84,7 @@ def test_every_parameter_is_explained_above_it(declaration: Declaration) -> None
         assert float(high) == pytest.approx(declaration.high)
     else:
         assert "Range" not in comment
-    assert ("at the start only" in comment) == declaration.read_only
+    assert ("It can only be set when the node starts" in comment) == declaration.read_only
 
 
 def test_a_change_that_applies_at_another_time_says_so() -> None:

@@ -63,7 +63,7 @@ def test_simulated_travel_depends_on_the_driver():
         (
             {"cameras": [""]},
             (
-                "cameras: expected the names of cameras, got none; give them as"
+                "cameras: expected the names of cameras, got none; name them, as in"
                 " cameras:=[cam_0, cam_1]"
             ),
         ),
@@ -71,8 +71,8 @@ def test_simulated_travel_depends_on_the_driver():
         (
             {"driver_node": "/camera"},
             (
-                "driver_node: expected another node for each camera, got '/camera' for several; put"
-                " {camera} where the camera's name belongs"
+                "driver_node: expected a node of its own for each camera, got '/camera' for several"
+                " cameras; write {camera} where the camera's name belongs"
             ),
         ),
         (
@@ -85,7 +85,7 @@ def test_simulated_travel_depends_on_the_driver():
         ),
         (
             {"driver_nodes": ["middle=/m"]},
-            "driver_nodes: expected names among those of cameras, got 'middle'",
+            "driver_nodes: expected names listed in cameras, got 'middle'",
         ),
         (
             {"driver": "usb_cam"},
@@ -94,7 +94,7 @@ def test_simulated_travel_depends_on_the_driver():
         (
             {"parameter": "ring"},
             (
-                "parameter: expected none with driver camera_ros, which has its own, got 'ring';"
+                "parameter: expected nothing with driver camera_ros, which has its own, got 'ring';"
                 " give driver:=custom, or leave it out"
             ),
         ),
@@ -134,7 +134,7 @@ def test_what_the_adapter_cannot_take(values, error):
     ("values", "error"),
     [
         ({"min_value": 10.0}, "max_value: expected more than min_value, 10, got 10"),
-        ({"stuck": ["middle"]}, "stuck: expected names among those of cameras, got 'middle'"),
+        ({"stuck": ["middle"]}, "stuck: expected names listed in cameras, got 'middle'"),
         ({"reports": "x"}, "reports: expected one of position, command, got 'x'"),
         ({"beyond_limits": "x"}, "beyond_limits: expected one of refuse, clamp, got 'x'"),
         ({"step": 11.0}, "step: expected less than the lens's travel, got 11"),

@@ -382,13 +382,13 @@ const { parse } = require("@foxglove/rosmsg");
 const { decompress } = require("fzstd");
 const { readFileSync } = require("fs");
 
-function message_as_json(value) {
+function plain(value) {
   if (typeof value === "bigint") return { big: value.toString() };
   if (typeof value === "number" && !Number.isFinite(value))
     return Number.isNaN(value) ? null : value > 0 ? "inf" : "-inf";
   if (ArrayBuffer.isView(value) || Array.isArray(value)) return Array.from(value, plain);
   if (value && typeof value === "object")
-    return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, message_as_json(v)]));
+    return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, plain(v)]));
   return value;
 }
 
@@ -409,7 +409,7 @@ async function main() {
       const text = new TextDecoder().decode(schema.data);
       readers.set(schema.id, new MessageReader(parse(text, { ros2: true })));
     }
-    const content = message_as_json(readers.get(schema.id).readMessage(message.data));
+    const content = plain(readers.get(schema.id).readMessage(message.data));
     found.push([channel.topic, schema.name, message.logTime.toString(), content]);
   }
   console.log(JSON.stringify({ profile: reader.header.profile, found }));

@@ -180,7 +180,7 @@ def test_a_link_is_no_run(tmp_path):
 
 
 def test_of_very_many_runs_without_a_plan_not_all_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("focus_planner.recording.last_plan._MOST_RUNS", 2)
+    monkeypatch.setattr("focus_planner.recording.last_plan._MAX_RUNS", 2)
     write(tmp_path, 1)
     for number in (2, 3):
         write(tmp_path, number, plan=False)

@@ -138,7 +138,7 @@ def test_several_changes_are_taken_together():
     ("assignments", "told"),
     [
         (["samples"], "--set: expected NAME=VALUE, got 'samples'"),
-        (["=3"], "--set: expected one of method, k, .*, got ''"),
+        (["=3"], "--set: expected one of method, samples, .*, got ''"),
         (["sample=3"], "--set: expected one of method, .*, got 'sample'"),
         (["record_directory=/tmp"], "got 'record_directory'"),
         (["warm_start=true"], "got 'warm_start'"),
@@ -231,7 +231,10 @@ def test_the_cost_is_changed(run):
         (["gap=nan"], "gap: expected a number of at least 0"),
         (["focal_length=0"], "focal_length: expected a number above 0"),
         (["hyperfocal_distance=-1"], "hyperfocal_distance: expected a number above"),
-        (["f_number=8", "hyperfocal_distance=5"], "expected hyperfocal_distance, or f_number"),
+        (
+            ["f_number=8", "hyperfocal_distance=5"],
+            "expected either hyperfocal_distance or f_number",
+        ),
         (["circle_of_confusion=3e-5", "hyperfocal_distance=5"], "got both"),
         (["focus_steps=5"], "expected a number above focal_length"),
         (["focus_distances=0.5,1", "focus_steps=5", "min_focus=0.2"], "got both"),
@@ -343,7 +346,7 @@ def test_an_f_number_takes_the_usual_circle_of_the_sensor_and_says_so(run):
     for lens in lenses_of(after.run):
         assert lens.hyperfocal_distance == pytest.approx(expected, rel=1e-12)
     (note,) = after.notes
-    assert f"that of {1000 * diagonal / 1500:.4f} mm, the sensor's diagonal over 1500" in note
+    assert f"assumed {1000 * diagonal / 1500:.4f} mm, the sensor's diagonal / 1500" in note
     assert "--set circle_of_confusion=" in note
 
 

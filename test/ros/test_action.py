@@ -151,7 +151,9 @@ def test_cancelled_it_has_its_best_plan_which_is_in_force(ready, folder, rig, mo
     assert goal.cancel()
     status, reason, result = ended(goal)
     assert (status, reason) == (CANCELED, Reason.CANCELLED)
-    assert result.message.startswith(f"cancelled, the best plan until then; {LONG['method']}, cost")
+    assert result.message.startswith(
+        f"cancelled, the best plan found by then; {LONG['method']}, cost"
+    )
     assert not result.plan.converged
     assert_fits(result.plan, rig)
     assert bits(ready.latched_plan()) == bits(result.plan)

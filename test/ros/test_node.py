@@ -315,7 +315,7 @@ BAD_INPUTS = {
     "degenerate triangles": (mesh(degenerate), r"1 of \d+ degenerate \(first: 9\)"),
     "millimetres": (mesh(lambda v, t: (1000 * v, t)), "surface is probably in millimetres"),
     "inverted normals": (mesh(lambda v, t: (v, t[:, ::-1])), "normals are probably inverted"),
-    "half a mesh": (lambda body, _: ("mesh", mesh_to_bytes(body)[:-5]), "the message was cut off"),
+    "half a mesh": (lambda body, _: ("mesh", mesh_to_bytes(body)[:-5]), "the message is truncated"),
     "an empty cloud": (
         cloud(width=0, row_step=0, data=b""),
         "cloud: expected at least 16 points, got an empty cloud",

@@ -157,7 +157,7 @@ def test_inputs_are_told_with_their_ages(ready, planner, body, rig):
 def test_what_was_refused_is_told_until_a_good_one_comes(ready, planner, body):
     ready.publish("mesh", mesh_to_bytes(body)[:-5])
     status = told(ready, lambda status: status.surface.refused)
-    assert "the message was cut off" in status.surface.refused
+    assert "the message is truncated" in status.surface.refused
     assert status.surface.topic == f"{planner.name}/mesh"
     surface = level_of(ready, planner, "surface", WARN)
     assert surface.message == f"a newer one was refused: {status.surface.refused}"

@@ -7,7 +7,7 @@ increases with the ray's distance from the axis:
 
 - OpenCV's polynomials, with r = √(x² + y²) at z = 1: the radial part
   r (1 + k₁r² + k₂r⁴ + k₃r⁶) / (1 + k₄r² + k₅r⁴ + k₆r⁶) must grow faster than
-  3 |p| r² + |(s₁, s₃)| r² + |(s₂, s₄)| r⁴, an upper bound on what the tangential and thin-prism
+  3 ‖p‖ r² + ‖(s₁, s₃)‖ r² + ‖(s₂, s₄)‖ r⁴, an upper bound on what the tangential and thin-prism
   terms can take back in any direction.
 - OpenCV's fisheye model, with θ = atan r: θ (1 + k₁θ² + k₂θ⁴ + k₃θ⁶ + k₄θ⁸) must grow. The reach
   is at most 90°: a camera sees nothing behind it.

@@ -166,7 +166,7 @@ def _keep_setting_up(on_progress: ProgressCallback, stage: str, cost: float) -> 
 
 
 def _stops(problem: Problem, tuples: kernels.CameraTuples) -> list[int]:
-    """Return the batches before which to ask the watch, and the end, by the work in between.
+    """Return the batches before which to report progress, and the end, spaced by work.
 
     Work, not time, so that the steps reported do not depend on the machine.
     """

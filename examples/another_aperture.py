@@ -1,0 +1,31 @@
+"""What would another aperture have given? Plan a recorded run again with it.
+
+python examples/another_aperture.py RUN F_NUMBER    # a folder that --record wrote
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from focus_planner.recording.comparison import camera_changes, median_moved
+from focus_planner.recording.replay import plan_run
+from focus_planner.recording.run import read_run
+from focus_planner.recording.what_if import parse_changes, with_changes
+
+
+def main(path: str, f_number: str) -> None:
+    """Print the recorded plan and the one at the other aperture."""
+    run = read_run(Path(path))
+    changed = with_changes(run, parse_changes([f"f_number={f_number}"]))
+    before, after = run.ending.plan, plan_run(changed.run, as_it_was=False).plan
+    print(f"recorded:  {before.fresh_cost:.1f}, {before.in_focus_area:.2f} m² in focus")
+    print(f"at f/{f_number}:  {after.fresh_cost:.1f}, {after.in_focus_area:.2f} m² in focus")
+    moved = median_moved(camera_changes(before, after))
+    print(f"cameras are focused {1000 * moved:.0f} mm elsewhere, in the median")
+    for note in changed.notes:
+        print(f"({note})")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,40 @@
+"""Ask a running planner for a plan, as capture orchestration does before a scan.
+
+python examples/orchestrate.py SURFACE RIG.YAML    # with `focus_planner node` in another terminal
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from focus_planner import load_rig, load_surface
+from focus_planner.ros.client import PlannerClient
+
+
+def show(feedback: Any) -> None:
+    """Print how far the planner is."""
+    print(f"{feedback.stage}: cost {feedback.cost:.1f}, at least {feedback.lower_bound:.1f}")
+
+
+def main(surface: str, rig: str) -> int:
+    """Publish, plan by the action, and say what is in force; return the exit status."""
+    with PlannerClient("/focus_planner") as planner:
+        planner.publish_rig(load_rig(rig))
+        planner.publish_mesh(load_surface(surface))
+        goal = planner.send_goal(show, method="optimal", samples=1000, time_budget=5.0)
+        if not goal.accepted:
+            print("the planner rejected the goal; ~/status says what it is doing")
+            return 1
+        _, result = goal.result(timeout=60.0)
+        print(result.message)
+        if not result.success:
+            return 1
+        # A scanner would now fire its cameras once every lens is verified.
+        status = planner.status()
+        print(f"in force: {status.plan_id}; lenses: {status.verified} verified")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

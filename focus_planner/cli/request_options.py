@@ -1,0 +1,58 @@
+"""Options of a request, derived from the fields of :class:`PlanRequest`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from focus_planner.core.planning.field_spec import SpecifiedField, specified_fields
+from focus_planner.core.planning.request import PlanRequest
+
+
+def add_request_options(group: Any, request_type: type[PlanRequest] = PlanRequest) -> None:
+    """Add an option for each field."""
+    for field in specified_fields(request_type):
+        choices = field.spec.choices
+        option = group.add_argument(
+            _option(field.name),
+            type=type(field.default),
+            default=field.default,
+            metavar=_metavar(field),
+            help=_help(field),
+        )
+        if choices:
+            # Not argparse's choices: the request itself names them in its error.
+            option.completer = lambda choices=choices, **_: map(str, choices)
+
+
+def request_from_options(
+    options: argparse.Namespace, request_type: type[PlanRequest] = PlanRequest
+) -> PlanRequest:
+    """Return the request that the options ask for.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    names = [field.name for field in specified_fields(request_type)]
+    return request_type(**{name: getattr(options, name) for name in names})
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _metavar(field: SpecifiedField) -> str:
+    if field.spec.choices:
+        return "{" + ",".join(map(str, field.spec.choices)) + "}"
+    return field.spec.unit.upper() or ("N" if isinstance(field.default, int) else "X")
+
+
+def _help(field: SpecifiedField) -> str:
+    default = field.default
+    shown = (
+        "none" if default == math.inf else f"{default:g}" if default != str(default) else default
+    )
+    return f"{field.spec.help_with(_option)} (default: {shown})".replace("%", "%%")

@@ -1,0 +1,183 @@
+"""A field of a request is declared once: options, parameters and messages are derived from it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from focus_planner.cli.request_options import add_request_options, request_from_options
+from focus_planner.core.planning.field_spec import (
+    FieldSpec,
+    documented,
+    specified,
+    specified_fields,
+)
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.validation import InputError
+from focus_planner.messages import requests
+from focus_planner.messages.requests import (
+    request_from_message,
+    request_from_values,
+    request_message_fields,
+    request_to_fields,
+    request_to_values,
+)
+from focus_planner.parameters.planner import DECLARATIONS, Settings, request_declarations
+
+REPOSITORY = Path(__file__).parents[2]
+FIELDS = {each.name: each for each in specified_fields(PlanRequest)}
+#: Of every field another value than its default.
+OTHER = PlanRequest(
+    *("em", 17, 5, 3, "assigned", "grid", 1.5, 2, 0.25, 9, 0.5), bound="tight", gap=0.125
+)
+
+
+@documented
+@dataclass(frozen=True)
+class WiderRequest(PlanRequest):
+    """A request with one more field.
+
+    Notes
+    -----
+    It is in one line here, and nowhere else.
+    """
+
+    reach: float = specified(
+        math.inf, FieldSpec("how far to go", "metres", above=0, unlimited=True)
+    )
+
+
+def parsed(words: list[str], request_type: type[PlanRequest] = PlanRequest) -> PlanRequest:
+    parser = argparse.ArgumentParser()
+    add_request_options(parser, request_type)
+    return request_from_options(parser.parse_args(words), request_type)
+
+
+def words_of(request: PlanRequest) -> list[str]:
+    return [
+        word
+        for name in FIELDS
+        for word in (f"--{name.replace('_', '-')}", str(getattr(request, name)))
+    ]
+
+
+def test_every_field_is_specified() -> None:
+    assert list(FIELDS) == [each.name for each in fields(PlanRequest)]
+    assert all(getattr(OTHER, name) != each.default for name, each in FIELDS.items())
+
+
+def test_every_field_is_an_option() -> None:
+    assert parsed([]) == PlanRequest()
+    assert parsed(words_of(OTHER)) == OTHER
+
+
+def test_every_field_is_a_parameter() -> None:
+    declared = {each.name: each for each in DECLARATIONS}
+    for name, default in request_to_values(PlanRequest()).items():
+        assert declared[name].default == default
+        assert type(declared[name].default) is type(default)
+    values = request_to_values(OTHER)
+    assert Settings.from_values(values).request == OTHER == request_from_values(values)
+    assert Settings.from_values({}).request == PlanRequest()
+
+
+@pytest.mark.parametrize("definition", ["msg/PlanRequest.msg", "srv/PlanFocus.srv"])
+def test_every_field_that_messages_have_is_converted(definition: str) -> None:
+    text = (REPOSITORY / "msg_defs" / definition).read_text(encoding="utf-8").partition("---")[0]
+    lines = [line.split() for line in text.splitlines() if line and not line.startswith("#")]
+    assert request_message_fields() == {name for _, name in lines}
+    fields_ = request_to_fields(OTHER)
+    assert fields_.keys() == request_message_fields() <= FIELDS.keys()
+    read = request_from_message(SimpleNamespace(**fields_), PlanRequest())
+    assert read == replace(
+        PlanRequest(), **{name: getattr(OTHER, name) for name in request_message_fields()}
+    )
+    empty = SimpleNamespace(**{name: type(value)() for name, value in fields_.items()})
+    assert request_from_message(empty, OTHER) == OTHER
+
+
+def test_only_what_messages_have_is_said_to_be_overridden_by_requests() -> None:
+    overridden = {
+        d.name for d in request_declarations() if "Requests can override" in d.description
+    }
+    assert overridden == request_message_fields()
+
+
+def test_one_more_line_is_one_more_option() -> None:
+    assert parsed(["--reach", "2.5"], WiderRequest) == WiderRequest(reach=2.5)
+    assert parsed([], WiderRequest) == WiderRequest()
+    parser = argparse.ArgumentParser()
+    add_request_options(parser, WiderRequest)
+    assert "--reach METRES how far to go (default: none)" in " ".join(parser.format_help().split())
+
+
+def test_one_more_line_is_one_more_parameter() -> None:
+    *others, reach = request_declarations(WiderRequest)
+    assert tuple(others) == request_declarations()
+    assert (reach.name, reach.default, reach.low, reach.high) == ("reach", 0.0, 0, 1e9)
+    assert reach.description == (
+        "How far to go. In metres; 0 for no limit. A change applies from the next request on."
+    )
+
+
+def test_one_more_line_is_converted_where_the_message_has_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    request = WiderRequest(reach=2.5)
+    assert "reach" not in request_to_fields(request)
+    names = request_message_fields() | {"reach"}
+    monkeypatch.setattr(requests, "request_message_fields", lambda: names)
+    assert request_to_fields(request)["reach"] == 2.5
+    assert request_to_fields(WiderRequest())["reach"] == 0.0
+    message = SimpleNamespace(**request_to_fields(request))
+    assert request_from_message(message, WiderRequest()) == request
+
+
+def test_one_more_line_is_checked_and_documented() -> None:
+    with pytest.raises(InputError, match=r"^reach: expected a number above 0, got 0$"):
+        WiderRequest(reach=0.0)
+    text = WiderRequest.__doc__ or ""
+    assert "    reach : float, metres, default inf\n        How far to go.\n" in text
+    assert text.index("A request with one more field.") < text.index("Parameters")
+    assert text.index("reach : float") < text.index("Notes")
+
+
+def test_the_docstring_explains_every_field() -> None:
+    text = PlanRequest.__doc__ or ""
+    assert all(f"\n    {name} : " in text for name in FIELDS)
+    assert max(map(len, text.splitlines())) <= 100
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [
+        ({"method": "best"}, "method: expected one of closest, average, em, k_view, optimal, got"),
+        ({"samples": -1}, "samples: expected a whole number of at least 0, got -1"),
+        ({"samples": 1.5}, "samples: expected a whole number of at least 0, got 1.5"),
+        ({"samples": 2_000_001}, "samples: expected at most 2000000, got 2000001"),
+        ({"fresh_samples": 1}, "fresh_samples: expected a whole number of at least 2, got 1"),
+        ({"seed": True}, "seed: expected a whole number of at least 0, got True"),
+        ({"k": 4}, "k: expected 2 or 3, got 4"),
+        ({"k": True}, "k: expected 2 or 3, got True"),
+        ({"k": 2.0}, "k: expected 2 or 3, got 2.0"),
+        ({"time_budget": 0}, "time_budget: expected a number above 0, got 0"),
+        ({"time_budget": math.nan}, "time_budget: expected a number above 0, got nan"),
+        ({"shots": 17}, "shots: expected at most 16, got 17"),
+        (
+            {"depth_tolerance": math.inf},
+            "depth_tolerance: expected a number of at least 0, got inf",
+        ),
+        ({"standard_error": 0.0}, "standard_error: expected a number above 0, got 0"),
+        ({"gap": 2.0}, "gap: expected at most 1, the whole cost, got 2"),
+        ({"gap": "small"}, "gap: expected a number of at least 0, got 'small'"),
+    ],
+)
+def test_a_value_out_of_range_is_named(change: dict[str, object], error: str) -> None:
+    with pytest.raises(InputError) as raised:
+        PlanRequest(**change)  # type: ignore[arg-type]
+    assert str(raised.value).startswith(error)

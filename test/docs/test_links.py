@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from testing.pages import PAGES, ROOT, name_of
+
+# Of an image within a link, both.
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+# In prose: a module's path, as architecture.md tells where to look.
+PATH = re.compile(r"`((?:core|io|messages|ros|recording|runtime|testing|benchmarks)/[\w/]+\.py)`")
+
+INDEX = ROOT / "docs/index.md"
+
+
+def without_code(text: str) -> str:
+    return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+@cache
+def anchors(page: Path) -> set[str]:
+    """Return the anchors that GitHub, and MyST, make of a page's headings."""
+    titles = re.findall(r"^#+ (.+)$", without_code(page.read_text()), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_the_front_page_is_short():
+    assert len((ROOT / "README.md").read_bytes()) <= 7000
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_somewhere(page):
+    for link in LINK.findall(without_code(page.read_text())):
+        if re.match(r"https?://", link):
+            continue
+        path, _, anchor = link.partition("#")
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), link
+        assert target.is_relative_to(ROOT), link
+        assert not anchor or anchor in anchors(target), link
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_modules_are_where_pages_say(page):
+    for path in PATH.findall(page.read_text()):
+        folder = ROOT if path.startswith(("testing", "benchmarks")) else ROOT / "focus_planner"
+        assert (folder / path).exists(), path
+
+
+def test_every_page_is_in_the_site():
+    listed = set(re.findall(r"^(?:\w+ <)?([\w/]+)>?$", INDEX.read_text(), re.MULTILINE))
+    assert {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"} <= listed

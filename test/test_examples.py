@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.io.bodies import body
+from focus_planner.io.plans import load_plan
+from focus_planner.io.rigs import save_rig
+from testing.ros.planner_process import PlannerProcess
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+SECONDS = 100
+
+pytestmark = pytest.mark.processes
+
+
+def command(name, *arguments):
+    return [sys.executable, str(EXAMPLES / f"{name}.py"), *map(str, arguments)]
+
+
+def run(name, *arguments):
+    process = subprocess.run(
+        command(name, *arguments), check=False, capture_output=True, text=True, timeout=SECONDS
+    )
+    assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+@pytest.fixture
+def rig_file(tmp_path):
+    path = tmp_path / "rig.yaml"
+    save_rig(cylinder_rig(2, 8), path)
+    return path
+
+
+def test_every_example_is_listed_and_tested():
+    scripts = {path.stem for path in EXAMPLES.glob("*.py")}
+    listed = re.findall(r"\]\((\w+)\.py\)", (EXAMPLES / "README.md").read_text())
+    page = (ROOT / "docs/examples.md").read_text()
+    shown = re.findall(r"include\} \.\./examples/(\w+)\.py", page)
+    tested = re.findall(r'(?:run|command)\("(\w+)"', Path(__file__).read_text())
+    assert scripts == set(listed) == set(shown) == set(tested)
+
+
+def test_plan_a_file(rig_file, tmp_path):
+    said = run("plan_a_file", body("arms_out"), rig_file, tmp_path / "plan.json")
+    plan = load_plan(tmp_path / "plan.json")
+    assert said.startswith("k_view, cost ")
+    assert all(f"{c.name}: {c.focus_distance:.3f} m" in said for c in plan.cameras)
+
+
+def test_compare_methods(rig_file):
+    head, *rows = run("compare_methods", body("arms_out"), rig_file).splitlines()
+    assert head.split()[2:] == ["closest", "em", "k_view"]
+    shares = [[int(share.rstrip("%")) for share in row.split()[1:]] for row in rows]
+    assert len(shares) == 3
+    assert all(closest < k_view for closest, _, k_view in shares)  # planning pays
+    assert shares == sorted(shares)  # so does stopping down
+
+
+def test_another_aperture():
+    said = run("another_aperture", ROOT / "bags/mesh_k_view", 32).splitlines()
+    recorded, stopped_down = (
+        float(re.search(r"([\d.]+) m² in focus", line)[1]) for line in said[:2]
+    )
+    assert stopped_down > recorded
+
+
+def test_orchestrate_and_camera_driver(rig_file):
+    node = PlannerProcess("focus_planner")
+    driver = subprocess.Popen(
+        command("camera_driver", "cam_0_03"), stdout=subprocess.PIPE, text=True
+    )
+    try:
+        said = run("orchestrate", body("arms_out"), rig_file)
+        assert re.search(r"^optimal, cost .*^in force: ", said, re.MULTILINE | re.DOTALL)
+        assert re.match(r"cam_0_03: 0\.\d+ m, \d\.\d+ 1/m$", driver.stdout.readline())
+    finally:
+        driver.terminate()
+        driver.wait(SECONDS)
+        driver.stdout.close()
+        assert node.stop() == 0

@@ -1,0 +1,36 @@
+"""``import focus_planner``: what it offers, and what it costs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import focus_planner
+
+
+def test_dir_lists_the_public_names() -> None:
+    assert dir(focus_planner) == sorted(focus_planner.__all__)
+
+
+@pytest.mark.parametrize("name", focus_planner.__all__)
+def test_every_public_name_is_there(name: str) -> None:
+    assert getattr(focus_planner, name).__name__ == name
+
+
+def test_another_name_is_not() -> None:
+    with pytest.raises(AttributeError, match="'focus_planner' has no attribute 'plan_focuss'"):
+        _ = focus_planner.plan_focuss
+
+
+def test_files_are_read_and_written_without_loading_what_plans() -> None:
+    program = (
+        "import sys\n"
+        "from focus_planner import Lens, load_rig, load_surface, save_plan\n"
+        "print(*sys.modules.keys() & {'numba', 'open3d', 'rclpy'})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == ""
