@@ -11,7 +11,7 @@ from rclpy.publisher import Publisher
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.recording.bag import BagWriter
-from focus_planner.recording.run import answered_plan, beginning_messages
+from focus_planner.recording.run import plan_message, beginning_messages
 from focus_planner.ros import plan_publisher as module
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.plan_publisher import PlanPublisher
@@ -76,7 +76,7 @@ def record(directory, number=1):
     bag.open(directory / made_up.run_id(number))
     for message in beginning_messages(beginning):
         bag.add(message)
-    bag.add(answered_plan(beginning, serialize(PLAN, fields), published=True))
+    bag.add(plan_message(beginning, serialize(PLAN, fields), published=True))
     bag.flush()
     bag.abandon()
 
