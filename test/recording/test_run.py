@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -351,7 +352,7 @@ def test_progress_is_read_as_it_was(tmp_path):
 @given(build.plans)
 def test_any_plan_is_read_as_it_was(plan):
     prints = (Fingerprint("samples", (3,), (2**64 - 1,)), Fingerprint("costs", (1, 0), (7, 8)))
-    ending = Ending(True, "told", plan, (3, 1, 2), prints, (17, 999_999_999))
+    ending = Ending(True, "told", plan, StopLog.from_counts((3, 1, 2)), prints, (17, 999_999_999))
     with tempfile.TemporaryDirectory() as folder:
         run = written(Path(folder), beginning_with(), [], (), ending)
     assert run.fault == ""
