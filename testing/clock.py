@@ -13,3 +13,23 @@ class Clock:
     def __call__(self):
         self.now += self.tick
         return self.now
+
+
+class StoppedTime:
+    """Stands in for the module ``time``."""
+
+    def __init__(self, now=1000.0):
+        self.now = now
+        self.slept = []
+
+    def monotonic(self):
+        return self.now
+
+    perf_counter = monotonic
+
+    def sleep(self, seconds):
+        self.slept.append(seconds)
+        self.now += seconds
+
+    def advance(self, seconds):
+        self.now += seconds

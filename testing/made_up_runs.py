@@ -12,6 +12,7 @@ import numpy as np
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot, WarmStart
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -110,7 +111,8 @@ def ending(seed=1) -> Ending:
         Fingerprint(stage, (7, 2**40), tuple(random.integers(2**63, size=2).tolist()))
         for stage in ("samples", "visibility")
     )
-    return Ending(True, "a plan", plan, (3, 1, 2**32 - 1), prints, (1_700_000_001, 5))
+    log = StopLog.from_counts((3, 1, 2**32 - 1))
+    return Ending(True, "a plan", plan, log, prints, (1_700_000_001, 5))
 
 
 def plan_payload(number):

@@ -140,17 +140,17 @@ def diagnose_last_run(run: LastRun | None) -> Diagnosis:
 
 def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
     """Return which cameras see nothing, and how many lenses are in which status."""
-    plan, unused = (run.plan, run.cameras_seeing_nothing) if run else (None, [])
+    plan, seeing_nothing = (run.plan, run.cameras_seeing_nothing) if run else (None, [])
     values = {state.name.lower(): str(lenses[state]) for state in LensStatus}
-    values |= {"see nothing": " ".join(unused)}
+    values |= {"see nothing": " ".join(seeing_nothing)}
     if plan is not None:
         values["cameras"] = str(len(plan.cameras))
     if lenses[LensStatus.FAILED] or lenses[LensStatus.DIFFERS]:
         failed, differ = lenses[LensStatus.FAILED], lenses[LensStatus.DIFFERS]
         bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
         return Diagnosis("cameras", Level.ERROR, bad, values)
-    if unused:
-        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(unused)}", values)
+    if seeing_nothing:
+        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(seeing_nothing)}", values)
     return Diagnosis("cameras", Level.OK, "all see the surface" if plan else "no plan yet", values)
 
 

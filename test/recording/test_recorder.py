@@ -525,7 +525,7 @@ recorder = Recorder(log)
 run = recorder.begin(Recording(Path(sys.argv[1])), inputs_of(beginning, TORUS, RIG), beginning)
 plan = solved(beginning, on_progress=run.wrap_callback(never_stop))
 run.finish(True, plan.summary(), plan, RIG)
-assert recorder.close(PATIENCE)
+assert recorder.close(240)
 print(json.dumps([plan.cost, run.failure, log.errors]))
 """
 

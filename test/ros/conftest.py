@@ -9,7 +9,7 @@ from rclpy.node import Node
 from focus_planner import cylinder_rig
 from focus_planner.io.bodies import body as body_path
 from focus_planner.io.surfaces import load_surface
-from focus_planner.ros.client import _PATIENCE, Goal, PlannerClient
+from focus_planner.ros.client import _TIMEOUT, Goal, PlannerClient
 from testing.ros.planner_process import PATIENCE, PlannerProcess
 
 _count = itertools.count()
@@ -22,9 +22,9 @@ def patience():
     with pytest.MonkeyPatch.context() as patch:
         for method in methods:
             if defaults := getattr(method, "__defaults__", None):
-                longer = [PATIENCE if value == _PATIENCE else value for value in defaults]
+                longer = [PATIENCE if value == _TIMEOUT else value for value in defaults]
                 patch.setattr(method, "__defaults__", tuple(longer))
-        patch.setattr("focus_planner.ros.client._PATIENCE", PATIENCE)
+        patch.setattr("focus_planner.ros.client._TIMEOUT", PATIENCE)
         yield
 
 

@@ -11,12 +11,12 @@ from rclpy.publisher import Publisher
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.recording.bag import BagWriter
-from focus_planner.recording.run import answered_plan, beginning_messages
+from focus_planner.recording.run import beginning_messages, plan_message
 from focus_planner.ros import plan_publisher as module
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.plan_publisher import PlanPublisher
 from testing import made_up_runs as made_up
-from testing.ros.clock import StoppedClock
+from testing.clock import StoppedTime
 from testing.ros.log import recorded_log
 
 RIG = cylinder_rig(rows=1, columns=2)
@@ -30,7 +30,7 @@ def plan(plan_id="a plan"):
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = StoppedClock()
+    clock = StoppedTime()
     monkeypatch.setattr(module, "time", clock)
     return clock
 
@@ -76,7 +76,7 @@ def record(directory, number=1):
     bag.open(directory / made_up.run_id(number))
     for message in beginning_messages(beginning):
         bag.add(message)
-    bag.add(answered_plan(beginning, serialize(PLAN, fields), published=True))
+    bag.add(plan_message(beginning, serialize(PLAN, fields), published=True))
     bag.flush()
     bag.abandon()
 

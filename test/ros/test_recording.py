@@ -36,7 +36,7 @@ from focus_planner.recording.bag import PARTIAL, bag_size, read_bag
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import read_run
 from focus_planner.recording.software import software
-from focus_planner.ros.client import _INPUTS, PlannerClient, _Input
+from focus_planner.ros.client import _INPUTS, PlannerClient, _InputPublisher
 from focus_planner.ros.conversions import message_to_ros
 from testing.forked import freeze_when
 from testing.ros.bits import bits
@@ -415,7 +415,7 @@ def test_a_folder_may_be_relative_or_of_a_user_and_topics_remapped(
     planner = start_planner(*FEW, *remapped, "-p", "record_directory:=some/runs")
     name = f"/left{planner.name}"
     with PlannerClient(name) as client:
-        client._inputs["mesh"] = _Input(client._node, MeshMsg, "/scanner/mesh")
+        client._inputs["mesh"] = _InputPublisher(client._node, MeshMsg, "/scanner/mesh")
         client.publish_mesh(body)
         client.publish_rig(rig)
         _, run = recorded(client, tmp_path / "some" / "runs")

@@ -20,7 +20,7 @@ from focus_planner.ros.status import StatusPublisher
 from focus_planner.runtime.diagnostics import Diagnosis, Level
 from focus_planner.runtime.inputs import InputState
 from focus_planner.runtime.status import PlannerReport, Snapshot
-from testing.ros.clock import StoppedClock
+from testing.clock import StoppedTime
 
 IDLE = PlannerReport("active")
 PERIOD = 1.0
@@ -28,7 +28,7 @@ PERIOD = 1.0
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = StoppedClock()
+    clock = StoppedTime()
     monkeypatch.setattr(status, "time", clock)
     monkeypatch.setattr(diagnostics, "time", clock)
     return clock
