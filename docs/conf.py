@@ -65,7 +65,8 @@ autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_param = False
 napoleon_use_rtype = False
-napoleon_use_ivar = True
+# As parameters are shown: two of a kind may share a line, as in "near_limit, far_limit : float".
+napoleon_custom_sections = [("Attributes", "params_style")]
 
 # What has no page here: names of other projects, whose inventories would have to be fetched, and
 # the words by which docstrings describe arrays. Names of our own are not excused.

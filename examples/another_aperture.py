@@ -18,7 +18,8 @@ def main(path: str, f_number: str) -> None:
     """Print the recorded plan and the one at the other aperture."""
     run = read_run(Path(path))
     changed = with_changes(run, parse_changes([f"f_number={f_number}"]))
-    before, after = run.ending.plan, plan_run(changed.run, as_it_was=False).plan
+    # What was recorded ended where its clock said so; this one goes by its own time budget.
+    before, after = run.ending.plan, plan_run(changed.run, stop_as_recorded=False).plan
     print(f"recorded:  {before.fresh_cost:.1f}, {before.in_focus_area:.2f} m² in focus")
     print(f"at f/{f_number}:  {after.fresh_cost:.1f}, {after.in_focus_area:.2f} m² in focus")
     moved = median_moved(camera_changes(before, after))
