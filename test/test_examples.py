@@ -15,7 +15,7 @@ from testing.ros.planner_process import PlannerProcess
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-SECONDS = 100
+SECONDS = 240
 
 pytestmark = pytest.mark.processes
 

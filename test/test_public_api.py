@@ -24,6 +24,7 @@ def test_another_name_is_not() -> None:
         _ = focus_planner.plan_focuss
 
 
+@pytest.mark.processes
 def test_files_are_read_and_written_without_loading_what_plans() -> None:
     program = (
         "import sys\n"

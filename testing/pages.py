@@ -42,8 +42,8 @@ _REACHABLE = ("bags", "config", "docs", "examples", "focus_planner/bodies", "sec
 _NOTE = re.compile(r"^<!-- (background|not run|run first)(?:: (.+?))? -->$", re.MULTILINE)
 # The names of the nodes that commands run; of simulated lenses that of any driver node.
 _NODES = {"node": "focus_planner", "lens_adapter": "lens_adapter", "simulated_lens": "camera"}
-_SECONDS = 100
-_SECONDS_TO_END = 20
+_SECONDS = 240
+_SECONDS_TO_END = 240
 _EVALUATE = PythonEvaluator()
 
 

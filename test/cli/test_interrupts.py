@@ -191,6 +191,7 @@ def test_commands_run_in_any_thread(capsys: Any) -> None:
 # --- as a process ------------------------------------------------------------------------------
 
 
+@pytest.mark.processes
 def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
     status, shown = on_a_terminal(PLAN, CTRL_C_AT_A_KERNEL.format(times=1))
     assert status == 130
@@ -199,6 +200,7 @@ def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
         assert word not in shown
 
 
+@pytest.mark.processes
 def test_ctrl_c_twice_ends_it_at_once(here: Path) -> None:
     status, shown = on_a_terminal(PLAN, CTRL_C_AT_A_KERNEL.format(times=2))
     assert status == -signal.SIGINT  # which a shell shows as 130

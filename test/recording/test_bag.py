@@ -222,7 +222,7 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
     bag = BagWriter()
     bag.open(tmp_path / "run")
     looking[1].stdout.close()
-    assert looking[1].wait(60) == 0
+    assert looking[1].wait(240) == 0
     assert being_written(tmp_path / "run.partial")
     bag.abandon()
 
@@ -448,7 +448,7 @@ def test_foxgloves_readers_read_the_same_values(run, node_modules):
     (node_modules / "read.js").write_text(_READER)
     command = ["node", "read.js", str(run / f"{run.name}_0.mcap")]
     done = subprocess.run(
-        command, cwd=node_modules, capture_output=True, text=True, timeout=60, check=False
+        command, cwd=node_modules, capture_output=True, text=True, timeout=240, check=False
     )
     assert done.returncode == 0, done.stderr
     read = json.loads(done.stdout)
@@ -635,7 +635,7 @@ def _python(code, *arguments):
         [sys.executable, "-c", code, *arguments],
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=240,
         check=False,
         env=_environment(),
     )

@@ -55,7 +55,7 @@ class Writers:
     def close(self):
         self._process.stdin.close()
         self._process.stdout.close()
-        assert self._process.wait(60) == 0
+        assert self._process.wait(240) == 0
 
     def _expect(self, word):
         assert self._line() == [word]

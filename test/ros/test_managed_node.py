@@ -135,12 +135,12 @@ def test_one_transition_is_made_at_a_time(node, log):
 
     def configure():
         begun.set()
-        return done.wait(10)
+        return done.wait(240)
 
     node.configure = configure
     other = threading.Thread(target=lambda: answers.append(ask(node, label="configure")))
     other.start()
-    assert begun.wait(10)
+    assert begun.wait(240)
     assert not ask(node, label="configure")
     assert log.records == [("warning", "refused a transition: another one is in progress")]
     done.set()

@@ -38,7 +38,7 @@ def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_en
         send_feedback=lambda _: planning.stop(),
     )
     planning.plan(request)
-    assert answered.wait(60)
+    assert answered.wait(240)
     assert planning.finish(60)
     (answer,) = answers
     assert (answer.reason, answer.plan) == (Reason.SHUTTING_DOWN, None)
