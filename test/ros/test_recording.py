@@ -567,6 +567,7 @@ def test_interrupted_while_it_plans_it_leaves_a_partial_run(start_planner, tmp_p
         done = client.plan().plan.plan_id
         client.publish_rig(cylinder_rig())
         call = client.plan_async(**LONG)
+        until(lambda: done in whole(tmp_path))
         partial = until(lambda: next(tmp_path.glob(f"*{PARTIAL}"), None))
         until(lambda: readable(partial))
         planner.signal(signal.SIGINT)
