@@ -187,8 +187,8 @@ def test_the_nodes_parameters_are_those_recorded_while_it_plans(runs, live, of_l
     replay_live(runs["poses"], live.name)
     differing = {name for name in NAMES if own[name] != seen[0][name]}
     assert {"samples", "k", "seed", "lens.focus_distances", "warm_start", "method"} <= differing
-    for name in NAMES:
-        expected = own if name.startswith("record_") else wanted
+    for declaration in DECLARATIONS:
+        name, expected = declaration.name, wanted if declaration.plans else own
         assert seen[0][name] == expected[name], name
     assert of_live.get_parameters(NAMES) == own
 
