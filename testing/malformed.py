@@ -9,6 +9,7 @@ import math
 import struct
 from copy import deepcopy
 from dataclasses import replace
+from datetime import datetime, timezone
 from functools import partial
 
 import numpy as np
@@ -43,7 +44,7 @@ TYPES = {
 
 
 def mixed_rig():
-    """Cameras of all kinds in turn: plain, distorted with region, focus steps, lens table."""
+    """Cameras of all kinds in turn: plain, distorted with a region, with steps, with a table."""
     steps = LensTable("steps", whole=True, distances=(0.3, 1.0, math.inf), values=(9.0, 60.0, 90.0))
     intrinsics = CameraIntrinsics(
         distortion_model="plumb_bob", distortion=(-0.1, 0.02, 0.001, -0.001, 0.0), binning=(2, 2)
@@ -271,10 +272,11 @@ READ = {
 
 
 class Bench:
-    """A planner with a good mesh and a good rig in force."""
+    """A planner with a good mesh and a good rig in force, and a clock that is set by hand."""
 
     def __init__(self):
         self.log = Log()
+        self.now = datetime(2026, 1, 1, tzinfo=timezone.utc)
         self.planner = Planner(self.log)
         self.put_good()
 
@@ -293,7 +295,8 @@ class Bench:
 
     def offer(self, topic, payload):
         where = self.planner.surface if topic in {"mesh", "cloud"} else self.planner.rig
-        where.receive(Arrival(topic, TYPES[topic], payload, partial(READ[topic], payload)))
+        read = partial(READ[topic], payload)
+        where.receive(Arrival(topic, TYPES[topic], payload, read, self.now))
         self.planner.digest(SETTINGS.optics)
 
     @property

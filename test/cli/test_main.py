@@ -476,6 +476,7 @@ def test_it_tells_its_version(capsys: Any) -> None:
     assert capsys.readouterr().out.startswith("focus_planner")
 
 
+@pytest.mark.processes
 def test_python_runs_the_package() -> None:
     words = [sys.executable, "-m", "focus_planner", "--version"]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
@@ -483,6 +484,7 @@ def test_python_runs_the_package() -> None:
     assert done.stderr == ""
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
