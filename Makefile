@@ -60,5 +60,6 @@ lock: setup  ## renew requirements.lock from requirements.in; ARGS="--upgrade" t
 
 clean:  ## remove caches, and what builds leave; environments stay
 	@rm -rf build dist install log *.egg-info .coverage .hypothesis
+	@rm -rf docs/_build docs/api/modules docs/api/public_names.inc
 	@rm -rf .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	@find . -path './.venv*' -prune -o -name __pycache__ -type d -exec rm -rf {} +

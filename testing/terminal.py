@@ -83,7 +83,7 @@ def on_a_terminal(words, program=None, stdout=None):
 def _start(words, program, stdout, stderr, environment):
     if program is None:
         return ForkedProcess(
-            "testing.program", *words, stdout=stdout, stderr=stderr, env=environment
+            "testing.program_on_a_terminal", *words, stdout=stdout, stderr=stderr, env=environment
         )
     return subprocess.Popen(
         [sys.executable, "-c", program, *words],

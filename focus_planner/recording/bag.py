@@ -12,7 +12,7 @@ import shutil
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -162,10 +162,12 @@ class BagWriter:
             return
         partial.mkdir()
         self._folder = folder
-        file = (partial / _mcap_name(folder)).open("xb")
-        # Tells other processes, for as long as this one lives, that the bag is being written.
-        with suppress(OSError):  # some file systems have no locks
-            fcntl.flock(file, fcntl.LOCK_EX)  # waits while another process probes the lock
+        # Locks tell other processes, for as long as this one lives, that the bag is being written:
+        # that of the folder until there is a file with one.
+        with _locked_folder(partial):
+            file = (partial / _mcap_name(folder)).open("xb")
+            with suppress(OSError):  # some file systems have no locks
+                fcntl.flock(file, fcntl.LOCK_EX)  # waits while another process probes the lock
         self._stream.continue_in(file)
 
     def sync(self) -> None:
@@ -336,6 +338,9 @@ def bag_size(folder: Path) -> int:
 
 def being_written(folder: Path) -> bool:
     """Return whether any process is writing this partial bag."""
+    with _locked_folder(folder, fcntl.LOCK_NB) as locked:
+        if not locked:
+            return True
     for file in folder.glob("*.mcap"):
         with file.open("rb") as stream:
             try:
@@ -343,6 +348,22 @@ def being_written(folder: Path) -> bool:
             except OSError:
                 return True
     return False
+
+
+@contextmanager
+def _locked_folder(folder: Path, how: int = 0) -> Iterator[bool]:
+    """Hold the lock of a folder; yield whether it could be locked."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | how)
+    except BlockingIOError:
+        yield False
+    except OSError:  # some file systems have no locks
+        yield True
+    else:
+        yield True
+    finally:
+        os.close(descriptor)
 
 
 class _Stream:

@@ -50,8 +50,12 @@ def delete_leftovers(directory: Path) -> None:
     """Delete bags that were prepared for runs by planners that no longer exist."""
     for folder in directory.glob(f".*{PARTIAL}"):
         name = folder.name.removeprefix(".").removesuffix(PARTIAL)
-        if RUN_NAME.fullmatch(name) and not folder.is_symlink() and not being_written(folder):
-            shutil.rmtree(folder)
+        if not RUN_NAME.fullmatch(name) or folder.is_symlink():
+            continue
+        with suppress(FileNotFoundError):
+            # An empty folder is about to be written.
+            if any(folder.iterdir()) and not being_written(folder):
+                shutil.rmtree(folder)
 
 
 def runs_newest_first(directory: Path) -> list[Path]:

@@ -194,7 +194,9 @@ class PlannerNode(ManagedNode):
 
     def _load(self) -> bool:
         """Load the solvers; return False if :meth:`stop` interrupted that."""
-        self.get_logger().info("loading kernels; compiling them the first time takes half a minute")
+        self.get_logger().info(
+            "loading kernels; compiling them the first time takes a minute or two"
+        )
         # This import takes seconds; the last plan is published by now.
         from focus_planner.ros.planning_thread import PlanningThread  # noqa: PLC0415
         from focus_planner.ros.request_planner import PlanningHost  # noqa: PLC0415

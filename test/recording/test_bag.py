@@ -209,7 +209,7 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
     looking = []
 
     def flock(file, how):
-        if not looking:
+        if not looking and not isinstance(file, int):  # not that of the folder
             looking.append(0)
             code = "import fcntl, sys, time; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_EX);"
             code += "print(flush=True); time.sleep(0.3)"
@@ -225,6 +225,24 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
     assert looking[1].wait(240) == 0
     assert being_written(tmp_path / "run.partial")
     bag.abandon()
+
+
+def test_a_bag_is_being_written_before_its_file_is_marked(tmp_path, monkeypatch):
+    mark = bag_module.fcntl.flock
+    seen = []
+
+    def flock(file, how):
+        if not isinstance(file, int) and how == bag_module.fcntl.LOCK_EX:
+            seen.append(being_written(tmp_path / "run.partial"))
+        mark(file, how)
+
+    monkeypatch.setattr(bag_module.fcntl, "flock", flock)
+    bag = BagWriter()
+    bag.open(tmp_path / "run")
+    assert seen == [True]
+    assert being_written(tmp_path / "run.partial")
+    bag.abandon()
+    assert not being_written(tmp_path / "run.partial")
 
 
 # --- what the system refuses -------------------------------------------------------------------

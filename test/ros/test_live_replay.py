@@ -32,7 +32,6 @@ pytestmark = pytest.mark.processes
 
 BAGS = Path(__file__).parents[2] / "bags"
 NAMES = [d.name for d in DECLARATIONS]
-PLANNING = {d.name for d in DECLARATIONS if d.plans}
 
 
 @pytest.fixture(scope="module")
@@ -188,8 +187,8 @@ def test_the_nodes_parameters_are_those_recorded_while_it_plans(runs, live, of_l
     replay_live(runs["poses"], live.name)
     differing = {name for name in NAMES if own[name] != seen[0][name]}
     assert {"samples", "k", "seed", "lens.focus_distances", "warm_start", "method"} <= differing
-    for name in NAMES:
-        expected = wanted if name in PLANNING else own
+    for declaration in DECLARATIONS:
+        name, expected = declaration.name, wanted if declaration.plans else own
         assert seen[0][name] == expected[name], name
     assert of_live.get_parameters(NAMES) == own
 

@@ -28,7 +28,7 @@ def precompile(keep_going: Callable[[], bool] = lambda: True) -> None:
     """Plan for a small ball in every possible way, so that no request waits for a compiler.
 
     Kernels are compiled for the types of their arguments, which depend on the method, on the kind
-    of surface and on whether the samples are a cloud's own points. This takes half a minute the
+    of surface and on whether the samples are a cloud's own points. This takes a minute or two the
     first time and less than a second from then on: Numba caches compiled kernels on disk.
 
     Parameters
