@@ -186,7 +186,7 @@ def test_signals_end_it_well(rig, module, number):
             "lens_adapter",
             ["--ros-args"],
             (
-                "lens_adapter: cameras: expected the names of cameras, got none; give them as"
+                "lens_adapter: cameras: expected the names of cameras, got none; name them, as in"
                 " cameras:=[cam_0, cam_1]"
             ),
         ),
