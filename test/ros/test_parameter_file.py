@@ -17,6 +17,7 @@ from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
 from testing.forked import run_forked
+from testing.ros.calls import until
 from testing.ros.parameter_services import described, listed
 from testing.ros.planner_process import PlannerProcess
 
@@ -82,8 +83,8 @@ def test_a_latched_mesh_and_a_best_effort_cloud_are_received(tmp_path, make_node
     try:
         with PlannerClient("/latched") as client:
             client.publish_rig(rig)
-            mesh_plan = client.plan(method="em", samples=200)
-            assert mesh_plan.success, mesh_plan.message
+            # The mesh comes once discovery has brought the two together.
+            until(lambda: client.plan(method="em", samples=200).success)
             reliable, volatile = ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE
             assert policies(node, "/latched/mesh") == (reliable, LATCHED.durability)
             assert policies(node, "/latched/cloud") == (ReliabilityPolicy.BEST_EFFORT, volatile)
@@ -103,11 +104,12 @@ def plans_from_best_effort(node, client, cloud):
     publisher = node.create_publisher(PointCloud2, "/latched/cloud", qos)
     message = message_to_ros(PointCloud2, cloud_to_fields(cloud, "world"))
     before = client.plan(method="em", samples=200).plan.cost
-    for _ in range(20):
+
+    def arrives():
         publisher.publish(message)
-        if client.plan(method="em", samples=200).plan.cost != before:
-            return True
-    return False
+        return client.plan(method="em", samples=200).plan.cost != before
+
+    return until(arrives)
 
 
 def test_a_latched_mesh_is_not_received_without(make_node, body, rig):
