@@ -7,6 +7,8 @@ BIN := $(VENV)/bin
 # started; files whose tests start processes take longest, and test/conftest.py puts them first.
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
+# Without bytecode every process that a test starts would compile all sources again.
+unexport PYTHONDONTWRITEBYTECODE
 # A process started with another environment's marker does not find its libraries, and a sourced
 # ROS would shadow the one in .venv.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
