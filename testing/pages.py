@@ -49,6 +49,9 @@ _EVALUATE = PythonEvaluator()
 
 #: Those whose code is run.
 WITH_CODE = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+#: Those of them that start most programs. Their tests have a file of their own, since a file's tests
+#: run one after the other.
+RECIPES = (ROOT / "README.md", ROOT / "docs/your_rig.md")
 
 
 def name_of(page: Path) -> str:

@@ -104,4 +104,7 @@ def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
     try:
         yield set(signals)
     finally:
+        # One that came while the nodes were ending asks for nothing new.
+        while signal.sigtimedwait(signals, 0):
+            pass
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

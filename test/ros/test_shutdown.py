@@ -35,6 +35,16 @@ def test_idle_it_ends_cleanly(start_planner, number):
     assert "Traceback" not in planner.log
 
 
+def test_told_twice_it_ends_cleanly_too(start_planner):
+    planner = start_planner(forked=False)
+    planner.wait_for_log("ready")
+    planner.signal(signal.SIGINT)
+    planner.signal(signal.SIGTERM)
+    planner.signal(signal.SIGINT)
+    assert planner.wait() == 0
+    assert "Traceback" not in planner.log
+
+
 def test_while_it_starts_it_ends_cleanly(start_planner):
     planner = start_planner(forked=False)
     planner.wait_for_log("loading kernels")
