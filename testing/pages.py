@@ -49,8 +49,7 @@ _EVALUATE = PythonEvaluator()
 
 #: Those whose code is run.
 WITH_CODE = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-#: Those of them that start most programs, in a test file of their own: the tests of one file run one
-#: after the other.
+#: Those of them that start most programs. A test file of their own runs beside the others.
 RECIPES = (ROOT / "README.md", ROOT / "docs/your_rig.md")
 
 
