@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import signal
 import sys
 import threading
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -220,11 +219,11 @@ def main(args: list[str] | None = None) -> int:
     return run("lens_adapter", _serve, args)
 
 
-def _serve(signals: set[signal.Signals]) -> None:
+def _serve(wait: Callable[[], None]) -> None:
     adapter = LensAdapter()
     with adapter.working(), spinning([adapter]):
         adapter.get_logger().info("ready")
-        signal.sigwait(signals)
+        wait()
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ is in force again.
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import threading
 import traceback
@@ -303,9 +302,9 @@ def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
     finished = True
 
-    def serve(signals: set[signal.Signals]) -> None:
+    def serve(wait: Callable[[], None]) -> None:
         nonlocal finished
-        finished = _serve(PlannerNode(), signals)
+        finished = _serve(PlannerNode(), wait)
 
     status = run("planner_node", serve, args)
     if not finished:
@@ -316,7 +315,7 @@ def main(args: list[str] | None = None) -> int:
     return status
 
 
-def _serve(node: PlannerNode, signals: set[signal.Signals]) -> bool:
+def _serve(node: PlannerNode, wait: Callable[[], None]) -> bool:
     """Serve until a signal arrives; return whether the planning thread ended in time."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
@@ -325,7 +324,7 @@ def _serve(node: PlannerNode, signals: set[signal.Signals]) -> bool:
     start = threading.Thread(target=node.autostart, name="autostart")
     thread.start()
     start.start()
-    signal.sigwait(signals)
+    wait()
     node.stop()
     start.join()
     thread.join()

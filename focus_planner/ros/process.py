@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -37,7 +38,7 @@ def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
     }
 
 
-def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[str] | None) -> int:
+def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[str] | None) -> int:
     """Run nodes until SIGINT or SIGTERM; return the exit status.
 
     Parameters
@@ -45,16 +46,16 @@ def run(program: str, serve: Callable[[set[signal.Signals]], None], args: list[s
     program : str
         Name for error messages.
     serve : callable
-        Called with the signals, which are blocked; returns once one has arrived. Errors that it
-        raises are printed in one line.
+        Called with a function that waits for one of the signals; returns once one has arrived.
+        Errors that it raises are printed in one line.
     args : list of str, optional
         ROS arguments; by default those of the process.
     """
-    with _blocked(signal.SIGINT, signal.SIGTERM) as signals:
+    with _deferred(signal.SIGINT, signal.SIGTERM) as wait:
         try:
             _refuse_others(program, args)
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            serve(signals)
+            serve(wait)
         except _BAD as error:
             what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
             line = " ".join(f"{program}: {what}{error}".split())
@@ -94,17 +95,37 @@ def _refuse_others(program: str, args: list[str] | None) -> None:
 
 
 @contextmanager
-def _blocked(*signals: signal.Signals) -> Iterator[set[signal.Signals]]:
-    """Block signals in this thread and all that it starts, so that they can be waited for.
+def _deferred(*signals: signal.Signals) -> Iterator[Callable[[], None]]:
+    """Note signals instead of acting on them; yield a function that waits for one.
 
-    A handler would run only once the main thread returns from the middleware, and rclpy's own
-    handler would end the context before waiting callers are answered.
+    Signals are blocked in this thread and in all that it starts: no call of the middleware is
+    interrupted, and rclpy's own handler would end the context before waiting callers are answered.
+    Threads that libraries started before get them all the same, whenever this one does not wait.
+    So waiting is for what the handler writes, whichever thread it ran in.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    try:
-        yield set(signals)
-    finally:
-        # One that came while the nodes were ending asks for nothing new.
-        while signal.sigtimedwait(signals, 0):
+    noted, note = os.pipe()
+    os.set_blocking(note, False)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    handlers = {number: signal.signal(number, _do_nothing) for number in signals}
+    previous = signal.set_wakeup_fd(note, warn_on_full_buffer=False)
+
+    def wait() -> None:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
+        while os.read(noted, 1)[0] not in signals:
             pass
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+
+    try:
+        yield wait
+    finally:
+        # One that came meanwhile is noted before the handlers change.
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.set_wakeup_fd(previous)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        os.close(note)
+        os.close(noted)
+
+
+def _do_nothing(*_: object) -> None:
+    """Leave a signal to who waits for it."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -111,7 +110,7 @@ def main(args: list[str] | None = None) -> int:
     return run("simulated_lens", _serve, args)
 
 
-def _serve(signals: set[signal.Signals]) -> None:
+def _serve(wait: Callable[[], None]) -> None:
     node = Node("simulated_lens")
     settings = SimulationSettings.from_values(declare(node, SIMULATION_DECLARATIONS))
     lenses = [
@@ -120,7 +119,7 @@ def _serve(signals: set[signal.Signals]) -> None:
     ]
     with spinning([node, *lenses]):
         node.get_logger().info(f"{len(lenses)} lenses, ready")
-        signal.sigwait(signals)
+        wait()
 
 
 def _off(switch: str) -> int | bool:

@@ -418,6 +418,7 @@ def test_a_folder_may_be_relative_or_of_a_user_and_topics_remapped(
         client._inputs["mesh"] = _InputPublisher(client._node, MeshMsg, "/scanner/mesh")
         client.publish_mesh(body)
         client.publish_rig(rig)
+        until(lambda: client.status().surface.topic)  # once discovery has brought the two together
         _, run = recorded(client, tmp_path / "some" / "runs")
         set_parameters(client, record_directory="~/runs")
         _, of_user = recorded(client, tmp_path / "home" / "runs")

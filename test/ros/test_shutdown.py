@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
 
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.process import run
 from testing.forked import run_forked
 from testing.ros.goals import LONG
 
@@ -43,6 +46,27 @@ def test_told_twice_it_ends_cleanly_too(start_planner):
     planner.signal(signal.SIGINT)
     assert planner.wait() == 0
     assert "Traceback" not in planner.log
+
+
+def test_a_signal_before_it_is_waited_for_is_not_lost():
+    """Nor where a thread gets it that a library started before; the main thread must not."""
+    done = threading.Event()
+    thread = threading.Thread(target=done.wait)
+    thread.start()
+    ended = []
+
+    def serve(wait):
+        for _ in range(2):
+            os.kill(os.getpid(), signal.SIGINT)
+        wait()
+        ended.append("told")
+
+    try:
+        assert run("here", serve, []) == 0
+    finally:
+        done.set()
+        thread.join()
+    assert ended == ["told"]
 
 
 def test_while_it_starts_it_ends_cleanly(start_planner):
