@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import IO
 
 ROOT = Path(__file__).parents[1]
@@ -134,9 +135,10 @@ def _ends(wanted: int, *, writing: bool = False) -> tuple[IO[str] | None, int]:
 
 
 def _fork(request: bytes, files: list[int]) -> int:
-    server = _server()
-    socket.send_fds(server, [request], files)
-    return int(server.recv(64))
+    with _one_at_a_time:  # or threads would start two servers, and get each other's processes
+        server = _server()
+        socket.send_fds(server, [request], files)
+        return int(server.recv(64))
 
 
 @cache
@@ -150,3 +152,4 @@ def _server() -> socket.socket:
 
 
 _started: list[subprocess.Popen[bytes]] = []
+_one_at_a_time = Lock()
