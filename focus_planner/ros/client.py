@@ -282,8 +282,15 @@ class PlannerClient:
         try:
             return _result(message, timeout, topic)
         finally:
-            # On the executor's thread, which must not be waiting on what is destroyed.
-            self._executor.create_task(self._node.destroy_subscription, subscription)
+            self._destroy_soon(self._node.destroy_subscription, subscription)
+
+    def _destroy_soon(self, destroy: Callable[[Any], bool], entity: Any) -> None:
+        """Destroy an entity of the node on the thread that spins.
+
+        Destroyed on another one while the executor prepares to wait for it, its events would end
+        that thread with an ``InvalidHandle``, and no call would be answered any more.
+        """
+        self._executor.create_task(destroy, entity)
 
     def _client(self, service_type: type, service: str) -> Client:
         return self._node.create_client(

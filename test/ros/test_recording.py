@@ -126,7 +126,7 @@ def hearing(client, topic):
         until(lambda: publisher.get_subscription_count() > before)
         yield heard
     finally:
-        client._node.destroy_subscription(subscription)
+        client._destroy_soon(client._node.destroy_subscription, subscription)
 
 
 @pytest.mark.parametrize("little", [True, False], ids=["little-endian", "big-endian"])

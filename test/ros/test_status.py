@@ -45,7 +45,7 @@ def drivers(client, planner):
     publisher = client._node.create_publisher(LensState, f"{planner.name}/lens_states", DRIVERS)
     until(publisher.get_subscription_count)
     yield publisher
-    client._node.destroy_publisher(publisher)
+    client._destroy_soon(client._node.destroy_publisher, publisher)
 
 
 def told(client, condition):
@@ -73,7 +73,7 @@ def diagnosed(client, planner, condition=lambda _: True):
     try:
         return _result(heard, PATIENCE, "diagnostics")
     finally:
-        client._node.destroy_subscription(subscription)
+        client._destroy_soon(client._node.destroy_subscription, subscription)
 
 
 def level_of(client, planner, name, level):
