@@ -7,6 +7,7 @@ no fork would have.
 
 from __future__ import annotations
 
+import gc
 import importlib
 import json
 import os
@@ -106,5 +107,6 @@ if __name__ == "__main__":
         importlib.import_module(name)
     numba.njit(lambda: 1)()  # it imports even more when it first compiles
     warnings.filterwarnings("ignore", "This process .* is multi-threaded", DeprecationWarning)
+    gc.freeze()
     asked = serve(socket.socket(fileno=int(sys.argv[1])))
     become(asked)
