@@ -1,8 +1,7 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
+import signal
 from pathlib import Path
 
 import pytest
@@ -11,25 +10,23 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import save_rig
-from testing.ros.planner_process import PlannerProcess
+from testing.forked import PIPE, ForkedProcess, run_forked
+from testing.ros.planner_process import PATIENCE, PlannerProcess
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-SECONDS = 240
 
 pytestmark = pytest.mark.processes
 
 
-def command(name, *arguments):
-    return [sys.executable, str(EXAMPLES / f"{name}.py"), *map(str, arguments)]
+def path_of(name):
+    return str(EXAMPLES / f"{name}.py")
 
 
 def run(name, *arguments):
-    process = subprocess.run(
-        command(name, *arguments), check=False, capture_output=True, text=True, timeout=SECONDS
-    )
-    assert process.returncode == 0, process.stderr
-    return process.stdout
+    done = run_forked("testing.script", path_of(name), *map(str, arguments))
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 @pytest.fixture
@@ -44,7 +41,7 @@ def test_every_example_is_listed_and_tested():
     listed = re.findall(r"\]\((\w+)\.py\)", (EXAMPLES / "README.md").read_text())
     page = (ROOT / "docs/examples.md").read_text()
     shown = re.findall(r"include\} \.\./examples/(\w+)\.py", page)
-    tested = re.findall(r'(?:run|command)\("(\w+)"', Path(__file__).read_text())
+    tested = re.findall(r'(?:run|path_of)\("(\w+)"', Path(__file__).read_text())
     assert scripts == set(listed) == set(shown) == set(tested)
 
 
@@ -74,15 +71,13 @@ def test_another_aperture():
 
 def test_orchestrate_and_camera_driver(rig_file):
     node = PlannerProcess("focus_planner")
-    driver = subprocess.Popen(
-        command("camera_driver", "cam_0_03"), stdout=subprocess.PIPE, text=True
-    )
+    driver = ForkedProcess("testing.script", path_of("camera_driver"), "cam_0_03", stdout=PIPE)
     try:
         said = run("orchestrate", body("arms_out"), rig_file)
         assert re.search(r"^optimal, cost .*^in force: ", said, re.MULTILINE | re.DOTALL)
         assert re.match(r"cam_0_03: 0\.\d+ m, \d\.\d+ 1/m$", driver.stdout.readline())
     finally:
-        driver.terminate()
-        driver.wait(SECONDS)
+        driver.send_signal(signal.SIGTERM)
+        assert driver.wait(PATIENCE) == 0
         driver.stdout.close()
         assert node.stop() == 0

@@ -37,6 +37,8 @@ class ForkedProcess:
         A file descriptor, ``PIPE`` or ``DEVNULL``; stderr by default that of the tests.
     env : dict, optional
         Its environment, by default that of the tests.
+    folder : str, optional
+        Where it is started, by default where the tests are.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class ForkedProcess:
         stdout: int = DEVNULL,
         stderr: int = 2,
         env: Mapping[str, str] | None = None,
+        folder: str | None = None,
     ) -> None:
         sys.audit(EVENT, module, arguments)
         self.args = [module, *arguments]
@@ -59,13 +62,17 @@ class ForkedProcess:
             "module": module,
             "arguments": [str(argument) for argument in arguments],
             "environment": dict(os.environ if env is None else env),
-            "directory": str(Path.cwd()),
+            "directory": folder or str(Path.cwd()),
         }
         files = [his_stdin, his_stdout, his_stderr, his_status]
         self.pid = _fork(json.dumps(request).encode(), files)
         for file, given in zip(files, (stdin, stdout, stderr, PIPE), strict=True):
             if given in {PIPE, DEVNULL}:
                 os.close(file)
+
+    def fileno(self) -> int:
+        """Return a file descriptor that can be read once it has ended, and until that is known."""
+        return self._status
 
     def poll(self) -> int | None:
         """Return the exit status, None while it runs."""

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +27,8 @@ from rclpy.node import Node
 from sybil import Document, Region, Sybil
 from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown import CodeBlockParser
+
+from testing.forked_commands import ForkedCommands
 
 ROOT = Path(__file__).parents[1]
 PAGES = (
@@ -79,6 +81,8 @@ class Reader:
 
     def __init__(self, page: Path, folder: Path) -> None:
         self._folder = folder
+        self._commands = ForkedCommands(folder / ".commands")
+        self._at_the_end = ExitStack()
         self._background: list[subprocess.Popen[str]] = []
         self._note: tuple[str, str] = ("", "")
         parsers = (
@@ -92,9 +96,14 @@ class Reader:
             region.evaluator = region.evaluator or self._take_note
 
     def __enter__(self):
+        self._at_the_end.enter_context(self._commands)
+        self._at_the_end.callback(self._end_background)
         return self
 
     def __exit__(self, *_):
+        self._at_the_end.close()
+
+    def _end_background(self):
         for process in self._background:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGINT)
@@ -143,7 +152,8 @@ class Reader:
             _EVALUATE(example)
 
     def _start(self, script, **options):
-        path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+        python = str(Path(sys.executable).parent)
+        path = os.pathsep.join((str(self._commands.folder), python, os.environ["PATH"]))
         return subprocess.Popen(
             ["bash", "-euo", "pipefail", "-c", script],
             cwd=self._folder,
