@@ -3,8 +3,8 @@ SHELL := /bin/bash
 VENV ?= .venv
 export VENV PYTHON
 BIN := $(VENV)/bin
-# As many workers as cores, but no more than memory has room for. Tests of one file share what it has
-# started; files whose tests start processes take longest, and test/conftest.py puts them first.
+# As many workers as test/conftest.py finds use for, but no more than memory has room for. Tests of one
+# file share what it has started; files whose tests start processes take longest, and come first.
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 # Without bytecode every process that a test starts would compile all sources again.

@@ -23,6 +23,12 @@ def pytest_configure(config):
     config.pluginmanager.register(StartedProcesses())
 
 
+def pytest_xdist_auto_num_workers(config):
+    """Return one worker per core, and one more for the time in which tests wait for processes."""
+    waiting = "not processes" not in config.option.markexpr
+    return len(os.sched_getaffinity(0)) + waiting
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
     """Put modules whose tests start processes first, or one worker ends long after the others."""
