@@ -120,6 +120,9 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     from focus_planner.io.rigs import load_rig
     from focus_planner.io.surfaces import load_surface
 
+    if options.picture is not None:
+        import focus_planner.io.picture  # noqa: F401 - what it lacks is told before anything is planned
+
     request = request_from_options(options)
     tell(f"reading {options.rig}")
     file_rig = load_rig(options.rig)

@@ -396,6 +396,16 @@ def test_a_bad_option_is_refused(here: Path, capsys: Any, options: str, telling:
     fails_in_one_line(capsys, plan(*options.split()), telling)
 
 
+def test_a_picture_that_nothing_can_draw_is_refused_before_it_is_planned(
+    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "focus_planner.io.picture", raising=False)
+    status = plan("--samples", "200", "--picture", "plan.png", "--output", "plan.json")
+    fails_in_one_line(capsys, status, "picture: expected matplotlib to draw it with")
+    assert not Path("plan.json").exists()
+
+
 def test_k_above_the_number_of_cameras_is_refused(here: Path, capsys: Any) -> None:
     save_rig(Rig(RIG.cameras[:2]), Path("two.yaml"))
     status = plan("--k", "3", rig="two.yaml")
