@@ -48,6 +48,7 @@ def test_told_twice_it_ends_cleanly_too(start_planner):
     assert "Traceback" not in planner.log
 
 
+@pytest.mark.timeout(60)  # it takes none: lost, it would be waited for for ever
 def test_a_signal_before_it_is_waited_for_is_not_lost():
     """Nor where a thread gets it that a library started before; the main thread must not."""
     done = threading.Event()
