@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import socket
 
 # Above 101 the ports of a domain are among those that Linux gives to anybody; 0 is everybody's
 # default, and the demonstration has 87.
 _DOMAINS = range(1, 87)
-_claims: list[socket.socket] = []
 
 
 def claim_domain() -> int:
@@ -23,6 +23,6 @@ def claim_domain() -> int:
         except OSError:
             claim.close()
             continue
-        _claims.append(claim)
+        atexit.register(claim.close)
         return domain
     raise RuntimeError(f"expected a free ROS domain among {_DOMAINS}, got none")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import select
@@ -154,9 +155,10 @@ def _server() -> socket.socket:
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     with theirs:
         command = [sys.executable, "-m", "testing.fork_server", str(theirs.fileno())]
-        _started.append(subprocess.Popen(command, cwd=ROOT, pass_fds=[theirs.fileno()]))
+        process = subprocess.Popen(command, cwd=ROOT, pass_fds=[theirs.fileno()])
+    atexit.register(process.wait)
+    atexit.register(ours.close)  # the other way round: it ends once nobody can ask it any more
     return ours
 
 
-_started: list[subprocess.Popen[bytes]] = []
 _one_at_a_time = Lock()
