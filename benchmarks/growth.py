@@ -17,7 +17,8 @@ from benchmarks.timing import seconds, timed
 from focus_planner import Problem, Scene
 from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import lower_bound
-from focus_planner.core.solvers import Options, Progress, em, k_view, optimal
+from focus_planner.core.progress import Progress
+from focus_planner.core.solvers import Options, em, k_view, optimal
 
 _EXPONENTS = range(7, 21)
 _PICTURE = Path(__file__).parents[1] / "docs" / "growth.png"

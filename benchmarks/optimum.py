@@ -20,7 +20,8 @@ from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import Bound, lower_bound
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.gains import gains_of
-from focus_planner.core.solvers import Options, Progress, Solution, em, k_view, optimal
+from focus_planner.core.progress import Progress
+from focus_planner.core.solvers import Options, Solution, em, k_view, optimal
 from testing import reference
 
 _SEEDS = range(1, 4)

@@ -16,7 +16,8 @@ from focus_planner import PlanRequest, Rig, Scene
 from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.planning.formulation import formulate_problem
-from focus_planner.core.solvers import Options, Progress, em, k_view
+from focus_planner.core.progress import Progress
+from focus_planner.core.solvers import Options, em, k_view
 
 _SITES = 60
 _SAMPLES = 1_000_000

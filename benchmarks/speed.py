@@ -12,7 +12,8 @@ from benchmarks.scenes import body_scenes, problem, rig
 from benchmarks.timing import seconds
 from focus_planner import PlanRequest, Problem, plan_focus
 from focus_planner.core import kernels
-from focus_planner.core.solvers import Options, Progress, em, k_view
+from focus_planner.core.progress import Progress
+from focus_planner.core.solvers import Options, em, k_view
 
 SAMPLES = (1000, 4096, 16384, 65536)
 
@@ -44,7 +45,7 @@ def run(console: Console) -> None:
         "… per sort",
         "2-view assigned, from EM",
         "3-view all, from EM",
-        "pose (ray casting, cells)",
+        "formulate (ray casting, cells)",
         "whole plan",
         title=f"Seconds on {name} before {len(rig())} cameras, medians",
     )

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.scenes import body_scenes, rig
 from focus_planner import Camera, Mesh, PlanRequest, Rig, Scene, SolvedPlan, plan_focus
 from focus_planner.core.arrays import FloatArray
-from focus_planner.core.solvers import Progress
+from focus_planner.core.progress import Progress
 
 _CAMERAS_MOVED = 5
 _MOVED_BY = 0.01  # metres

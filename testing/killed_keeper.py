@@ -7,7 +7,7 @@ import signal
 import sys
 from pathlib import Path
 
-from focus_planner.core.solvers import Progress
+from focus_planner.core.progress import Progress
 from focus_planner.parameters.planner import Recording
 from focus_planner.recording import recorder as recorder_module
 from focus_planner.recording.recorder import Recorder

@@ -13,10 +13,10 @@ from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot, WarmStart
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.progress import Progress
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress
 from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.typestore import PLAN, POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields

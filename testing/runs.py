@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.progress import never_stop
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.solvers import never_stop
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.parameters.planner import Recording, Settings

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import SolvedPlan
+    from focus_planner.core.progress import ProgressCallback
     from focus_planner.core.rig.rig import Rig
-    from focus_planner.core.solvers import ProgressCallback
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
 

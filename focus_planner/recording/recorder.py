@@ -18,8 +18,8 @@ from threading import Lock
 
 from focus_planner.core.planning.fingerprint import fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
+from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, ProgressCallback
 from focus_planner.messages.writing import Stamp
 from focus_planner.parameters.planner import Recording
 from focus_planner.recording.bag import BagMessage, BagWriter
@@ -184,7 +184,7 @@ class Recorder:
             ready.bag.discard()
 
     def _take(self) -> _PreparedBag | None:
-        """Take the prepared bag; it is nobody else's from now on."""
+        """Take the prepared bag, which the caller then owns."""
         with self._prepared_lock:
             ready, self._prepared = self._prepared, None
         return ready

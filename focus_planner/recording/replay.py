@@ -10,8 +10,8 @@ from itertools import zip_longest
 
 from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, SolvedPlan
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, ProgressCallback, never_stop
 from focus_planner.core.validation import InputError
 from focus_planner.recording.run import Ending, Run
 from focus_planner.runtime.log import SilentLog

@@ -18,8 +18,8 @@ from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import LensTables
@@ -55,6 +55,7 @@ from focus_planner.messages.writing import (
     Fields,
     Stamp,
     cloud_to_fields,
+    datetime_stamp,
     mesh_to_bytes,
     plan_to_fields,
     rig_to_fields,
@@ -210,7 +211,8 @@ def stamp_of(at: int) -> Stamp:
 
 def input_message(arrival: Arrival[Any]) -> BagMessage:
     """Return an input that the planner received as the message to record."""
-    at = (arrival.at - _EPOCH) // timedelta(microseconds=1) * 1000
+    seconds, nanoseconds = datetime_stamp(arrival.at)
+    at = seconds * _NANO + nanoseconds
     return BagMessage(arrival.topic, arrival.type_name, arrival.payload, at)
 
 

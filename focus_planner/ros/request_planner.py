@@ -19,8 +19,8 @@ from rclpy.serialization import serialize_message
 
 from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Progress, ProgressCallback
 from focus_planner.core.validation import InputError
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import Stamp, plan_to_fields
@@ -73,7 +73,7 @@ class PlanningHost:
 class RequestPlanner:
     """Plans for one request at a time, and keeps what the next one builds on.
 
-    All but the receiving of inputs and the reading of attributes belongs to the planning thread.
+    Apart from receiving inputs and reading attributes, it is for the planning thread only.
 
     Parameters
     ----------

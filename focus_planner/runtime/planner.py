@@ -11,8 +11,8 @@ from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import ProgressCallback, never_stop
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
@@ -52,7 +52,7 @@ class Planner:
     replace both. While nothing valid is in force the newest is taken, fit or not, and every caller
     is told what does not fit.
 
-    All but ``surface.receive`` and ``rig.receive`` belongs to one thread.
+    Apart from ``surface.receive`` and ``rig.receive``, it is for one thread only.
 
     Parameters
     ----------

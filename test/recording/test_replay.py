@@ -9,15 +9,15 @@ from datetime import datetime, timedelta, timezone
 import numpy as np
 import pytest
 
-from focus_planner.core.planning import formulation as posing
+from focus_planner.core.planning import formulation
 from focus_planner.core.planning import plan_focus as planning
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.request import METHODS, PlanRequest
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.progress import never_stop
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import never_stop
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.messages.reading import Optics, mesh_from_bytes
@@ -223,7 +223,7 @@ def test_a_warm_start_is_reproduced(tmp_path):
     assert differences(run, cold) != []
 
 
-def test_replaying_notes_and_obeys_its_watch(run):
+def test_replaying_calls_back_and_stops_when_told(run):
     told = []
     whole = plan_run(run, lambda step: told.append(step) or True)
     assert repr(tuple(told)) == repr(whole.progress) == repr(run.progress)
@@ -497,7 +497,7 @@ def flip(visibility, camera=2):
 
 
 def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch):
-    visible_pairs = posing.visible_pairs
+    visible_pairs = formulation.visible_pairs
     pairs = len(solved(beginning_with()).problem.depth)
     looks = []
 
@@ -506,7 +506,7 @@ def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch):
         seen = visible_pairs(scene, rig, samples, *how, **more)
         return flip(seen) if len(looks) == 3 else seen  # trial, fresh, and then the samples
 
-    monkeypatch.setattr(posing, "visible_pairs", other)
+    monkeypatch.setattr(formulation, "visible_pairs", other)
     (first, *others) = differences(run, plan_run(run))
     assert looks[1:] == [300, 300]
     assert first.stage == "visibility"
@@ -554,12 +554,12 @@ def test_more_samples_are_told(run):
 
 
 def test_other_costs_are_told(run, monkeypatch):
-    build_problem = posing.build_problem
+    build_problem = formulation.build_problem
 
     def other(samples, visibility, rig, model, tolerance):
         return build_problem(samples, visibility, rig, CostModel(focus_weight=0.3), tolerance)
 
-    monkeypatch.setattr(posing, "build_problem", other)
+    monkeypatch.setattr(formulation, "build_problem", other)
     found_ = differences(run, plan_run(run))
     # What is out of focus costs something else: the plan tells, no stage before the solver does.
     assert found_[0].stage == "steps"
@@ -568,7 +568,7 @@ def test_other_costs_are_told(run, monkeypatch):
         model = CostModel(axis_deviation_limit=0.8)
         return build_problem(samples, visibility, rig, model, tolerance)
 
-    monkeypatch.setattr(posing, "build_problem", others)
+    monkeypatch.setattr(formulation, "build_problem", others)
     found_ = differences(run, plan_run(run))
     assert stages(found_)[:2] == ["fresh costs", "costs"]
     assert "of 8 cameras have other costs; pairs: " in found_[1].what

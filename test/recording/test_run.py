@@ -16,11 +16,11 @@ from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.progress import Progress
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
-from focus_planner.core.solvers import Progress
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import lens_tables_from_yaml

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from focus_planner.core.solvers import Progress
+from focus_planner.core.progress import Progress
 from focus_planner.runtime import feedback as module
 from focus_planner.runtime.feedback import Feedback
 

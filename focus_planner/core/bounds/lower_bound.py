@@ -53,7 +53,7 @@ def lower_bound(
     cost : float
         The cost of the plan that the bound is for, reported to ``on_progress``.
     near : float
-        The cost of a good plan, which the steps aim at; the better the plan, the fewer they are.
+        The cost of a good plan, which the steps aim at; the better the plan, the fewer are needed.
     gap : float
         A bound this part of ``near`` below it is good enough.
     start : (N,) array, optional

@@ -21,8 +21,9 @@ from focus_planner.core.planning.request import MAX_SAMPLES, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import spread_start, with_shots
+from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
-from focus_planner.core.solvers import SOLVERS, Options, ProgressCallback, never_stop
+from focus_planner.core.solvers import SOLVERS, Options
 from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.sampling import Density
 from focus_planner.core.surface.scene import Scene
@@ -59,7 +60,7 @@ def formulate_problem(
         plan on. That they fit is checked with the latter only.
     keep_going : callable, optional
         Called every few hundredths of a second of ray casting; return False to stop. The problem
-        is then on the samples so far, which are fewer but drawn as fairly.
+        is then on the samples so far: fewer, but still a random draw.
     enough : callable, optional
         Called after a stop: how many of the samples so far are enough. Parts beyond are left out.
 
@@ -178,7 +179,7 @@ def choose_samples(
 def _fair_order(
     request: PlanRequest, samples: Samples, keep_going: Callable[[], bool] | None
 ) -> NDArray[np.int64] | None:
-    """Return an order in which any first part of the samples is a fair draw; None for their own.
+    """Return an order of which every prefix is a random draw; None to keep the samples' own.
 
     Drawn samples are in random order already. A cloud's own points come as they were scanned,
     place by place.

@@ -16,7 +16,7 @@ _ENOUGH_TO_STOP = 4096
 
 
 class Pacer:
-    """Decides after every step whether there is to be another, and logs what it decided.
+    """Decides after every step whether to take another, and logs the decision.
 
     Solvers and bounds take it as their ``on_progress``. It stops them when the next step would
     not fit into the time budget, and from the moment at which the callback returned False. The

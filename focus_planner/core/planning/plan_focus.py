@@ -22,9 +22,10 @@ from focus_planner.core.planning.warm_start import warm_options
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem, mean_cost
 from focus_planner.core.problem.shots import sort_shots, spread_start
+from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.optics import depth_of_field
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options, ProgressCallback, Solution, never_stop
+from focus_planner.core.solvers import SOLVERS, Options, Solution
 from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError

@@ -1,6 +1,5 @@
 """One file per solver, one signature: ``solve(problem, options, on_progress) -> Solution``."""
 
-from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import average, closest, em, k_view, optimal
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, Solver
@@ -14,4 +13,4 @@ SOLVERS: dict[str, Solver] = {
     "optimal": optimal.solve,
 }
 
-__all__ = ["SOLVERS", "Options", "Progress", "ProgressCallback", "Solution", "Solver", "never_stop"]
+__all__ = ["SOLVERS", "Options", "Solution", "Solver"]

@@ -20,7 +20,7 @@ from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
 # Shared samples between two calls of the callback, a fiftieth of a second's work. For triples a
-# sample counts once per so many cells of the third camera: bounds rule out most of them.
+# sample counts once per block of cells of the third camera: bounds rule out most of them.
 _SAMPLES_BETWEEN_CALLS = 200_000
 _THIRD_CELLS_AT_ONCE = 40
 #: The stages of pairs and of triples, as the callback gets them.

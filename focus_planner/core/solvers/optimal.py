@@ -30,7 +30,7 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
-# So many plans are recovered from open nodes, and so many of them, the cheapest, are polished.
+# How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
 
 

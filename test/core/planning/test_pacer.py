@@ -7,7 +7,7 @@ import pytest
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.stop_log import Answer, Entry, StopLog
 from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
-from focus_planner.core.solvers import Progress, never_stop
+from focus_planner.core.progress import Progress, never_stop
 from testing.clock import Clock
 
 STEP = Progress("em", 1, 1.0)
