@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -155,3 +156,10 @@ def check_choice(argument: str, value: str, choices: tuple[str, ...]) -> str:
     if value not in choices:
         raise InputError(argument, "one of " + ", ".join(choices), repr(value))
     return value
+
+
+def first_few(names: Iterable[str], most: int = 6) -> str:
+    """Return the first names as text, and how many more there are."""
+    listed = list(names)
+    more = f" and {len(listed) - most} more" if len(listed) > most else ""
+    return ", ".join(listed[:most]) + more

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from os import PathLike
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError
+from focus_planner.core.validation import InputError, first_few
 from focus_planner.io.files import read_text
 from focus_planner.io.yaml_values import (
     Values,
@@ -25,7 +25,6 @@ from focus_planner.io.yaml_values import (
 
 _FILE_KEYS = ("default", "cameras")
 _TABLE_KEYS = tuple(field.name for field in fields(LensTable))
-_MAX_NAMES = 3
 
 
 @dataclass(frozen=True)
@@ -77,8 +76,8 @@ class LensTables:
         meant = next((match[0] for match in close if match), None)
         raise InputError(
             f"{self.where}: cameras",
-            f"some of the rig's {len(names)}: {_first_few(names)}",
-            _first_few(self.cameras),
+            f"some of the rig's {len(names)}: {first_few(names, 3)}",
+            first_few(self.cameras, 3),
             f"did you mean {meant}?" if meant else "",
         )
 
@@ -165,10 +164,3 @@ def lens_table_values(table: LensTable) -> Values:
     """Return the values that :func:`lens_table_from_values` reads."""
     values = {key: getattr(table, key) for key in _TABLE_KEYS}
     return {key: value for key, value in values.items() if value}
-
-
-def _first_few(names: Iterable[str]) -> str:
-    """Return the first few names as text."""
-    listed = list(names)
-    text = ", ".join(listed[:_MAX_NAMES])
-    return text + (", ..." if len(listed) > _MAX_NAMES else "")

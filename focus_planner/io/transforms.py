@@ -24,7 +24,7 @@ from focus_planner.core.rig.frames import (
 )
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError, check_choice, check_number
+from focus_planner.core.validation import InputError, check_choice, check_number, first_few
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
 from focus_planner.io.yaml_values import (
@@ -47,7 +47,6 @@ _FLAGS = {
 }
 _OPTICAL = re.compile(r"(^|[_/])optical(_frame)?$")
 _MAX_SPAN = 100.0  # metres between cameras that need no --scale
-_MAX_NAMES = 6
 
 
 def load_transforms(
@@ -134,14 +133,14 @@ def _root(path: Path, tree: FrameTree, root: str) -> str:
             close = difflib.get_close_matches(root, tree.frames, n=1)
             remedy = f"did you mean {close[0]}?" if close else ""
             raise InputError(
-                f"{path}: root", f"one of {_first_few(tree.frames)}", repr(root), remedy
+                f"{path}: root", f"one of {first_few(tree.frames)}", repr(root), remedy
             )
         return root
     if len(tree.roots) > 1:
         raise InputError(
             f"{path}: frames",
             "one tree",
-            f"{len(tree.roots)}, with the roots {_first_few(tree.roots)}",
+            f"{len(tree.roots)}, with the roots {first_few(tree.roots)}",
             "add the transform between them, or select one with --root",
         )
     return tree.roots[0]
@@ -162,7 +161,7 @@ def _camera_frames(
         )
     if not chosen:
         raise InputError(
-            f"{path}: cameras", f"frames that match {pattern}", f"only {_first_few(tree.frames)}"
+            f"{path}: cameras", f"frames that match {pattern}", f"only {first_few(tree.frames)}"
         )
     return chosen
 
@@ -176,7 +175,7 @@ def _optical_leaves(path: Path, tree: FrameTree, root: str, notes: list[str]) ->
     left = [frame for frame in leaves if frame not in set(chosen)]
     if left:
         notes.append(
-            f"not used as cameras: {_first_few(left)}; select the cameras' frames with --cameras"
+            f"not used as cameras: {first_few(left)}; select the cameras' frames with --cameras"
         )
     return chosen
 
@@ -189,7 +188,7 @@ def _body_frames(frames: Sequence[str], convention: str, notes: list[str]) -> se
     bodies = [frame for frame in frames if not _OPTICAL.search(frame)]
     if bodies:
         notes.append(
-            f"assumed from their names to be body frames, x forward: {_first_few(bodies)};"
+            f"assumed from their names to be body frames, x forward: {first_few(bodies)};"
             " set --convention to decide"
         )
     return set(bodies)
@@ -197,11 +196,6 @@ def _body_frames(frames: Sequence[str], convention: str, notes: list[str]) -> se
 
 def _without_optical(frame: str) -> str:
     return _OPTICAL.sub("", frame) or frame
-
-
-def _first_few(frames: Sequence[str]) -> str:
-    more = f" and {len(frames) - _MAX_NAMES} more" if len(frames) > _MAX_NAMES else ""
-    return ", ".join(frames[:_MAX_NAMES]) + more
 
 
 def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> Similarity:

@@ -10,7 +10,7 @@ from typing import Any
 
 from focus_planner.core.rig.lens_table import DIOPTRES, METRES, LensTable
 from focus_planner.core.validation import InputError
-from focus_planner.messages.writing import Fields
+from focus_planner.messages.writing import Fields, time_to_fields
 
 DEVICE = "device"
 UNITS = (METRES, DIOPTRES, DEVICE)
@@ -169,16 +169,16 @@ def order_from_message(message: Any) -> FocusOrder:
 def report_to_fields(report: LensReport, name: str, stamp: Time) -> Fields:
     """Return the fields of a ``LensState`` message."""
     return {
-        "header": {"stamp": _time(stamp)},
+        "header": {"stamp": time_to_fields(stamp)},
         "name": name,
         "plan_id": report.plan_id,
         "status": int(report.status),
         "planned_distance": report.planned_distance,
         "unit": report.unit,
         "sent_value": report.sent_value,
-        "sent_at": _time(report.sent_at),
+        "sent_at": time_to_fields(report.sent_at),
         "read_value": report.read_value,
-        "read_at": _time(report.read_at),
+        "read_at": time_to_fields(report.read_at),
         "read_distance": report.read_distance,
         "message": report.message,
     }
@@ -271,7 +271,3 @@ def _plain_value(distance: float, unit: str) -> float | None:
     if unit == METRES:
         return distance
     return 1.0 / distance if unit == DIOPTRES else None
-
-
-def _time(time: Time) -> Fields:
-    return {"sec": time[0], "nanosec": time[1]}

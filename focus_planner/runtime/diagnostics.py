@@ -12,6 +12,7 @@ from datetime import datetime
 from enum import IntEnum
 from pathlib import Path
 
+from focus_planner.core.validation import first_few
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.writing import Fields
 from focus_planner.parameters.planner import Settings
@@ -22,7 +23,6 @@ from focus_planner.runtime.status import LastRun, PlannerReport, age_of
 _LOW_MEMORY = 0.05
 # Bytes: about one run of a large mesh.
 _LOW_DISK = 100_000_000
-_MAX_NAMES = 8
 
 
 class Level(IntEnum):
@@ -150,7 +150,9 @@ def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
         bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
         return Diagnosis("cameras", Level.ERROR, bad, values)
     if seeing_nothing:
-        return Diagnosis("cameras", Level.WARN, f"see nothing: {_some(seeing_nothing)}", values)
+        return Diagnosis(
+            "cameras", Level.WARN, f"see nothing: {first_few(seeing_nothing, 8)}", values
+        )
     return Diagnosis("cameras", Level.OK, "all see the surface" if plan else "no plan yet", values)
 
 
@@ -180,12 +182,6 @@ def diagnose_memory() -> Diagnosis:
         message += f"; only {available / 1024:.0f} MB are available on this machine"
         return Diagnosis("memory", Level.WARN, message, values)
     return Diagnosis("memory", Level.OK, message, values)
-
-
-def _some(names: list[str]) -> str:
-    shown = ", ".join(names[:_MAX_NAMES])
-    more = len(names) - _MAX_NAMES
-    return f"{shown} and {more} more" if more > 0 else shown
 
 
 def _free_bytes(directory: Path) -> int | None:

@@ -78,11 +78,11 @@ def test_a_file_of_another_rig_is_told() -> None:
     tables = LensTables({"cam_7_00": COUNTED, "x": STEPS}, LensTable("m"), where="lenses.yaml")
     with pytest.raises(
         InputError,
-        match=r"^lenses.yaml: cameras: expected some of the rig's 6: cam_0_00, cam_0_01, cam_0_02,"
-        r" \.\.\., got cam_7_00, x; did you mean cam_\d_00\?$",
+        match=r"^lenses.yaml: cameras: expected some of the rig's 6: cam_0_00, cam_0_01, cam_0_02"
+        r" and 3 more, got cam_7_00, x; did you mean cam_\d_00\?$",
     ):
         tables.apply(RIG)
-    with pytest.raises(InputError, match=r"cameras: .*\.\.\., got left$"):
+    with pytest.raises(InputError, match=r"cameras: .* more, got left$"):
         LensTables({"left": STEPS}).apply(RIG)
     assert tables_of(LensTables({}, STEPS).apply(RIG)) == {c.name: STEPS for c in RIG.cameras}
 
