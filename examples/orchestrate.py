@@ -26,7 +26,7 @@ def main(surface: str, rig: str) -> int:
         if not goal.accepted:
             print("the planner rejected the goal; ~/status says what it is doing")
             return 1
-        _, result = goal.result(timeout=60.0)
+        _, result = goal.result()
         print(result.message)
         if not result.success:
             return 1

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import re
-import signal
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from testing.ros.planner_process import PATIENCE, PlannerProcess
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
+PROGRAM = "testing.ros.patient_script"
 
 pytestmark = pytest.mark.processes
 
@@ -24,7 +24,7 @@ def path_of(name):
 
 
 def run(name, *arguments):
-    done = run_forked("testing.script", path_of(name), *map(str, arguments))
+    done = run_forked(PROGRAM, path_of(name), *map(str, arguments))
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -71,13 +71,15 @@ def test_another_aperture():
 
 def test_orchestrate_and_camera_driver(rig_file):
     node = PlannerProcess("focus_planner")
-    driver = ForkedProcess("testing.script", path_of("camera_driver"), "cam_0_03", stdout=PIPE)
+    driver = ForkedProcess(
+        "testing.ros.patient_script", path_of("camera_driver"), "cam_0_03", stdout=PIPE
+    )
     try:
         said = run("orchestrate", body("arms_out"), rig_file)
         assert re.search(r"^optimal, cost .*^in force: ", said, re.MULTILINE | re.DOTALL)
         assert re.match(r"cam_0_03: 0\.\d+ m, \d\.\d+ 1/m$", driver.stdout.readline())
     finally:
-        driver.send_signal(signal.SIGTERM)
-        assert driver.wait(PATIENCE) == 0
+        driver.kill()
+        driver.wait(PATIENCE)
         driver.stdout.close()
         assert node.stop() == 0

@@ -29,6 +29,7 @@ from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown import CodeBlockParser
 
 from testing.forked_commands import ForkedCommands
+from testing.ros.patient_clients import have_clients_wait
 
 ROOT = Path(__file__).parents[1]
 PAGES = (
@@ -96,6 +97,7 @@ class Reader:
             region.evaluator = region.evaluator or self._take_note
 
     def __enter__(self):
+        have_clients_wait()
         self._at_the_end.enter_context(self._commands)
         self._at_the_end.callback(self._end_background)
         return self

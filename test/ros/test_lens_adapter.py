@@ -17,6 +17,8 @@ SENT, VERIFIED = LensState.STATUS_SENT, LensState.STATUS_VERIFIED
 DIFFERS, FAILED = LensState.STATUS_DIFFERS, LensState.STATUS_FAILED
 # Answers come however busy the machine is; a lens that is wrong is wrong soon.
 QUICK = {"timeout": float(PATIENCE), "retries": 0, "poll_period": 0.05, "verify_timeout": 1.0}
+# Dioptres per second: all the way takes longer than any test waits between two orders.
+SLOW = 0.1
 UNDER_WAY = QUICK | {"verify_timeout": float(PATIENCE)}
 TABLES = "default: {unit: steps, whole: true, distances: [0.25, 1.0], values: [200, 50]}\n"
 
@@ -56,12 +58,12 @@ def rig(start, orchestrator, tmp_path_factory):
     webcams = {"cameras": ["webcam"], "driver": "v4l2_camera"}
     nodes = [
         start("simulated_lens", cameras=["good", "stuck"], stuck=["stuck"]),
-        start("simulated_lens", cameras=["slow"], speed=1.0),
+        start("simulated_lens", cameras=["slow"], speed=SLOW),
         start("simulated_lens", cameras=["loose"], backlash=0.25),
         start("simulated_lens", **webcams),
         start("lens_adapter", cameras=["good", "stuck", "loose"], **QUICK),
         start("lens_adapter", cameras=["slow"], **UNDER_WAY),
-        start("lens_adapter", cameras=["absent"], **UNDER_WAY | {"timeout": 0.5}),
+        start("lens_adapter", cameras=["absent"], **UNDER_WAY | {"timeout": 3.0}),
         start("lens_adapter", **webcams, **QUICK, lens_tables=tables),
         start("lens_adapter", cameras=["unknown"], driver="v4l2_camera", **QUICK),
     ]
@@ -112,13 +114,13 @@ def test_backlash_differs_from_one_side_only(rig, orchestrator):
 
 @pytest.mark.processes
 def test_a_slow_lens_is_sent_then_verified_and_a_newer_plan_goes_first(rig, orchestrator):
-    orchestrator.plan("slow", "far away", focus_distance=0.1)  # 10 s
+    orchestrator.plan("slow", "far away", focus_distance=0.1)
     orchestrator.wait_for("slow", "far away", SENT)
-    orchestrator.plan("slow", "near by", focus_distance=1.0)
+    orchestrator.plan("slow", "near by", focus_distance=4.0)
     state = orchestrator.wait_for("slow", "near by", VERIFIED)
     sent = orchestrator.states("slow", "near by")[0]
     assert sent.status == SENT
-    assert (state.sent_value, state.read_value) == (1.0, 1.0)
+    assert (state.sent_value, state.read_value) == (0.25, 0.25)
     assert [s.status for s in orchestrator.states("slow", "far away")] == [SENT]
 
 
@@ -146,7 +148,7 @@ def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
 ):
     orchestrator.plan("absent", "a", focus_distance=0.2)
     assert "found none; start it" in orchestrator.wait_for("absent", "a", FAILED).message
-    slow = start("simulated_lens", cameras=["absent"], speed=0.5)
+    slow = start("simulated_lens", cameras=["absent"], speed=SLOW / 2)
     orchestrator.wait_for("absent", "a", SENT)
     slow.kill()
     state = orchestrator.wait_for("absent", "a", FAILED)

@@ -50,7 +50,7 @@ def live(start_planner):
     """Another, with parameters of its own, to play runs into."""
     own = {"samples": 50, "k": 3, "shots": 2, "lens.focus_distances": "[0.7,0.9]", "seed": 9}
     arguments = [part for n, v in own.items() for part in ("-p", f"{n}:={v}")]
-    return start_planner(*arguments, "-p", "time_budget:=20.0", "-p", "warm_start:=true")
+    return start_planner(*arguments, "-p", "time_budget:=600.0", "-p", "warm_start:=true")
 
 
 @pytest.fixture(scope="module")

@@ -91,7 +91,7 @@ def test_whole_drivers_report_whole_positions(lens):
     assert type(read(node, "ring")) is int
 
 
-def test_a_stuck_lens_obeys_in_words_only(lens):
+def test_a_stuck_lens_accepts_values_and_stays(lens):
     node = lens(autofocus=False, stuck=["cam"])
     assert tell(node, LensPosition=2.0).successful
     assert read(node) == 0.0

@@ -9,12 +9,9 @@ from dataclasses import replace
 from focus_planner.messages.reading import plan_from_message
 from testing.ros.planner_process import PATIENCE
 
-# Small plans, and calls that wait for their turn however busy the machine is.
-FEW = (
-    *("-p", "samples:=300"),
-    *("-p", "fresh_samples:=300"),
-    *("-p", f"service_max_wait:={float(PATIENCE)}"),
-)
+# Calls that wait for their turn however busy the machine is, and small plans.
+WAITING = ("-p", f"service_max_wait:={float(PATIENCE)}")
+FEW = (*WAITING, "-p", "samples:=300", "-p", "fresh_samples:=300")
 
 
 @contextmanager

@@ -13,10 +13,13 @@ from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.io.bodies import body as body_path
+from focus_planner.io.surfaces import load_surface
 from testing.clock import Clock
 
 
@@ -32,6 +35,16 @@ def compiled():
         for name, kernel in vars(module).items()
         if hasattr(kernel, "signatures")
     }
+
+
+@pytest.fixture(scope="module")
+def body():
+    return load_surface(body_path("arms_down"))
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return cylinder_rig(rows=4, columns=8, radius=1.2)
 
 
 @pytest.fixture(scope="module")
