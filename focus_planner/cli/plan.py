@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     read = {path.resolve() for path in inputs if path}
     for path in paths:
         if path.resolve() in read:
-            raise InputError(str(path), "a file to write that is not read as well", "an input")
+            raise InputError(str(path), "an output file that is not an input as well", "an input")
     recorder = CommandRecorder(options.record, options.markers)
     with shown(options.quiet) as tell:
         given = _read(options, tell)

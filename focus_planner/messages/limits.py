@@ -39,7 +39,7 @@ class Limits:
         limit, name = self.max_triangles, "max_triangles"
         _check("mesh", triangles, "triangles", limit, name, "simplify the mesh")
         most = _VERTICES_PER_TRIANGLE * limit
-        _check("mesh", vertices, "vertices", most, f"3 × {name}", "leave out those of no triangle")
+        _check("mesh", vertices, "vertices", most, f"3 × {name}", "remove those in no triangle")
 
     def check_rig(self, payload: bytes) -> None:
         """Raise ``InputError`` if a serialized rig, or its poses, has too many cameras."""
@@ -55,5 +55,5 @@ def _check(
             argument,
             f"at most {limit:,.0f} {of_what} (parameter {parameter})",
             f"{count:,}",
-            f"{remedy}, or raise the parameter where there is memory for it",
+            f"{remedy}, or raise the parameter if there is enough memory",
         )

@@ -100,7 +100,7 @@ ADAPTER_DECLARATIONS = (
     _declare(
         "retries",
         _TIMEOUTS.retries,
-        "How often a call is repeated that gets no response.",
+        "How often a call that gets no response is repeated.",
         high=100,
     ),
     _declare(
@@ -127,7 +127,7 @@ ADAPTER_DECLARATIONS = (
         "watch_period",
         _TIMEOUTS.watch_period,
         "Time between two readings of a lens that has arrived, in seconds: one that has moved"
-        " since is sent its value again. 0 to read it no more.",
+        " since is sent its value again. 0 to stop reading it.",
         high=86400.0,
     ),
 )

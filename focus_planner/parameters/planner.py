@@ -215,8 +215,8 @@ DECLARATIONS = (
     Declaration(
         "max_triangles",
         5_000_000,
-        "Greatest number of triangles that a mesh may have; of vertices it may have three times as"
-        " many. A larger mesh is refused before it is read. 0 for no limit. A change applies to"
+        "Greatest number of triangles that a mesh may have; it may have three times as many"
+        " vertices. A larger mesh is refused before it is read. 0 for no limit. A change applies to"
         " meshes received afterwards.",
         high=_MAX_COUNT,
     ),

@@ -119,7 +119,7 @@ class PlanAction:
 
 
 def result_of(outcome: Outcome) -> PlanFocus.Result:
-    """Return the result of a goal that ended so."""
+    """Return the result of a goal with this outcome."""
     result = PlanFocus.Result()
     write_outcome(result, outcome)
     return result

@@ -103,7 +103,7 @@ class ManagedNode(LifecycleNode):
         base: Callable[[LifecycleState], TransitionCallbackReturn],
         state: LifecycleState,
     ) -> TransitionCallbackReturn:
-        """Take a step, then do what rclpy does; log errors, of which rclpy tells nobody."""
+        """Take a step, then do what rclpy does; log errors, which rclpy swallows."""
         try:
             return TransitionCallbackReturn.FAILURE if step() is False else base(state)
         except (InputError, OSError) as error:

@@ -27,7 +27,7 @@ _REPEAT_SECONDS = (0.3, 0.7, 1.5)
 
 
 class PlanObserver(Protocol):
-    """Learns of a plan before anybody else does."""
+    """Is notified of a plan before it is published."""
 
     def __call__(self, plan: FocusPlan, *, from_record: bool) -> None:
         """Take note of a plan that is about to be published."""

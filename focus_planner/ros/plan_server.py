@@ -137,7 +137,7 @@ class PlanServer:
         return self._submit(asked, answer, send_feedback=send_feedback)
 
     def on_outcome(self, outcome: Outcome) -> None:
-        """Have the work done that is left for when an answer has been sent."""
+        """Schedule the work that is deferred until the answer has been sent."""
         self._unfinished.append(outcome.on_sent)
         self._on_change()
         if self._node.executor:
@@ -145,7 +145,7 @@ class PlanServer:
             self._node.executor.create_task(self._finish_one)
 
     def finish_answered(self) -> None:
-        """Do what :meth:`on_outcome` has left to the executor, which may not get to it."""
+        """Do the work that :meth:`on_outcome` scheduled, in case the executor no longer does."""
         while self._unfinished:
             self._finish_one()
 

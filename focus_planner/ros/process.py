@@ -100,13 +100,13 @@ def _deferred(*signals: signal.Signals) -> Iterator[Callable[[], None]]:
 
     Signals are blocked in this thread and in all that it starts: no call of the middleware is
     interrupted, and rclpy's own handler would end the context before waiting callers are answered.
-    Threads that libraries started before get them all the same, whenever this one does not wait.
-    So waiting is for what the handler writes, whichever thread it ran in.
+    Threads that libraries started earlier still receive them while this one is not waiting, so it
+    waits for what the handler writes, in whichever thread that ran.
     """
     noted, note = os.pipe()
     os.set_blocking(note, False)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    handlers = {number: signal.signal(number, _do_nothing) for number in signals}
+    handlers = {number: signal.signal(number, lambda *_: None) for number in signals}
     previous = signal.set_wakeup_fd(note, warn_on_full_buffer=False)
 
     def wait() -> None:
@@ -118,14 +118,10 @@ def _deferred(*signals: signal.Signals) -> Iterator[Callable[[], None]]:
     try:
         yield wait
     finally:
-        # One that came meanwhile is noted before the handlers change.
+        # A signal that arrived meanwhile is noted before the handlers change.
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         signal.set_wakeup_fd(previous)
         for number, handler in handlers.items():
             signal.signal(number, handler)
         os.close(note)
         os.close(noted)
-
-
-def _do_nothing(*_: object) -> None:
-    """Leave a signal to who waits for it."""

@@ -1,6 +1,6 @@
 """The planner's inputs as they arrive: the one in force, and why newer ones were refused.
 
-Without ROS. All but :meth:`InputSlot.receive` belongs to one thread.
+Without ROS. Apart from :meth:`InputSlot.receive`, all of it is for one thread only.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Arrival(Generic[Content]):
 
 @dataclass(frozen=True, eq=False)
 class AcceptedInput(Generic[Content, Value]):
-    """A message that was parsed successfully, and what is planned with."""
+    """A message that was parsed successfully, and what it was turned into for planning."""
 
     arrival: Arrival[Content]
     value: Value
@@ -96,7 +96,7 @@ class InputSlot(Generic[Content, Value]):
     name : str
         What it is, for messages: "surface" or "rig".
     sources : str
-        The topics that may provide it, for the message that there is none.
+        The topics that may provide it, for the error that none has arrived.
     make : callable
         Turns a message's content into what is planned with; raises ``InputError``.
     log : Log
@@ -126,7 +126,7 @@ class InputSlot(Generic[Content, Value]):
         self._inbox.append(arrival)
 
     def newest(self, optics: Optics) -> AcceptedInput[Content, Value] | None:
-        """Return the newest valid message received, if it is news; refuse invalid ones after it."""
+        """Return the newest valid message received, if it is new; refuse invalid ones after it."""
         backlog = [self._inbox.popleft() for _ in range(len(self._inbox))]
         for arrival in reversed(backlog):
             accepted = self._read(arrival, optics)

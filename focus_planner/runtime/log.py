@@ -1,4 +1,4 @@
-"""Logs: what is needed of one, none at all, and one that a careless sender cannot flood."""
+"""Logs: the interface, a silent one, and one that a careless sender cannot flood."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Protocol
 
 
 class Log(Protocol):
-    """What is needed of a logger."""
+    """The interface of a logger."""
 
     def warning(self, message: str) -> object:
         """Report what the user should know."""

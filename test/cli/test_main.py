@@ -632,5 +632,5 @@ def test_what_is_read_is_not_written(here: Path, capsys: Any) -> None:
     ):
         before = Path(path).read_bytes()
         status = plan(option, path, "--lens-tables", "lenses.yaml")
-        fails_in_one_line(capsys, status, "a file to write that is not read as well")
+        fails_in_one_line(capsys, status, "an output file that is not an input as well")
         assert Path(path).read_bytes() == before

@@ -26,7 +26,7 @@ def test_a_cloud_has_a_limit():
         read_cloud(Limits(max_points=POINTS - 1))
     assert str(refused.value) == (
         f"cloud: expected at most {POINTS - 1} points (parameter max_points), got {POINTS};"
-        " thin the cloud out, or raise the parameter where there is memory for it"
+        " thin the cloud out, or raise the parameter if there is enough memory"
     )
 
 

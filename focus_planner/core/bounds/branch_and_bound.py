@@ -39,7 +39,7 @@ _WIDE_EVERY = 4
 _REACH = 3
 _STEPS = 90
 # How many cameras to try at the root and at other nodes, unless one lowers the bound by nearly as
-# much as is expected of the next; and the least part of the slack that a half counts with.
+# much as is expected of the next; and the least share of the slack credited to a half.
 _ROOT_TRIES, _TRIES = 24, 4
 _ENOUGH = 0.8
 _LEAST = 1e-3

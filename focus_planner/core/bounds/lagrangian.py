@@ -49,7 +49,7 @@ class Prices:
     ----------
     gains : Gains
     start : (N,) array of int64, optional
-        In units, from 0 to each sample's most; half of the most when absent.
+        In units, from 0 to each sample's largest gain; by default half of that.
 
     Attributes
     ----------

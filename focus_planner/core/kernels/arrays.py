@@ -5,7 +5,7 @@ focus, M cells, T camera tuples of k cameras each. Costs and gains are whole uni
 (``problem/cells.py``); a camera's cells are counted from its first.
 
 A kernel reads a tuple's arrays into local names before its loops. The body of a ``prange`` loop
-must: Numba 0.68 drops assignments to the elements of a tuple's array there without a word.
+must: there, Numba 0.68 silently drops assignments to the elements of a tuple's array.
 """
 
 from __future__ import annotations

@@ -15,10 +15,10 @@ _MOMENTUM = 0.7
 _PATIENCE = 12
 _PROGRESS = 0.25
 _FALL = 0.5
-# At most some 20 ms of work on a node between two looks at the clock, but always a few steps.
+# At most some 20 ms of work on a node between two checks of the clock, but always a few steps.
 _WORK = 5_000_000
 _FEWEST_STEPS = 10
-# Steps aim beyond the goal by this part of the bound, which they would else approach for ever; and
+# Steps aim beyond the goal by this part of the bound: aimed at it, they would only approach it. And
 # a node closed in fewer steps is worth more than one whose bound is exact.
 _BEYOND = 2e-4
 

@@ -102,7 +102,7 @@ def _gain(least, base):
 
 @kernel
 def _alone(ranking, best, p, c, base, focus):
-    """Return what camera c gains from holding sample p in focus while all other cameras stand."""
+    """Return what camera c gains from holding sample p in focus, all other cameras fixed."""
     if len(ranking) == 0:
         return focus if best[p] == c else np.int64(0)
     other = ranking[p, 0]
@@ -312,7 +312,7 @@ def _hand_over(members, e, tuples, focus, state):
 
 @kernel
 def _solve(t, tuples, focus, cell_offsets, state, move):
-    """Find tuple t's best cells; return what they gain on the present ones, 0 if nothing.
+    """Find tuple t's best cells; return their gain over the present ones, 0 if none.
 
     Fills ``move`` (k,) where there is a gain.
     """

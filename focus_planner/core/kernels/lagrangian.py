@@ -163,7 +163,7 @@ def _move(low, high, step, direction, floor, most, price):
 @kernel
 def _adapt_hope(progress, goal):
     """Let the hope grow after progress, and count the steps without; return it."""
-    # A little beyond the goal, which steps would else approach for ever.
+    # A little beyond the goal: aimed at it, steps would only approach it.
     hope = min(progress[1], progress[0] - goal + _BEYOND * progress[0])
     if progress[0] <= progress[2] - _PROGRESS * hope:
         progress[1], progress[2], progress[3] = hope * _GROWTH, progress[0], 0

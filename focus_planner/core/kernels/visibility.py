@@ -10,7 +10,7 @@ from numba import prange
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
-#: Samples per block. Smaller blocks are more to test; of larger ones fewer can be ruled out whole.
+#: Samples per block. Smaller ones take more tests; larger ones are less often ruled out whole.
 BLOCK = 64
 #: The last of the cells that an axis is divided into for sorting.
 PLACES = 2**20 - 1

@@ -6,8 +6,8 @@ plan on; the problem's cells are found; the solver runs; a lower bound is comput
 - Ray casting has to end within a share of the budget. Samples whose rays would come later are
   left out of the problem.
 - What follows grows with the problem, and so does the time that its cells take. A stage of the
-  solver is expected to need nearly as long to set up before its first step, winding up a quarter,
-  and a useful bound as long again.
+  solver is expected to need nearly as long to set up before its first step, a quarter of that to
+  wind up, and a useful bound as long again.
 - A step starts only if it would end in time even if it took half as long again as the last one.
 
 The budget knows its clock and nothing else; :class:`~focus_planner.core.planning.pacer.Pacer`
