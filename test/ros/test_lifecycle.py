@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import signal
 import threading
-import time
 from itertools import count
 
 import pytest
@@ -149,14 +148,12 @@ def test_deactivated_it_stops_and_tells_everybody_at_once(active, rig):
     goal, waiting = planning(active), active.plan_async(**SHORT)
     queued = active.send_goal(**SHORT)
     until(lambda: active.status().waiting == 2)
-    began = time.monotonic()
     assert active.change_state("deactivate")
     for status, reason, result in (ended(goal), ended(queued)):
         assert (status, reason) == (GoalStatus.STATUS_ABORTED, Reason.INACTIVE)
         assert (result.success, result.message) == (False, "the planner was deactivated")
     response = active.wait_for(waiting, PATIENCE)
     assert (response.reason, response.message) == (Reason.INACTIVE, "the planner was deactivated")
-    assert time.monotonic() - began < PATIENCE
     assert active.state() == "inactive"
     # The plan in force stays so, and the inputs too.
     assert bits(active.latched_plan()) == bits(before)
