@@ -29,7 +29,6 @@ from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown import CodeBlockParser
 
 from testing.forked_commands import ForkedCommands
-from testing.ros.patient_clients import have_clients_wait
 
 ROOT = Path(__file__).parents[1]
 PAGES = (
@@ -97,6 +96,9 @@ class Reader:
             region.evaluator = region.evaluator or self._take_note
 
     def __enter__(self):
+        # Pages are also looked at where there are no interfaces, which clients need.
+        from testing.ros.patient_clients import have_clients_wait  # noqa: PLC0415
+
         have_clients_wait()
         self._at_the_end.enter_context(self._commands)
         self._at_the_end.callback(self._end_background)
