@@ -71,9 +71,7 @@ def test_another_aperture():
 
 def test_orchestrate_and_camera_driver(rig_file):
     node = PlannerProcess("focus_planner")
-    driver = ForkedProcess(
-        "testing.ros.patient_script", path_of("camera_driver"), "cam_0_03", stdout=PIPE
-    )
+    driver = ForkedProcess(PROGRAM, path_of("camera_driver"), "cam_0_03", stdout=PIPE)
     try:
         said = run("orchestrate", body("arms_out"), rig_file)
         assert re.search(r"^optimal, cost .*^in force: ", said, re.MULTILINE | re.DOTALL)

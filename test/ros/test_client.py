@@ -1,0 +1,25 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from focus_planner.ros.client import PlannerClient
+from testing.ros.calls import until
+
+
+def test_a_subscription_is_destroyed_on_the_thread_that_waits_on_it(monkeypatch):
+    """Elsewhere it may end that thread, and with it every later call."""
+    threads = []
+    with PlannerClient("/nobody") as client:
+        destroy = client._node.destroy_subscription
+
+        def noting(subscription):
+            threads.append(threading.current_thread())
+            return destroy(subscription)
+
+        monkeypatch.setattr(client._node, "destroy_subscription", noting)
+        with pytest.raises(TimeoutError, match="no response from status within 0 s"):
+            client.status(timeout=0.0)
+        until(lambda: threads)
+        assert threads == [client._thread]
