@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.validation import InputError, check_whole
 
@@ -39,6 +40,8 @@ class Rig:
         The frame of the cameras' poses, which surfaces must be given in as well.
     grid : Grid, optional
         How the cameras are arranged. It tells the 2-view and 3-view methods which are neighbours.
+    notes : tuple of Note
+        What was noticed when it was read; plans for it pass them on.
 
     Raises
     ------
@@ -50,6 +53,7 @@ class Rig:
     cameras: tuple[Camera, ...]
     frame_id: str = "world"
     grid: Grid | None = None
+    notes: tuple[Note, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cameras", tuple(self.cameras))

@@ -13,6 +13,7 @@ import open3d as o3d
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
 from focus_planner.core.surface.sampling import (
     CloudShape,
     Density,
@@ -74,6 +75,11 @@ class Scene:
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
             np.ascontiguousarray(triangles, dtype=np.uint32),
         )
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What was noticed when the surface was read and prepared."""
+        return self.surface.notes
 
     @property
     def oriented(self) -> bool:

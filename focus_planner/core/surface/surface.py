@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.notes import Note
 from focus_planner.core.validation import (
     MAX_COORDINATE,
     UNIT_ROUNDING,
@@ -36,6 +37,8 @@ class Mesh:
     vertex_importance : (V,) array, optional
         The relative importance of the surface at each vertex, at least 0, interpolated linearly.
         Uniform when absent.
+    notes : tuple of Note
+        What was noticed when it was read; plans for it pass them on.
 
     Raises
     ------
@@ -48,6 +51,7 @@ class Mesh:
     triangles: IntArray
     vertex_normals: FloatArray | None = None
     vertex_importance: FloatArray | None = None
+    notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
         vertices = check_array("mesh vertices", self.vertices, (None, 3))
@@ -98,6 +102,8 @@ class PointCloud:
         Outward; they need not have unit length. Estimated from the points when absent.
     importance : (M,) array, optional
         The relative importance of the surface around each point, at least 0. Uniform when absent.
+    notes : tuple of Note
+        What was noticed when it was read; plans for it pass them on.
 
     Raises
     ------
@@ -109,6 +115,7 @@ class PointCloud:
     points: FloatArray
     normals: FloatArray | None = None
     importance: FloatArray | None = None
+    notes: tuple[Note, ...] = ()
 
     MIN_POINTS = 16
 
