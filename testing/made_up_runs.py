@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot, WarmStart
 from focus_planner.core.planning.request import PlanRequest
@@ -105,6 +106,7 @@ def ending(seed=1) -> Ending:
         in_focus_standard_error=next(numbers),
         solve_seconds=next(numbers),
         total_seconds=0.5,
+        notes=(Note("winding", "half of it"), Note("noise", "1 mm")),
         cameras=cameras,
     )
     prints = tuple(

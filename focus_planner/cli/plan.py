@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.notes import show_note
 from focus_planner.cli.progress import Tell, show_progress, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
 from focus_planner.cli.request_options import add_request_options, request_from_options
@@ -42,6 +43,13 @@ def add(commands: Any) -> None:
 def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
     option("surface", type=Path, metavar="SURFACE", help="mesh or point-cloud file, in metres")
+    option(
+        "--up",
+        choices=("z", "y", "x", "-z", "-y", "-x"),
+        default="z",
+        help="axis of SURFACE that is up in the world; the surface is turned so that it becomes z"
+        " (default: %(default)s)",
+    )
     option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
     option(
         "--importance",
@@ -116,6 +124,7 @@ class _Given:
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.surface.scene import Scene
+    from focus_planner.core.surface.up_axis import with_z_up
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
     from focus_planner.io.surfaces import load_surface
@@ -129,7 +138,8 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
     tell(f"reading {options.surface}")
-    scene = Scene(load_surface(options.surface, options.importance))
+    surface = load_surface(options.surface, options.importance)
+    scene = Scene(with_z_up(surface, options.up))
     return _Given(scene, rig, file_rig, tables, request)
 
 
@@ -144,7 +154,8 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
         from focus_planner.recording.software import software
 
         run_id, frame_id = new_run_id(), rig.frame_id
-        begun = beginning_of(run_id, PLANNER, request, frame_id, software(), given.tables)
+        notes = (*scene.surface.notes, *given.file_rig.notes)
+        begun = beginning_of(run_id, PLANNER, request, frame_id, software(), given.tables, notes)
         return inputs_of(begun, scene.surface, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
@@ -184,6 +195,9 @@ def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
         from focus_planner.io.plans import plan_to_json
 
         sys.stdout.write(plan_to_json(plan))
+    if not options.quiet:
+        for note in plan.notes:
+            show_note(note.text)
 
 
 def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:

@@ -265,6 +265,8 @@ def _show_one(console: Console, replay: _Replay) -> None:
         say(f"  {escape(replay.now.summary())}")
     else:
         say(f"  no plan, then as now: {escape(replay.why)}")
+    for plan_note in replay.now.notes if replay.now else ():
+        say(f"  note: {escape(plan_note.text)}")
     if replay.recorded_as is not None:
         say(f"  recorded: {escape(str(replay.recorded_as))}")
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.notes import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.rig import Rig
 
+_IMAGE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _IMAGE_OPTIONS = ("image", "fx", "fy", "cx", "cy")
 
 _LENS_OPTIONS: dict[str, dict[str, Any]] = {
@@ -99,23 +101,27 @@ def _add_cylinder(kinds: Any) -> None:
         metavar="NAME",
         help="frame of the poses (default: %(default)s)",
     )
+    _add_image(cylinder)
     _add_lens(cylinder)
 
 
 def _cylinder(options: argparse.Namespace) -> int:
+    from dataclasses import replace
+
     from focus_planner.core.rig.layouts import cylinder_rig
 
-    return _print(
-        cylinder_rig(
-            options.rows,
-            options.columns,
-            options.radius,
-            options.bottom,
-            options.top,
-            lens=_lens(options),
-            frame_id=options.frame_id,
-        )
+    rig = cylinder_rig(
+        options.rows,
+        options.columns,
+        options.radius,
+        options.bottom,
+        options.top,
+        lens=_lens(options),
+        frame_id=options.frame_id,
     )
+    intrinsics_of = _intrinsics_of(options)
+    cameras = (replace(each, intrinsics=intrinsics_of(each.name)) for each in rig.cameras)
+    return _print(replace(rig, cameras=tuple(cameras)), options)
 
 
 # --- COLMAP models -----------------------------------------------------------------------------
@@ -179,11 +185,11 @@ def _colmap(options: argparse.Namespace) -> int:
     if options.scale is None and options.transform is None:
         places = camera_positions(rig)
         span = (places.max(axis=0) - places.min(axis=0)).max()
-        _note(
+        show_note(
             f"a COLMAP model has no unit; if it is metres, the cameras span {span:.3g} m;"
             " otherwise give the metres per unit with --scale"
         )
-    return _print(rig)
+    return _print(rig, options, has_image=True)
 
 
 def _rig_from_model(options: argparse.Namespace) -> Similarity:
@@ -258,13 +264,9 @@ def _transforms(options: argparse.Namespace) -> int:
         lens=_lens(options),
         frame_id=options.frame_id,
     )
-    if options.camera_info is None and options.image is None:
-        notes.append(
-            "all cameras have the paper's image; use --camera-info or --image to give their own"
-        )
     for note in notes:
-        _note(note)
-    return _print(rig)
+        show_note(note)
+    return _print(rig, options)
 
 
 # --- image, lens, output -----------------------------------------------------------------------
@@ -347,12 +349,28 @@ def _lens(options: argparse.Namespace) -> Lens:
     )
 
 
-def _print(rig: Rig) -> int:
+def _print(rig: Rig, options: argparse.Namespace, *, has_image: bool = False) -> int:
+    """Print a rig, and tell what of it nobody has described.
+
+    Parameters
+    ----------
+    has_image : bool
+        Whether the images come with the poses.
+    """
+    from dataclasses import replace
+
+    from focus_planner.core.rig.defaults import Described, notes_on_defaults
     from focus_planner.io.rigs import rig_to_yaml
 
-    sys.stdout.write(rig_to_yaml(rig))
+    lens = [name for name in _LENS_OPTIONS if getattr(options, name) is not None]
+    has_image = has_image or options.camera_info is not None or options.image is not None
+    notes = notes_on_defaults(
+        [Described(lens, _IMAGE_KEYS if has_image else ())] * len(rig),
+        "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
+        " or edit the rig's file",
+        "use --camera-info or --image, or edit the rig's file",
+    )
+    for note in notes:
+        show_note(note.text)
+    sys.stdout.write(rig_to_yaml(replace(rig, notes=notes)))
     return 0
-
-
-def _note(text: str) -> None:
-    print("focus_planner: note:", text, file=sys.stderr)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write, read_text
+
+_LISTS = ("notes", "cameras")
 
 
 def plan_to_json(plan: FocusPlan) -> str:
@@ -20,11 +24,11 @@ def plan_to_json(plan: FocusPlan) -> str:
     infinity. A camera with several shots has the list ``shots``, and one whose lens has a table
     has ``device_value`` and ``device_unit``; other cameras do not have these keys.
     """
-    names = [field.name for field in fields(FocusPlan) if field.name != "cameras"]
+    names = [each.name for each in fields(FocusPlan) if each.name not in _LISTS]
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
-    cameras = ",\n".join(f"    {json.dumps(_camera_to_json(c))}" for c in plan.cameras)
     lines.append(f'  "shots": {plan.shots}')
-    lines.append(f'  "cameras": [\n{cameras}\n  ]')
+    lines.append(_list_to_json("notes", [vars(note) for note in plan.notes]))
+    lines.append(_list_to_json("cameras", map(_camera_to_json, plan.cameras)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
@@ -61,6 +65,12 @@ def load_plan(path: Path) -> FocusPlan:
         raise InputError(str(path), "a plan.json", str(error)) from None
 
 
+def _list_to_json(name: str, entries: Iterable[dict[str, Any]]) -> str:
+    """Return a list with one line per entry."""
+    lines = ",\n".join(f"    {json.dumps(entry)}" for entry in entries)
+    return f'  "{name}": [\n{lines}\n  ]' if lines else f'  "{name}": []'
+
+
 def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
     values = _focus_to_json(asdict(camera)) | {"status": camera.status.name.lower()}
     shots = [_focus_to_json(shot) for shot in values.pop("shots")]
@@ -74,8 +84,11 @@ def _focus_to_json(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
-    known = {field.name: data[field.name] for field in fields(FocusPlan)}
-    return FocusPlan(**known | {"cameras": tuple(map(_camera_from_json, data["cameras"]))})
+    known = {each.name: data[each.name] for each in fields(FocusPlan) if each.name not in _LISTS}
+    # Version 0.1 wrote no notes.
+    notes = tuple(Note(note["code"], note["text"]) for note in data.get("notes", ()))
+    cameras = tuple(map(_camera_from_json, data["cameras"]))
+    return FocusPlan(**known, notes=notes, cameras=cameras)
 
 
 def _camera_from_json(data: dict[str, Any]) -> CameraFocus:

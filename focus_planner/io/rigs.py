@@ -7,9 +7,10 @@ from collections.abc import Callable
 from dataclasses import asdict, fields
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.defaults import described, notes_on_defaults
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
@@ -31,7 +32,10 @@ from focus_planner.io.yaml_values import (
 
 _Reader = Callable[[str, Any], Any]
 
-_RIG_KEYS = ("frame_id", "image", "lens", "grid", "cameras")
+_RIG_KEYS = ("frame_id", "image", "lens", "defaults", "grid", "cameras")
+_DEFAULTS = ("image", "lens")
+# What to do about values that a program wrote and somebody has checked.
+_DELETE = ", or, if that is right, delete it under defaults there"
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
 _IMAGE_KEYS = tuple(field.name for field in fields(CameraIntrinsics))
 _PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
@@ -45,6 +49,13 @@ _ALTERNATIVES = (
 )
 
 
+class _Optics(NamedTuple):
+    """The values that a file gives for a camera's image and lens."""
+
+    image: Values
+    lens: Values
+
+
 def load_rig(path: str | PathLike[str]) -> Rig:
     """Read rig.yaml.
 
@@ -54,7 +65,9 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     goes for ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
     converts distances to the driver's values
     (:class:`~focus_planner.core.rig.lens_table.LensTable`); null for none. ``grid`` describes the
-    arrangement of the cameras for ``--tuples grid``.
+    arrangement of the cameras for ``--tuples grid``. ``defaults`` lists which of ``image`` and
+    ``lens`` a program filled in: of these, values that still are the default's count as said by
+    nobody. The rig has a note on cameras whose image or lens nothing tells.
 
     Raises
     ------
@@ -67,19 +80,28 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     entries = top.get("cameras")
     if not isinstance(entries, list):
         raise InputError(f"{path}: cameras", "a list of cameras", abbreviated(entries))
-    intrinsics = _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS)
-    lens = _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS)
-    with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
-        CameraIntrinsics(**intrinsics)
-        lens_from_values(f"{path}: lens", lens)
-    cameras = tuple(
-        _camera(f"{path}: cameras[{i}]", entry, intrinsics, lens) for i, entry in enumerate(entries)
+    shared = _Optics(
+        _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS),
+        _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS),
     )
+    with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
+        CameraIntrinsics(**shared.image)
+        lens_from_values(f"{path}: lens", shared.lens)
+    read = [_camera(f"{path}: cameras[{i}]", each, shared) for i, each in enumerate(entries)]
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
         raise InputError(f"{path}: frame_id", "a name", abbreviated(frame_id))
+    doubted = _defaults(f"{path}: defaults", top)
+    notes = notes_on_defaults(
+        (described(optics.lens, optics.image, doubted) for _, optics in read),
+        f"give your own under lens in {path} (focal_length, and f_number with circle_of_confusion,"
+        " or hyperfocal_distance)" + _DELETE * ("lens" in doubted),
+        f"give your own under image in {path} (width, height, fx, fy, cx, cy)"
+        + _DELETE * ("image" in doubted),
+    )
     with errors_within(str(path)):
-        return Rig(cameras, frame_id, _grid(f"{path}: grid", top))
+        cameras = tuple(camera for camera, _ in read)
+        return Rig(cameras, frame_id, _grid(f"{path}: grid", top), notes)
 
 
 def rig_to_yaml(rig: Rig) -> str:
@@ -95,6 +117,13 @@ def rig_to_yaml(rig: Rig) -> str:
         f"image: {flow(_image_values(intrinsics))}   # pixels",
         f"lens: {flow(optics | _differing(lens, Lens()))}   # metres",
     ]
+    codes = {note.code for note in rig.notes}
+    doubted = [name for name in _DEFAULTS if f"default_{name}" in codes]
+    if doubted:
+        lines.append(
+            f"defaults: [{', '.join(doubted)}]   # the paper's, as nothing told yours; delete what"
+            " you have checked"
+        )
     if rig.grid:
         lines.append(f"grid: {flow(asdict(rig.grid))}")
     lines.append("cameras:   # position in metres; orientation x, y, z, w of the optical frame")
@@ -145,25 +174,28 @@ def lens_from_values(where: str, values: Values) -> Lens:
     return Lens(**own)
 
 
-def _camera(where: str, entry: Any, intrinsics: Values, shared: Values) -> Camera:
+def _camera(where: str, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
+    """Return a camera, and the values given for its image and lens."""
     data = mapping(where, entry, _CAMERA_KEYS)
     for key in ("name", "position", "orientation"):
         if key not in data:
             raise InputError(f"{where}.{key}", "a value", "none")
     own_image = _values(f"{where}.image", data.get("image", {}), _IMAGE_KEYS)
     own_lens = _values(f"{where}.lens", data.get("lens", {}), _LENS_KEYS)
+    optics = _Optics(
+        {**shared.image, **own_image}, {**_without_replaced(shared.lens, own_lens), **own_lens}
+    )
     with errors_within(where):
         x, y, z = vector(f"{where}.position", data["position"], 3)
         qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
-        return Camera(
+        camera = Camera(
             name=data["name"],
             position=(x, y, z),
             orientation=(qx, qy, qz, qw),
-            intrinsics=CameraIntrinsics(**{**intrinsics, **own_image}),
-            lens=lens_from_values(
-                f"{where}.lens", {**_without_replaced(shared, own_lens), **own_lens}
-            ),
+            intrinsics=CameraIntrinsics(**optics.image),
+            lens=lens_from_values(f"{where}.lens", optics.lens),
         )
+    return camera, optics
 
 
 def _without_replaced(shared: Values, own: Values) -> Values:
@@ -174,6 +206,13 @@ def _without_replaced(shared: Values, own: Values) -> Values:
             if any(own.get(key) is not None for key in instead):
                 replaced |= set(form)
     return {key: value for key, value in shared.items() if key not in replaced}
+
+
+def _defaults(where: str, top: Values) -> list[str]:
+    listed = top.get("defaults") or []
+    if not isinstance(listed, list) or not all(name in _DEFAULTS for name in listed):
+        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), abbreviated(listed))
+    return listed
 
 
 def _grid(where: str, top: Values) -> Grid | None:

@@ -17,8 +17,10 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
+from focus_planner.core.rig.defaults import described, notes_on_defaults
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
@@ -148,7 +150,8 @@ def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
         Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, optics.lens)
         for i, pose in enumerate(message.poses)
     )
-    return optics.complete(Rig(tuple(cameras), frame_id))
+    rig = Rig(tuple(cameras), frame_id, notes=_notes(optics, [(True, True)] * len(message.poses)))
+    return optics.complete(rig)
 
 
 def lens_table_from_message(message: Message) -> LensTable | None:
@@ -222,7 +225,39 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     check_frame(message.header, frame_id)
     rows, columns = message.grid_rows, message.grid_columns
     cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
-    return optics.complete(Rig(cameras, frame_id, Grid(rows, columns) if rows or columns else None))
+    grid = Grid(rows, columns) if rows or columns else None
+    lacking = [
+        (not camera.camera_info.width, not camera.lens.focal_length) for camera in message.cameras
+    ]
+    return optics.complete(Rig(cameras, frame_id, grid, _notes(optics, lacking)))
+
+
+def _notes(optics: Optics, lacking: list[tuple[bool, bool]]) -> tuple[Note, ...]:
+    """Return the notes on the parameters that stand in for what a message lacks.
+
+    Whether somebody has set a parameter to its default cannot be known, so that says nothing.
+
+    Parameters
+    ----------
+    optics : Optics
+    lacking : list
+        Per camera, whether the message lacks its image, and its lens.
+    """
+    image, lens = vars(optics.intrinsics), vars(optics.lens)
+    says = {
+        each: described(
+            lens,
+            image,
+            [kind for kind, lacks in zip(("image", "lens"), each, strict=True) if lacks],
+        )
+        for each in set(lacking)
+    }
+    return notes_on_defaults(
+        (says[each] for each in lacking),
+        "publish each camera's lens on ~/rig, or set the parameters lens.focal_length, and"
+        " lens.f_number with lens.circle_of_confusion, or lens.hyperfocal_distance",
+        "publish each camera's CameraInfo on ~/rig, or set the parameters image.width, ...",
+    )
 
 
 def shot_from_message(message: Message, device_value: float | None = None) -> Shot:
@@ -275,8 +310,14 @@ def plan_from_message(message: Message) -> FocusPlan:
         in_focus_standard_error=message.in_focus_standard_error,
         solve_seconds=message.solve_seconds,
         total_seconds=message.total_seconds,
+        notes=tuple(map(note_from_message, message.notes)),
         cameras=tuple(camera_focus_from_message(focus) for focus in message.cameras),
     )
+
+
+def note_from_message(message: Message) -> Note:
+    """Return the note."""
+    return Note(message.code, message.text)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
@@ -207,10 +208,16 @@ def plan_to_fields(
         "in_focus_standard_error": plan.in_focus_standard_error,
         "solve_seconds": plan.solve_seconds,
         "total_seconds": plan.total_seconds,
+        "notes": [note_to_fields(note) for note in plan.notes],
         "cameras": [
             camera_focus_to_fields(focus, frame_id, stamp, plan_id) for focus in plan.cameras
         ],
     }
+
+
+def note_to_fields(note: Note) -> Fields:
+    """Return the note."""
+    return dict(vars(note))
 
 
 def datetime_stamp(at: datetime) -> Stamp:

@@ -206,7 +206,7 @@ def _step_text(step: Progress | None) -> str:
 
 
 def _plan_differences(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
-    names = [f.name for f in fields(FocusPlan) if f.name not in (*_SECONDS, "cameras")]
+    names = [f.name for f in fields(FocusPlan) if f.name not in (*_SECONDS, "notes", "cameras")]
     values = [(name, getattr(recorded, name), getattr(now, name)) for name in names]
     changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]
     if changed:

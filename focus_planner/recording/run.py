@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta, timezone
 from enum import IntEnum
 from functools import lru_cache, partial
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
@@ -30,6 +31,7 @@ from focus_planner.messages.reading import (
     Optics,
     cloud_from_message,
     mesh_from_bytes,
+    note_from_message,
     plan_from_message,
     poses_from_message,
     rig_from_message,
@@ -57,6 +59,7 @@ from focus_planner.messages.writing import (
     cloud_to_fields,
     datetime_stamp,
     mesh_to_bytes,
+    note_to_fields,
     plan_to_fields,
     rig_to_fields,
 )
@@ -105,6 +108,8 @@ class Beginning:
         Versions by name.
     warm_start : WarmStart or None
         The earlier plan to start from.
+    input_notes : tuple of Note
+        What was noticed when the inputs were read from files.
     """
 
     run_id: str
@@ -114,6 +119,7 @@ class Beginning:
     at: int
     software: Mapping[str, str]
     warm_start: WarmStart | None = None
+    input_notes: tuple[Note, ...] = ()
 
     @property
     def request(self) -> PlanRequest:
@@ -183,7 +189,10 @@ class Run:
         data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
         frame_id = self.beginning.settings.frame_id
         return [
-            _arrival(message, partial(_read_surface, message, data, frame_id, self._limits))
+            _arrival(
+                message,
+                partial(_read_noted_surface, message, data, frame_id, self._limits, self.beginning),
+            )
             for message in self.inputs
             if message.type_name in _SURFACES
         ]
@@ -226,6 +235,7 @@ def beginning_of(
     frame_id: str,
     software: Mapping[str, str],
     tables: LensTables | None = None,
+    notes: tuple[Note, ...] = (),
 ) -> Beginning:
     """Return the beginning of a run that plans for files rather than for messages.
 
@@ -235,7 +245,7 @@ def beginning_of(
     values["lens_tables"] = tables.where if tables else ""
     settings = Settings.from_values(values, tables.text if tables else "")
     asked = request_to_fields(request)
-    return Beginning(run_id, planner, settings, asked, time.time_ns(), software)
+    return Beginning(run_id, planner, settings, asked, time.time_ns(), software, input_notes=notes)
 
 
 def inputs_of(beginning: Beginning, surface: Surface, rig: Rig) -> list[BagMessage]:
@@ -277,6 +287,7 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
         "planner": beginning.planner,
         "parameters": _parameters(beginning.settings.values),
         "lens_tables": beginning.settings.lens_tables_text,
+        "input_notes": [note_to_fields(note) for note in beginning.input_notes],
         "seed": beginning.asked.get("seed", 0) or beginning.settings.request.seed,
         "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
         "warm_start": {} if warm_start is None else _warm_start_to_fields(warm_start),
@@ -412,6 +423,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
             software={entry.key: entry.value for entry in run.software},
             warm_start=_warm_start_from_message(run.warm_start),
+            input_notes=tuple(map(note_from_message, run.input_notes)),
         ),
         progress=tuple(_progress_from_message(m.read()) for m in messages.get(_PROGRESS, [])),
         ending=_ending(result[0].read(), plan and plan[0].read()) if result and not fault else None,
@@ -424,6 +436,20 @@ def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
     for message in bag.messages:
         messages.setdefault(message.type_name, []).append(message)
     return messages
+
+
+def _read_noted_surface(
+    message: BagMessage,
+    data: list[BagMessage],
+    frame_id: str,
+    limits: Limits,
+    beginning: Beginning,
+    optics: Optics,
+) -> Surface:
+    """Return a surface with the notes on the file that it was read from."""
+    surface = _read_surface(message, data, frame_id, limits, optics)
+    notes = beginning.input_notes
+    return replace(surface, notes=(*notes, *surface.notes)) if notes else surface
 
 
 def _read_surface(

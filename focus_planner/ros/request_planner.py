@@ -17,6 +17,7 @@ from typing import Any
 from focus_planner_msgs.msg import FocusPlan
 from rclpy.serialization import serialize_message
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.progress import Progress, ProgressCallback
@@ -96,6 +97,7 @@ class RequestPlanner:
         self._host = host
         self._is_stopping = is_stopping
         self._last_recorder: RunRecorder | None = None
+        self._logged_notes: tuple[Note, ...] = ()
 
     @property
     def recording_failure(self) -> str:
@@ -198,11 +200,19 @@ class RequestPlanner:
         parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, failure]
         summary = "; ".join(part for part in parts if part)
         self._host.get_logger().info(f"{request.plan_id}: {summary}")
+        self._log_notes(plan.notes)
         self._note_last_run(request, summary, plan)
         if recorder is None:
             return Outcome(reason, summary, message)
         finish = partial(recorder.finish, True, summary, plan, rig, stamp)
         return Outcome(reason, summary, message, finish)
+
+    def _log_notes(self, notes: tuple[Note, ...]) -> None:
+        """Log the notes that the last plan did not have."""
+        for note in notes:
+            if note not in self._logged_notes:
+                self._host.get_logger().warning(f"note ({note.code}): {note.text}")
+        self._logged_notes = notes
 
     def _plan_inputs(self, request: Request) -> dict[str, Any]:
         requested = datetime.fromtimestamp(request.at / 1e9, timezone.utc)

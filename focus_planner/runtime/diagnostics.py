@@ -134,6 +134,7 @@ def diagnose_last_run(run: LastRun | None) -> Diagnosis:
         "fresh cost": f"{plan.fresh_cost:.3f} ± {plan.fresh_standard_error:.3f}",
         "solve seconds": f"{plan.solve_seconds:.3f}",
         "converged": str(plan.converged).lower(),
+        **{f"note: {note.code}": note.text for note in plan.notes},
     }
     return Diagnosis("last run", Level.OK, run.message, values)
 

@@ -461,12 +461,13 @@ def test_what_plan_records_is_replayed(ball: Path, capsys: Any) -> None:
     words = ["--importance", "importance.txt", "--method", "k_view", "--tuples", "grid"]
     assert plan(*words, "--shots", "2", "--seed", "4", "--record", "here", "--markers") == 0
     planned, err = capsys.readouterr()
-    assert err == ""
+    assert all(line.startswith("focus_planner: note: ") for line in err.splitlines())
     (path,) = Path("here").iterdir()
     assert "/focus_planner/markers" in {m.topic for m in read_bag(path).messages}
     (data,) = replayed_json(capsys, "here")
     assert data["outcome"] == "reproduced"
     assert data["recorded"] == json.loads(planned)
+    assert data["now"]["notes"] == data["recorded"]["notes"] != []
     assert plan(*words, "--shots", "2", "--seed", "4") == 0
     without = json.loads(capsys.readouterr().out)
     assert without["cameras"] == data["now"]["cameras"]

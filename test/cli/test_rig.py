@@ -112,7 +112,9 @@ def test_rigs_of_colmap_and_of_transforms_plan_as_well(here: Path, capsys: Any) 
 
 def test_a_model_without_a_scale_says_so(here: Path, capsys: Any) -> None:
     write_model(Path("model"), 0.01)
-    rig, notes = made(capsys, "colmap", "model", "--frame-id", "booth", "--images", "cam_0*")
+    rig, notes = made(
+        capsys, "colmap", "model", "--frame-id", "booth", "--images", "cam_0*", *LENS_OPTIONS
+    )
     assert notes == (
         "focus_planner: note: a COLMAP model has no unit; if it is metres, the cameras span"
         " 150 m; otherwise give the metres per unit with --scale\n"
@@ -137,7 +139,9 @@ def test_distorted_images_stay_so(here: Path, capsys: Any) -> None:
 def test_a_model_can_be_aligned(here: Path, capsys: Any) -> None:
     write_model(Path("model"), 0.01)
     Path("to_rig.txt").write_text("0 -10 0 1\n10 0 0 2\n0 0 10 3\n0 0 0 1\n")
-    rig, notes = made(capsys, "colmap", "model", "--transform", "to_rig.txt", "--scale", "0.001")
+    rig, notes = made(
+        capsys, "colmap", "model", "--transform", "to_rig.txt", "--scale", "0.001", *LENS_OPTIONS
+    )
     assert notes == ""
     for own, other in zip(rig.cameras, RIG.cameras, strict=True):
         x, y, z = other.position
@@ -149,18 +153,22 @@ def test_a_model_can_be_aligned(here: Path, capsys: Any) -> None:
 def test_guesses_are_told(here: Path, capsys: Any) -> None:
     write_transforms(Path("tf.txt"), suffix="")
     rig, notes = made(capsys, "transforms", "tf.txt")
-    first, second = notes.splitlines()
-    assert first.startswith(
+    axes, lens, image = notes.splitlines()
+    assert axes.startswith(
         "focus_planner: note: assumed from their names to be body frames, x forward"
     )
-    assert second == (
-        "focus_planner: note: all cameras have the paper's image; use --camera-info or --image"
-        " to give their own"
+    assert lens == (
+        "focus_planner: note: nothing tells the lens of 12 of 12 cameras: focal length 50 mm and"
+        " hyperfocal distance 10 m are assumed, as in the paper, and the plan holds for nothing"
+        " else; use --focal-length, and --f-number with --circle-of-confusion, or"
+        " --hyperfocal-distance, or edit the rig's file"
     )
+    assert image.startswith("focus_planner: note: nothing tells the image of 12 of 12 cameras: 580")
+    assert [note.code for note in rig.notes] == ["default_lens", "default_image"]
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
     options = ["--convention", "optical", "--image", "640x480", "--fx", "500", *LENS_OPTIONS]
     rig, notes = made(capsys, "transforms", "tf.txt", *options)
-    assert notes == ""
+    assert (notes, rig.notes) == ("", ())
     assert rig.cameras[0].intrinsics == CameraIntrinsics(640, 480, 500, 500, 319.5, 239.5)
     options += ["--fy", "510", "--cx", "0", "--cy", "7.5", "--frame-id", "booth"]
     options += ["--root", "hall", "--cameras", "cam_1_0*", "--scale", "2"]

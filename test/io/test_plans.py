@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
@@ -23,7 +24,7 @@ KEYS = [
     *("method", "cost", "lower_bound", "converged", "samples", "seed", "depth_tolerance"),
     *("fresh_cost", "fresh_standard_error", "fresh_samples"),
     *("surface_area", "covered_area", "in_focus_area", "in_focus_standard_error"),
-    *("solve_seconds", "total_seconds", "shots", "cameras"),
+    *("solve_seconds", "total_seconds", "shots", "notes", "cameras"),
 ]
 CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
@@ -47,6 +48,7 @@ PLAN = FocusPlan(
     *(1001 / 3, 0.1 + 0.2, 8192),
     *(1.9, 1.8, 1.7 + 1e-16, 1 / 7),
     *(0.1, 0.30000000000000004),
+    (Note("default_lens", "nothing tells the lens"), Note("winding", "both ways")),
     (
         one_shot("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4),
         one_shot("b", CameraStatus.UNASSIGNED, 12.0, 5.5, math.inf, 0, 0),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.planning.suspicions import suspect_frames
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import camera_positions
@@ -85,7 +86,7 @@ def check_cameras_outside(scene: Scene, rig: Rig) -> None:
         "camera poses",
         "cameras outside the body",
         f"{len(inside)} of {len(rig)} inside it ({named})",
-        "check the frames and units of the poses and of the surface",
+        _explained(scene, rig, "check the frames and units of the poses and of the surface"),
     )
 
 
@@ -110,9 +111,19 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
             "camera poses",
             "cameras that see the surface",
             "none that does",
-            "check that the poses are of optical frames (z forward, x right, y down), in the"
-            " surface's frame, in metres",
+            _explained(
+                scene,
+                rig,
+                "check that the poses are of optical frames (z forward, x right, y down), in the"
+                " surface's frame, in metres",
+            ),
         )
+
+
+def _explained(scene: Scene, rig: Rig, otherwise: str) -> str:
+    """Return the remedy: for a mistake of axes or frames if one explains what is seen."""
+    suspicion = suspect_frames(scene, rig)
+    return str(suspicion) if suspicion else otherwise
 
 
 def _suspect_normals(scene: Scene, rig: Rig, samples: Samples, seen: float) -> None:

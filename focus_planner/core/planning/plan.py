@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.stop_log import StopLog
 
 if TYPE_CHECKING:
@@ -116,6 +117,8 @@ class FocusPlan:
     in_focus_standard_error : float
         Of ``in_focus_area``, square metres.
     solve_seconds, total_seconds : float
+    notes : tuple of Note
+        What its user should know: suspected mistakes in the inputs, assumptions, what was left out.
     cameras : tuple of CameraFocus
         In the rig's order.
     """
@@ -136,6 +139,7 @@ class FocusPlan:
     in_focus_standard_error: float
     solve_seconds: float
     total_seconds: float
+    notes: tuple[Note, ...]
     cameras: tuple[CameraFocus, ...]
 
     @property
@@ -159,7 +163,10 @@ class FocusPlan:
         )
         if self.gap is not None:
             text += f", within {100 * self.gap:.3g} % of the best"
-        return text if self.converged else f"{text}, ended before it converged"
+        if not self.converged:
+            text += ", ended before it converged"
+        codes = ", ".join(dict.fromkeys(note.code for note in self.notes))
+        return f"{text}; see its notes: {codes}" if codes else text
 
     @property
     def focus_distances(self) -> FloatArray:

@@ -11,7 +11,9 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.bounds.lower_bound import lower_bound
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import choose_samples, formulate_problem, subsample
+from focus_planner.core.planning.observations import fewer_samples, observe
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
 from focus_planner.core.planning.quality import estimate_quality
@@ -84,6 +86,7 @@ def plan_focus(
     pacer = Pacer(TimeBudget(request.time_budget, clock), on_progress, stop_log)
     request = choose_samples(scene, rig, request, model, pacer)
     fresh, problem = _formulate(scene, rig, request, model, pacer)
+    notes = () if pacer.callback_stopped else observe(scene, rig, problem, fresh)
     solving_began = clock()
     problem = _with_cells(problem, request, pacer)
     options = replace(options, start=spread_start(problem))
@@ -98,7 +101,12 @@ def plan_focus(
         if bounded and not pacer.callback_stopped:
             pacer.start_bound()
             solution = _bounded(problem, solution, request, options, pacer)
-    return _plan(scene, problem, fresh, request, solution, pacer=pacer, solve_seconds=solve_seconds)
+    if pacer.samples_left_out:
+        stopped = pacer.callback_stopped
+        notes = (*notes, fewer_samples(request, problem, fresh, stopped=stopped))
+    return _plan(
+        scene, problem, fresh, request, solution, notes, pacer=pacer, solve_seconds=solve_seconds
+    )
 
 
 def _formulate(
@@ -165,6 +173,7 @@ def _plan(
     fresh: Problem,
     request: PlanRequest,
     solution: Solution,
+    notes: tuple[Note, ...],
     *,
     pacer: Pacer,
     solve_seconds: float,
@@ -191,6 +200,7 @@ def _plan(
         in_focus_standard_error=quality.in_focus_area.standard_error,
         solve_seconds=solve_seconds,
         total_seconds=pacer.budget.elapsed(),
+        notes=notes,
         cameras=_camera_plans(problem, focus, best),
         problem=problem,
         fresh_problem=fresh,

@@ -1,0 +1,130 @@
+"""What a plan's user should know of its inputs although they can be planned with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.notes import Note
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.suspicions import seen_from_behind, suspect_frames
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.validation import first_few
+
+# More cameras than this that see nothing, or less of the surface than that seen, is remarkable.
+_BLIND = 0.25
+_SEEN_MOSTLY = 0.5
+# So much of the surface may be seen from behind only: the rim of a hole, the inside of a sleeve.
+_FROM_BEHIND = 0.05
+
+
+def observe(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> tuple[Note, ...]:
+    """Return notes on what was read, and on how the surface and the rig fit each other.
+
+    Parameters
+    ----------
+    scene, rig
+    problem, fresh : Problem
+        On the samples to plan on, and on fresh ones.
+    """
+    return (*scene.notes, *rig.notes, *_importance(scene), *_fit(scene, rig, problem, fresh))
+
+
+def fewer_samples(request: PlanRequest, problem: Problem, fresh: Problem, *, stopped: bool) -> Note:
+    """Return the note on a plan that is for fewer samples than were asked for.
+
+    Parameters
+    ----------
+    request : PlanRequest
+    problem, fresh : Problem
+        On the samples that were planned on, and on the fresh ones.
+    stopped : bool
+        Whether the caller stopped the plan, rather than its time budget.
+    """
+    asked = f"{request.samples}" if request.samples else "all of the cloud's"
+    counts = (
+        f"{problem.sample_count} samples, of {asked}, and {fresh.sample_count} fresh ones, of"
+        f" {request.fresh_samples}"
+    )
+    if stopped:
+        seen, remedy = f"the request was stopped when there were {counts}", "let it end"
+    else:
+        seen = f"the time budget of {request.time_budget:g} s left room for {counts}"
+        remedy = "allow more time, or ask for fewer samples"
+    return Note(
+        "budget", f"{seen}: the plan fits the surface less well than one on all of them; {remedy}"
+    )
+
+
+def _fit(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> Iterator[Note]:
+    blind = ~(_sees(problem) | _sees(fresh))
+    unseen = np.diff(problem.sample_offsets) == 0
+    weights = problem.samples.weights
+    share_unseen = float(weights[unseen].sum() / weights.sum())
+    suspicion = None
+    if blind.mean() > _BLIND or share_unseen > 1 - _SEEN_MOSTLY:
+        suspicion = suspect_frames(scene, rig)
+    if suspicion:
+        yield Note(suspicion.code, str(suspicion))
+    if blind.mean() > _BLIND:
+        yield _unseen_cameras(rig, blind)
+    if share_unseen > _FROM_BEHIND and scene.oriented:
+        behind = seen_from_behind(scene, rig)
+        if behind > _FROM_BEHIND:
+            yield _winding(scene, behind)
+
+
+def _sees(problem: Problem) -> NDArray[np.bool_]:
+    """Return (C,) whether each camera sees a sample; with several shots, all see the same."""
+    sees: NDArray[np.bool_] = (np.diff(problem.camera_offsets) > 0)[:: problem.shots]
+    return sees
+
+
+def _unseen_cameras(rig: Rig, blind: NDArray[np.bool_]) -> Note:
+    names = first_few(rig.cameras[c].name for c in np.flatnonzero(blind))
+    return Note(
+        "unseen_cameras",
+        f"{blind.sum()} of {len(rig)} cameras see nothing ({names}): they look past the surface, or"
+        " something of it hides the rest; check its frame and size and the camera poses, or leave"
+        " these cameras out",
+    )
+
+
+def _winding(scene: Scene, share: float) -> Note:
+    """Return the note that this share of the surface is seen from behind only."""
+    if isinstance(scene.surface, Mesh):
+        meaning = (
+            "triangles are probably wound both ways, or are there twice, once from either side;"
+            " make their winding consistent (counter-clockwise seen from outside) and drop doubles"
+        )
+    else:
+        meaning = (
+            "some normals probably point inward; turn them outward, or leave the normals out to"
+            " have them estimated"
+        )
+    return Note(
+        "winding",
+        f"{share:.0%} of the surface is seen from behind only, and counts as unseen: {meaning} (of"
+        " a sheet without thickness, one side counts)",
+    )
+
+
+def _importance(scene: Scene) -> Iterator[Note]:
+    """Yield a note if the surface has an importance of its own, and none on it yet."""
+    surface = scene.surface
+    given = surface.vertex_importance if isinstance(surface, Mesh) else surface.importance
+    if given is None or any(note.code == "importance" for note in surface.notes):
+        return
+    none = float((given == 0).mean())
+    what = "vertices" if isinstance(surface, Mesh) else "points"
+    yield Note(
+        "importance",
+        f"the surface has an importance, from {given.min():.3g} to {given.max():.3g}, 0 at"
+        f" {none:.0%} of its {what}: more important parts count for more, and those of importance 0"
+        " not at all; leave it out to plan by area",
+    )

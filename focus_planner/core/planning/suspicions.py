@@ -1,0 +1,229 @@
+"""Mistakes in a surface or a rig that would explain why the rig sees little.
+
+Each is tried on some samples: if the rig would see far more without it, it is suspected.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial, wraps
+from typing import NamedTuple, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.rig.camera import Camera
+from focus_planner.core.rig.frames import BODY_FROM_OPTICAL
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import Samples
+from focus_planner.core.surface.up_axis import TURNS
+from focus_planner.core.surface.visibility import Visibility, visible_pairs
+
+_TRIAL_SAMPLES = 300
+_TRIAL_CAMERAS = 64
+# What is suspected must bring at least so much into view, and so many times what is seen now.
+_SEEN_ENOUGH = 0.2
+_FAR_BETTER = 2.0
+
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class Sight:
+    """How much a rig sees.
+
+    Attributes
+    ----------
+    surface : float
+        The share of the surface, by importance, that some camera sees.
+    cameras : float
+        The share of the cameras that see something.
+    """
+
+    surface: float
+    cameras: float
+
+    @property
+    def score(self) -> float:
+        """Both at once: a mistake may cost either."""
+        return self.surface * self.cameras
+
+    def __str__(self) -> str:
+        return f"{self.surface:.0%} of the surface by {self.cameras:.0%} of the cameras"
+
+
+class Suspicion(NamedTuple):
+    """A mistake that explains what is seen.
+
+    Attributes
+    ----------
+    code : str
+        As in :class:`~focus_planner.core.notes.Note`.
+    assumption : str
+        What would bring more into view, as a clause after "with".
+    sight, now : Sight
+        With the assumption, and without.
+    meaning : str
+        What is probably wrong, and what to do.
+    """
+
+    code: str
+    assumption: str
+    sight: Sight
+    now: Sight
+    meaning: str
+
+    def __str__(self) -> str:
+        return f"with {self.assumption}, {self.sight} would be seen, now {self.now}: {self.meaning}"
+
+
+class _Poses(NamedTuple):
+    """The poses of C cameras: (C, 3) positions, and C orientations."""
+
+    positions: FloatArray
+    orientations: Rotation
+
+
+class _Trial(NamedTuple):
+    code: str
+    assumption: str
+    meaning: str
+    correct: Callable[[_Poses], _Poses]
+
+
+def _remembered(find: Callable[[Scene, Rig], Found]) -> Callable[[Scene, Rig], Found]:
+    """Keep what is found for each scene: every plan for it asks."""
+    known: WeakKeyDictionary[Scene, tuple[Rig, Found]] = WeakKeyDictionary()
+
+    @wraps(find)
+    def remembered(scene: Scene, rig: Rig) -> Found:
+        if scene not in known or known[scene][0] is not rig:
+            known[scene] = rig, find(scene, rig)
+        return known[scene][1]
+
+    return remembered
+
+
+@_remembered
+def suspect_frames(scene: Scene, rig: Rig) -> Suspicion | None:
+    """Return the mistake without which the rig would see most, if that is far more than now.
+
+    Parameters
+    ----------
+    scene : Scene
+    rig : Rig
+    """
+    few = rig.cameras[:: math.ceil(len(rig) / _TRIAL_CAMERAS)]
+    poses = _Poses(
+        np.array([camera.position for camera in few]),
+        Rotation.from_quat([camera.orientation for camera in few]),
+    )
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    now = _sight(scene, few, samples)
+    best, least = None, max(_SEEN_ENOUGH, _FAR_BETTER * now.score)
+    for trial in _trials():
+        sight = _sight(scene, _posed(few, trial.correct(poses)), samples)
+        if sight.score > least:
+            best = Suspicion(trial.code, trial.assumption, sight, now, trial.meaning)
+            least = sight.score
+    return best
+
+
+@_remembered
+def seen_from_behind(scene: Scene, rig: Rig) -> float:
+    """Return the share of the surface that cameras see from behind, and none from the front."""
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    turned = replace(samples, normals=-samples.normals)
+    behind = _seen(samples, visible_pairs(scene, rig, turned))
+    behind &= ~_seen(samples, visible_pairs(scene, rig, samples))
+    return float(samples.weights[behind].sum() / samples.weights.sum())
+
+
+def _posed(cameras: Iterable[Camera], poses: _Poses) -> Iterator[Camera]:
+    places, turns = poses.positions.tolist(), poses.orientations.as_quat().tolist()
+    for camera, place, turn in zip(cameras, places, turns, strict=True):
+        yield replace(camera, position=tuple(place), orientation=tuple(turn))
+
+
+def _sight(scene: Scene, cameras: Iterable[Camera], samples: Samples) -> Sight:
+    visibility = visible_pairs(scene, Rig(tuple(cameras)), samples)
+    seen = float(samples.weights[_seen(samples, visibility)].sum() / samples.weights.sum())
+    return Sight(seen, float((np.diff(visibility.camera_offsets) > 0).mean()))
+
+
+def _seen(samples: Samples, visibility: Visibility) -> NDArray[np.bool_]:
+    seen = np.zeros(len(samples), dtype=np.bool_)
+    seen[visibility.sample_index] = True
+    return seen
+
+
+def _trials() -> Iterator[_Trial]:
+    """Yield the mistakes, the commonest first: of equals the first is suspected."""
+    yield _up_axis("y")
+    yield _Trial(
+        "quaternion_order",
+        "quaternions read as w, x, y, z",
+        "the orientations are probably written in that order; write them as x, y, z, w",
+        _reordered,
+    )
+    yield _Trial(
+        "camera_axes",
+        "the cameras' frames read as OpenGL's (x right, y up, z backward)",
+        "they probably are; give optical frames (x right, y down, z forward): turn each camera by"
+        " half a turn about its x axis",
+        partial(_turned, turn=Rotation.from_quat([1.0, 0.0, 0.0, 0.0])),
+    )
+    yield _Trial(
+        "camera_axes",
+        "the cameras' frames read as body frames (x forward, y left, z up)",
+        "they probably are; give optical frames (x right, y down, z forward)",
+        partial(_turned, turn=BODY_FROM_OPTICAL.rotation),
+    )
+    yield _Trial(
+        "inverted_poses",
+        "the camera poses inverted",
+        "they probably go from the world to the cameras; give the cameras' positions and"
+        " orientations in the world",
+        _inverted,
+    )
+    for up in ("x", "-z", "-y", "-x"):
+        yield _up_axis(up)
+
+
+def _up_axis(up: str) -> _Trial:
+    option = f"--up={up}" if up.startswith("-") else f"--up {up}"
+    return _Trial(
+        "up_axis",
+        f"the surface's {up} axis up",
+        f"that is probably its up; turn its (x, y, z) to {TURNS[up]}, as focus_planner plan does"
+        f" with {option}",
+        # A turned surface and a rig that is turned the other way look the same.
+        partial(_all_turned, turn=Rotation.from_matrix(TURNS[up].matrix()).inv()),
+    )
+
+
+def _reordered(poses: _Poses) -> _Poses:
+    quaternions = np.roll(poses.orientations.as_quat(), -1, axis=1)
+    return _Poses(poses.positions, Rotation.from_quat(quaternions))
+
+
+def _turned(poses: _Poses, turn: Rotation) -> _Poses:
+    """Turn each camera about its own centre."""
+    return _Poses(poses.positions, poses.orientations * turn)
+
+
+def _inverted(poses: _Poses) -> _Poses:
+    inverse = poses.orientations.inv()
+    return _Poses(-inverse.apply(poses.positions), inverse)
+
+
+def _all_turned(poses: _Poses, turn: Rotation) -> _Poses:
+    """Turn the rig about the origin."""
+    return _Poses(turn.apply(poses.positions), turn * poses.orientations)
