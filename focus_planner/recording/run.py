@@ -22,6 +22,7 @@ from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
+from focus_planner.io.importance import IMPORTANCE
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.markers import MARKERS, markers_to_fields
@@ -181,9 +182,9 @@ class Run:
     def surfaces(self) -> list[Arrival[Surface]]:
         """Return the surfaces as the planner received them."""
         data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
-        frame_id = self.beginning.settings.frame_id
+        settings = self.beginning.settings
         return [
-            _arrival(message, partial(_read_surface, message, data, frame_id, self._limits))
+            _arrival(message, partial(_read_surface, message, data, settings, self._limits))
             for message in self.inputs
             if message.type_name in _SURFACES
         ]
@@ -407,7 +408,9 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
         beginning=Beginning(
             run_id=run.run_id,
             planner=run.planner,
-            settings=Settings.from_values(_WITHOUT_LIMITS | values, run.lens_tables),
+            settings=Settings.from_values(
+                _WITHOUT_LIMITS | _importance_field(messages) | values, run.lens_tables
+            ),
             asked=fields_of(asked),
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
             software={entry.key: entry.value for entry in run.software},
@@ -419,6 +422,13 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     )
 
 
+def _importance_field(messages: dict[str, list[BagMessage]]) -> dict[str, Value]:
+    """Return the parameter of runs that are older than it: a field weight counted by itself."""
+    fields = {field.name for cloud in messages.get(CLOUD, []) for field in cloud.read().fields}
+    by_weight = "weight" in fields and IMPORTANCE not in fields
+    return {"importance_field": "weight"} if by_weight else {}
+
+
 def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
     messages: dict[str, list[BagMessage]] = {}
     for message in bag.messages:
@@ -427,10 +437,11 @@ def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
 
 
 def _read_surface(
-    message: BagMessage, data: list[BagMessage], frame_id: str, limits: Limits, _: Optics
+    message: BagMessage, data: list[BagMessage], settings: Settings, limits: Limits, _: Optics
 ) -> Surface:
     if message.type_name == CLOUD:
-        return cloud_from_message(message.read(), frame_id, limits)
+        field = settings.importance_field
+        return cloud_from_message(message.read(), settings.frame_id, limits, field)
     mesh = mesh_from_bytes(message.payload, limits)
     if not data:
         return mesh
