@@ -102,7 +102,7 @@ DECLARATIONS = (
         "importance_field",
         IMPORTANCE,
         "Field of a cloud that holds the importance of its points, which is used where a cloud has"
-        " it. A cloud must have a field named otherwise than importance, such as weight. Applies"
+        " it. One named otherwise, such as weight, must be there. A change applies"
         " from the next cloud on.",
     ),
     Declaration(

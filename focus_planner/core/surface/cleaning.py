@@ -21,6 +21,7 @@ from focus_planner.core.surface.surface import (
     Mesh,
     PointCloud,
     check_indices,
+    check_reach,
     have_area,
     have_direction,
 )
@@ -80,8 +81,11 @@ def clean_mesh(
     if not _all_valid(finite, normals, importance):
         used = np.zeros(len(vertices), dtype=bool)
         used[triangles] = True
+        if normals is not None:
+            found += _unused_normals(normals, used)
         triangles = (np.cumsum(used) - 1)[triangles]
         vertices, normals, importance = (_rows(a, used) for a in (vertices, normals, importance))
+    check_reach("mesh vertices", vertices)
     if normals is not None:
         normals, note = _complete_vertex_normals(vertices, triangles, normals)
         found += note
@@ -130,7 +134,8 @@ def clean_cloud(
             )
         found.append(_left_out(f"{left:,} of {len(points):,} points, which are not finite numbers"))
         points, normals, importance = (_rows(a, finite) for a in (points, normals, importance))
-    if normals is not None:
+    if len(points) >= PointCloud.MIN_POINTS and normals is not None:
+        check_reach("cloud points", points)
         normals, note = _complete_point_normals(points, normals)
         found += note
     return PointCloud(points, normals, importance, tuple(found))
@@ -193,17 +198,28 @@ def _complete_point_normals(
         return normals, []
     if missing.all():
         return None, [_no_normals("points", len(points), "estimates from the points")]
-    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points.copy()))
     shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(min(_NEIGHBOURS, len(points))))
     estimated = np.asarray(shape.normals)[missing]
-    given, count = np.flatnonzero(~missing), min(_NEIGHBOURS, int((~missing).sum()))
-    _, nearest = KDTree(points[given]).query(points[missing], k=[*range(1, count + 1)])
-    lengths = np.sqrt((normals**2).sum(axis=1, keepdims=True))
-    around = (normals / np.where(lengths > 0, lengths, 1))[given[nearest]].sum(axis=1)
+    given = normals[~missing]
+    units = given / np.sqrt((given**2).sum(axis=1, keepdims=True))
+    # A list of numbers of neighbours, so that one neighbour is a column too.
+    nearest = KDTree(points[~missing]).query(
+        points[missing], k=[*range(1, min(_NEIGHBOURS, len(given)) + 1)]
+    )[1]
+    around = units[nearest].sum(axis=1)
     sides = np.where((estimated * around).sum(axis=1) < 0, -1.0, 1.0)
     completed = normals.copy()
     completed[missing] = sides[:, None] * estimated
     return completed, [_some_normals(missing, "points", "estimated from the points around")]
+
+
+def _unused_normals(normals: FloatArray, used: _Mask) -> list[Note]:
+    bad = int((~have_direction(normals) & ~used).sum())
+    if not bad:
+        return []
+    what = f"the normals of {bad:,} of {len(used):,} vertices, which are zero or not finite"
+    return [_left_out(what, "no triangle has these vertices")]
 
 
 def _no_normals(what: str, count: int, instead: str) -> Note:

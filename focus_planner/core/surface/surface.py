@@ -62,7 +62,7 @@ class Mesh:
         if len(vertices) == 0:
             raise InputError("mesh vertices", "at least one", "none")
         check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
-        _check_reach("mesh vertices", vertices)
+        check_reach("mesh vertices", vertices)
         check_indices(triangles, len(vertices))
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", _frozen(triangles.astype(np.int32)))
@@ -121,7 +121,7 @@ class PointCloud:
                 "an empty cloud" if len(points) == 0 else f"{len(points)}",
             )
         check_finite("cloud points", points, "point", "remove the invalid points first")
-        _check_reach("cloud points", points)
+        check_reach("cloud points", points)
         object.__setattr__(self, "points", points)
         if self.normals is not None:
             normals = check_array("cloud normals", self.normals, points.shape)
@@ -165,13 +165,6 @@ class Samples:
         return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
-def _check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
-    """Raise if components are so large that they must be a mistake."""
-    farthest = float(np.abs(vectors).max())
-    if farthest > MAX_COORDINATE:
-        raise InputError(argument, f"{what} up to {MAX_COORDINATE:g}", f"{farthest:g}")
-
-
 def _frozen(array: NDArray[np.int32]) -> IntArray:
     array.flags.writeable = False
     return array
@@ -179,7 +172,7 @@ def _frozen(array: NDArray[np.int32]) -> IntArray:
 
 def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     check_finite(argument, vectors, "normal")
-    _check_reach(argument, vectors, "components")
+    check_reach(argument, vectors, "components")
     lengths = np.sqrt((vectors**2).sum(axis=1))
     if not (lengths > _SHORTEST).all():
         zero = np.flatnonzero(~(lengths > _SHORTEST))
@@ -234,6 +227,19 @@ def check_indices(triangles: NDArray[np.int64], vertices: int) -> None:
             f"vertex indices from 0 to {vertices - 1}",
             f"{triangles[first].tolist()} in triangle {first} ({len(out_of_range)} such triangles)",
         )
+
+
+def check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
+    """Raise if components are so large that they must be a mistake.
+
+    Raises
+    ------
+    InputError
+        Tells the largest.
+    """
+    farthest = float(np.abs(vectors).max())
+    if farthest > MAX_COORDINATE:
+        raise InputError(argument, f"{what} up to {MAX_COORDINATE:g}", f"{farthest:g}")
 
 
 def have_area(vertices: FloatArray, triangles: NDArray[Any]) -> NDArray[np.bool_]:

@@ -115,7 +115,7 @@ class Gltf:
         start, length = view.get("byteOffset", 0), view["byteLength"]
         if min(start, length) < 0:
             raise ValueError("a part of a buffer before its start")
-        data = self._buffers[view["buffer"]][start : start + length]
+        data: bytes = self._buffers[view["buffer"]][start : start + length]
         if len(data) < length:
             raise ValueError(f"{len(data)} bytes of the {length} announced")
         return data

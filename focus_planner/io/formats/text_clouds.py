@@ -164,7 +164,7 @@ def _width(words: NDArray[np.int64], above: int) -> int:
 
 def _columns(kind: str, titles: list[str], width: int) -> _Columns:
     points, normals = _titled(titles, _POINT), _titled(titles, _NORMAL)
-    if not points:
+    if not points or (kind == "xyzn" and not normals):
         normals = (3, 4, 5) if kind == "xyzn" else ()
         if normals and width < 6:
             raise ValueError(f"{width} numbers per line, where the normal follows the point")
