@@ -215,7 +215,8 @@ def _add_transforms(kinds: Any) -> None:
         metavar="FILE",
         help="TransformStamped messages as YAML or JSON, as printed by ros2 topic echo /tf_static;"
         " or a text file with a transform on each line: x y z qx qy qz qw parent child, or x y z"
-        " yaw pitch roll parent child, or a static_transform_publisher command",
+        " yaw pitch roll parent child, or a static_transform_publisher command; or nerfstudio's"
+        " transforms.json, whose frames are images with intrinsics of their own",
     )
     option(
         "--root", default="", metavar="FRAME", help="frame of the rig (default: root of the tree)"
@@ -246,6 +247,7 @@ def _add_transforms(kinds: Any) -> None:
 
 
 def _transforms(options: argparse.Namespace) -> int:
+    from focus_planner.core.rig.camera import CameraIntrinsics
     from focus_planner.io.transforms import load_transforms
 
     rig, notes = load_transforms(
@@ -254,11 +256,12 @@ def _transforms(options: argparse.Namespace) -> int:
         cameras=options.cameras,
         convention=options.convention,
         scale=options.scale,
-        intrinsics_of=_intrinsics_of(options),
+        intrinsics_of=_intrinsics_of(options) if _has_image(options) else None,
         lens=_lens(options),
         frame_id=options.frame_id,
     )
-    if options.camera_info is None and options.image is None:
+    by_default = all(camera.intrinsics == CameraIntrinsics() for camera in rig.cameras)
+    if by_default and not _has_image(options):
         notes.append(
             "all cameras have the paper's image; use --camera-info or --image to give their own"
         )
@@ -295,6 +298,11 @@ def _add_image(parser: Any) -> None:
         ("cy", "vertical principal point, pixels (default: middle)"),
     ):
         group.add_argument(f"--{name}", type=float, metavar="X", help=meaning)
+
+
+def _has_image(options: argparse.Namespace) -> bool:
+    given = (getattr(options, name) for name in ("camera_info", *_IMAGE_OPTIONS))
+    return any(value is not None for value in given)
 
 
 def _intrinsics_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:

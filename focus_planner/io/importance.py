@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError, check_array, first_few
-from focus_planner.io.files import check_final_newline, read_array, read_text
+from focus_planner.io.files import DIGITS, read_array, read_text, unfinished_line
 
 #: Name of the property of files and of the field of messages that is used without being asked for.
 IMPORTANCE = "importance"
@@ -58,7 +58,7 @@ def choose_importance(
     return None, (Note("importance", f"{unused}; if it is the importance, set {option}"),)
 
 
-def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], Note]:
+def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], tuple[Note, ...]]:
     """Read one number per vertex or point of a surface.
 
     Parameters
@@ -72,8 +72,8 @@ def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], No
     Returns
     -------
     values : (count,) array
-    note : Note
-        That they were used.
+    notes : tuple of Note
+        That they were used, and whether the last may be incomplete.
 
     Raises
     ------
@@ -81,18 +81,19 @@ def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], No
         If the file is missing, or contains anything but one number per vertex or point.
     """
     expected = f"{count} numbers, one per {what}"
+    text = ""
     if path.suffix.lower() == ".npy":
         values = check_array(str(path), read_array(path), (None,))
     else:
-        values = _read_numbers(path, expected)
+        text = read_text(path, expected)
+        values = _numbers(path, text, expected)
     if len(values) != count:
         raise InputError(str(path), expected, str(len(values)))
-    return values, Note("importance", f"{path}: used as the importance of the surface")
+    used = Note("importance", f"{path}: used as the importance of the surface")
+    return values, (used, *unfinished_line(path, text.encode(), DIGITS))
 
 
-def _read_numbers(path: Path, expected: str) -> NDArray[Any]:
-    text = read_text(path, expected)
-    check_final_newline(path, "text", text.encode())
+def _numbers(path: Path, text: str, expected: str) -> NDArray[Any]:
     try:
         return np.array([float(word) for word in text.split()])
     except ValueError as error:

@@ -120,18 +120,16 @@ def _surface(
 ) -> Surface:
     """Return the surface, its importance matched by the file's numbering before it is cleaned."""
     values: NDArray[Any] | None = None
-    notes = contents.notes
     if importance is not None:
         what = "point" if contents.triangles is None else "vertex"
-        values, note = load_importance(Path(importance), contents.vertices_in_file, what)
+        values, found = load_importance(Path(importance), contents.vertices_in_file, what)
         values = values if contents.numbering is None else values[contents.numbering]
-        notes += (note,)
     else:
         name, found = choose_importance(
-            str(path), contents.numbers.keys(), importance_property, "importance_property"
+            str(path), contents.numbers.keys(), importance_property, "--importance-property"
         )
         values = contents.numbers[name] if name else None
-        notes += found
+    notes = (*contents.notes, *found)
     if contents.triangles is None:
         return clean_cloud(contents.points, contents.normals, values, notes)
     return clean_mesh(contents.points, contents.triangles, contents.normals, values, notes)

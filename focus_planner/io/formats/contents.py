@@ -53,44 +53,6 @@ class SurfaceContents:
         return len(self.points) if self.numbered is None else self.numbered
 
 
-def without_byte_order_mark(content: bytes) -> bytes:
-    """Return text as UTF-8 without the mark that Windows programs begin it with.
-
-    Raises
-    ------
-    UnicodeDecodeError
-        If the mark announces UTF-16, and it is not.
-    """
-    if content.startswith(b"\xef\xbb\xbf"):
-        return content[3:]
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return content.decode("utf-16").encode()
-    return content
-
-
-def unfinished_line(path: Path, content: bytes, counted: bool) -> tuple[Note, ...]:
-    """Return a note if a text does not end in a newline.
-
-    Parameters
-    ----------
-    path : Path
-    content : bytes
-        The text, all of which was read.
-    counted : bool
-        Whether all is there that the file announces.
-    """
-    if content.endswith((b"\n", b"\r")) or not content.strip():
-        return ()
-    lacks = "its last number may lack digits" if counted else "the end of the surface is missing"
-    return (
-        Note(
-            "left_out",
-            f"{path}: its last line does not end in a newline: if it was cut off there, {lacks};"
-            " if it is whole, add a newline at its end",
-        ),
-    )
-
-
 def bytes_after_end(path: Path, kind: str, rest: bytes, record: int, what: str) -> tuple[Note, ...]:
     """Return a note about bytes after the last that a binary file announces.
 

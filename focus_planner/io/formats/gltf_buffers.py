@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_readable, unreadable
+from focus_planner.io.files import check_readable, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     bytes_after_end,
     optional_library,
-    without_byte_order_mark,
 )
 
 DRACO = "KHR_draco_mesh_compression"

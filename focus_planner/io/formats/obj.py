@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import THE_REST, unfinished_line, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     SurfaceContents,
-    unfinished_line,
-    without_byte_order_mark,
 )
 from focus_planner.io.formats.polygons import triangulate
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
@@ -60,7 +58,7 @@ def read_obj(path: Path) -> SurfaceContents:
         corners, of_normals = _corners(statements, counts)
     except ValueError as error:
         raise unreadable(path, "obj", str(error)) from None
-    notes = unfinished_line(path, content, counted=False)
+    notes = unfinished_line(path, content, THE_REST)
     if not (of_normals >= 0).any():
         triangles = triangulate(points, corners, counts)
         return SurfaceContents(points, triangles, notes=notes)

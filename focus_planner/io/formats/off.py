@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     check_announced,
-    unfinished_line,
-    without_byte_order_mark,
 )
 from focus_planner.io.formats.polygons import triangulate
 from focus_planner.io.formats.tables import columns_of_lines
@@ -57,7 +55,7 @@ def read_off(path: Path) -> SurfaceContents:
         table[:, :3],
         triangulate(table[:, :3], corners, counts),
         table[:, 3:] if keyword[3] else None,
-        notes=unfinished_line(path, content, counted=True),
+        notes=unfinished_line(path, content, DIGITS),
     )
 
 

@@ -13,12 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
-    unfinished_line,
-    without_byte_order_mark,
 )
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
 
@@ -64,7 +62,7 @@ def read_pcd(path: Path) -> SurfaceContents:
     if numbers.keys() >= set(_NORMAL):
         normals = np.stack([numbers.pop(name) for name in _NORMAL], axis=1)
     if form == "ascii":
-        notes = unfinished_line(path, content, counted=True)
+        notes = unfinished_line(path, content, DIGITS)
     else:
         notes = bytes_after_end(path, "pcd", rest, fields["x"].stride, "points")
     return SurfaceContents(points, None, normals, numbers, notes=notes)

@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
-    unfinished_line,
-    without_byte_order_mark,
 )
 from focus_planner.io.formats.polygons import triangulate
 from focus_planner.io.formats.tables import numbers_of_text
@@ -94,7 +92,7 @@ def read_ply(path: Path) -> SurfaceContents:
     if header.order:
         notes = bytes_after_end(path, "ply", rest, _SMALLEST_RECORD, "elements")
     else:
-        notes = unfinished_line(path, body, counted=True)
+        notes = unfinished_line(path, body, DIGITS)
     vertices = columns["vertex"]
     points = np.stack([vertices.pop(name) for name in _POINT], axis=1)
     normals = None

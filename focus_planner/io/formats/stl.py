@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
     check_announced,
-    without_byte_order_mark,
 )
 from focus_planner.io.formats.tables import numbers_of_text
 

@@ -17,12 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import (
+    DIGITS,
+    THE_REST,
+    unfinished_line,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     check_announced,
-    unfinished_line,
-    without_byte_order_mark,
 )
 from focus_planner.io.formats.tables import (
     columns_of_lines,
@@ -81,7 +85,7 @@ def read_text_cloud(path: Path) -> SurfaceContents:
         for i, title in enumerate(columns.numbers, start=3 + len(columns.normals))
         if i < table.shape[1]
     }
-    notes = unfinished_line(path, content, counted)
+    notes = unfinished_line(path, content, DIGITS if counted else THE_REST)
     return SurfaceContents(table[:, :3], None, normals, numbers, notes=notes)
 
 
