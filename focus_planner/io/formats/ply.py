@@ -215,9 +215,9 @@ def _rows_like_first(
             if element.count == 0 or offset + count.itemsize > len(data):
                 lengths[each.name] = 0
             else:
-                lengths[each.name] = int(np.frombuffer(data, count, 1, offset)[0])
-            if not 0 <= lengths[each.name] <= len(data):
-                raise ValueError(f"a list of {lengths[each.name]} items")
+                lengths[each.name] = _counts_in(data, count)(offset)
+            if lengths[each.name] > len(data):
+                raise ValueError(_too_few(element, 0))
             fields.append((f"{each.name} count", count))
             fields.append((each.name, order + each.kind, (lengths[each.name],)))
         else:
@@ -303,7 +303,7 @@ def _walk(
                 at += size + count_at(at) * item
                 append(at)
             at += gap
-    except (struct.error, IndexError, OverflowError, ValueError):  # past the end, or no number
+    except (struct.error, IndexError):  # past the end
         at = len(data) + 1
     if at > len(data):
         complete = max(len(anchors) // (len(steps) + 1) - 1, 0)
@@ -312,8 +312,6 @@ def _walk(
     heads = np.array([skipped + size for skipped, _, size, _ in steps])
     items = np.array([item for _, _, _, item in steps])
     counts = (np.diff(table, axis=1) - heads) // items
-    if counts.min(initial=0) < 0:
-        raise ValueError(f"a list of {counts.min()} items")
     return table, counts, at
 
 
@@ -322,4 +320,11 @@ def _counts_in(data: bytes, kind: np.dtype[Any]) -> Callable[[int], int]:
     if kind.itemsize == 1 and kind.kind == "u":
         return data.__getitem__
     read = struct.Struct(("<" if kind.str[0] in "<|" else ">") + kind.char).unpack_from
-    return lambda at: int(read(data, at)[0])
+
+    def count_at(at: int) -> int:
+        (count,) = read(data, at)
+        if not count == count // 1 >= 0:  # in text they are read as doubles
+            raise ValueError(f"a list of {count:g} items")
+        return int(count)
+
+    return count_at
