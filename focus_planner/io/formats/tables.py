@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 
-# What Microsoft's C library printed for NaN and infinity.
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
 _BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
 
@@ -25,8 +24,7 @@ def numbers_of_text(text: bytes) -> FloatArray:
     ValueError
         If there is anything else in it; names it.
     """
-    if b"#" in text:
-        text = _OLD_NAN.sub(b"nan", text)
+    text = with_usual_nan(text)
     if not text.strip():
         return np.empty(0)
     try:
@@ -35,6 +33,11 @@ def numbers_of_text(text: bytes) -> FloatArray:
             return np.fromstring(text.decode("latin-1"), sep=" ")
     except (ValueError, DeprecationWarning):
         raise ValueError(f"{_first_that_is_no_number(text)!r} in place of a number") from None
+
+
+def with_usual_nan(text: bytes) -> bytes:
+    """Return a text with ``nan`` for what Microsoft's C library used to print instead."""
+    return _OLD_NAN.sub(b"nan", text) if b"#" in text else text
 
 
 def _first_that_is_no_number(text: bytes) -> str:

@@ -32,13 +32,14 @@ from focus_planner.io.formats.tables import (
     columns_of_lines,
     is_number,
     numbers_of_text,
+    with_usual_nan,
     words_per_line,
 )
 
 _COMMENT = re.compile(rb"(#|//)[^\n]*")
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _EMPTY_CELL = re.compile(rb"((?<=[,;])|^)[ \t]*(?=[,;])", re.MULTILINE)
-_UNIT = re.compile(r"[\[(].*[\])]|[^a-z0-9_:]")
+_UNIT = re.compile(r"[\[(][^\])]*[\])]|[^a-z0-9_:,;\s]")
 _TITLES = 50  # lines that may stand above the first point
 _LAST_LINES = 20
 _POINT = (("x", "y", "z"), ("points:0", "points:1", "points:2"))
@@ -69,7 +70,7 @@ def read_text_cloud(path: Path) -> SurfaceContents:
         text = without_byte_order_mark(content)
         if b"\n" not in text:
             text = text.replace(b"\r", b"\n")
-        titles, text = _without_titles(text)
+        titles, text = _without_titles(with_usual_nan(text))
         text = _separated(_COMMENT.sub(b"", text) if b"#" in text or b"//" in text else text)
         scans, counted = _scans(path, kind, text)
         if not counted and not content.endswith((b"\n", b"\r")):
@@ -101,8 +102,8 @@ def _without_titles(text: bytes) -> tuple[list[str], bytes]:
         if sum(map(is_number, words)) >= 3:  # below a name of the point
             break
         if line:
-            names = line.decode("utf-8", "replace").lower().lstrip("#/ ")
-            titles = [_UNIT.sub("", word) for word in re.split(r"[\s,;]+", names)]
+            names = _UNIT.sub("", line.decode("utf-8", "replace").lower())
+            titles = re.split(r"\s*[,;]\s*|\s+", names.strip())
             above.append(line)
         start = end
     body = text[start:]
