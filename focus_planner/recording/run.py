@@ -452,6 +452,7 @@ def _read_surface(
         mesh.triangles,
         normals.reshape(-1, 3) if len(normals) else None,
         importance if len(importance) else None,
+        mesh.notes,
     )
 
 

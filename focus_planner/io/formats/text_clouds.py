@@ -106,6 +106,9 @@ def _without_titles(text: bytes) -> tuple[list[str], bytes]:
             titles = re.split(r"\s*[,;]\s*|\s+", names.strip())
             above.append(line)
         start = end
+    else:
+        if any(not _COMMENT.match(line) for line in above):
+            raise ValueError(f"no line of numbers among its first {_TITLES}")
     body = text[start:]
     for line in above:  # which the next scan may have as well
         if b"\n" + line in body:
