@@ -15,8 +15,6 @@ from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import unreadable
 
-_EXTRA = "focus_planner[formats]"
-
 
 @dataclass(frozen=True, eq=False)
 class SurfaceContents:
@@ -85,7 +83,7 @@ def bytes_after_end(path: Path, kind: str, rest: bytes, record: int, what: str) 
 
 
 def optional_library(path: Path, kind: str, *modules: str) -> Any:
-    """Return the first of some modules that not every installation has.
+    """Return the first of some modules of the extra ``formats``, called as their packages are.
 
     Raises
     ------
@@ -99,7 +97,7 @@ def optional_library(path: Path, kind: str, *modules: str) -> Any:
             str(path),
             f"the Python package that reads {kind}",
             f"no module {error.name}",
-            f"install it with: pip install '{_EXTRA}'",
+            f"install it with: pip install {' '.join(modules)}",
         ) from None
     return first
 

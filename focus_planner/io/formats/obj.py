@@ -22,8 +22,14 @@ from focus_planner.io.formats.contents import (
 from focus_planner.io.formats.polygons import triangulate
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
 
+_VERTEX, _NORMAL, _FACE = (
+    re.compile(rb"(?m)^[ \t]*" + keyword + rb"(?:[ \t]+([^\n]*))?$")
+    for keyword in (b"v", b"vn", b"fo?")  # fo in old files
+)
+_KEYWORD = re.compile(rb"(?m)^[ \t]*(vn?|fo?)(?:[ \t]|$)")
 # Surface that is not made of polygons, or is in another file.
-_ELSEWHERE = {b"surf": "free-form surfaces", b"call": "a call of another file"}
+_ELSEWHERE = re.compile(rb"(?m)^[ \t]*(surf|call)\b")
+_NOT_READ = {b"surf": "free-form surfaces", b"call": "a call of another file"}
 _CONTINUED = re.compile(rb"\\[ \t]*\n")
 _COMMENT = re.compile(rb"#[^\n]*")
 _AFTER_VERTEX = re.compile(rb"/[^\s]*")
@@ -32,13 +38,12 @@ _BEFORE_NORMAL = re.compile(rb"[^\s/]+/[^\s/]*/")
 
 
 class _Statements(NamedTuple):
-    """What follows the keywords; for faces also how many vertices and normals came before."""
+    """What follows the keywords, and the keywords in their order."""
 
     vertices: list[bytes]
     normals: list[bytes]
     faces: list[bytes]
-    vertices_before: list[int]
-    normals_before: list[int]
+    keywords: list[bytes]
 
 
 def read_obj(path: Path) -> SurfaceContents:
@@ -79,23 +84,15 @@ def _statements(path: Path, content: bytes) -> _Statements:
         text = _COMMENT.sub(b"", text)
     if b"\\" in text:
         text = _CONTINUED.sub(b" ", text)
-    found = _Statements([], [], [], [], [])
-    vertices, normals, faces, vertices_before, normals_before = found
-    for line in text.split(b"\n"):
-        keyword, _, rest = line.strip().replace(b"\t", b" ", 1).partition(b" ")
-        if keyword == b"v":
-            vertices.append(rest)
-        elif keyword in {b"f", b"fo"}:
-            faces.append(rest)
-            vertices_before.append(len(vertices))
-            normals_before.append(len(normals))
-        elif keyword == b"vn":
-            normals.append(rest)
-        elif keyword in _ELSEWHERE:
-            raise InputError(
-                str(path), "a mesh of polygons", _ELSEWHERE[keyword], "convert it to polygons first"
-            )
-    return found
+    elsewhere = _ELSEWHERE.search(text)
+    if elsewhere:
+        raise InputError(
+            str(path), "a mesh of polygons", _NOT_READ[elsewhere[1]], "convert it to polygons first"
+        )
+    faces = _FACE.findall(text)
+    counted_back = b"-" in b" ".join(faces)
+    keywords = _KEYWORD.findall(text) if counted_back else []
+    return _Statements(_VERTEX.findall(text), _NORMAL.findall(text), faces, keywords)
 
 
 def _vectors(lines: Sequence[bytes]) -> FloatArray:
@@ -127,7 +124,7 @@ def _corners(
     """Return the vertices and the normals of all corners, counted from 0; no normal is -1."""
     text = b"\n".join(statements.faces)
     total = int(counts.sum())
-    before = np.repeat(np.array(statements.vertices_before), counts)
+    before = np.repeat(_count_before(statements, b"v"), counts)
     corners = _numbers(_AFTER_VERTEX.sub(b"", text) if b"/" in text else text, total)
     if (corners == 0).any():
         raise ValueError("a corner 0, where vertices are counted from 1")
@@ -143,8 +140,17 @@ def _corners(
         words = (word.split(b"/") for word in text.split())
         text = b" ".join(word[2] or b"0" if len(word) == 3 else b"0" for word in words)
     normals = _numbers(_BEFORE_NORMAL.sub(b"", text), total)
-    before = np.repeat(np.array(statements.normals_before), counts)
-    return corners, np.where(normals > 0, normals - 1, np.where(normals < 0, before + normals, -1))
+    before = np.repeat(_count_before(statements, b"vn"), counts)
+    counted_back = np.where(normals < 0, before + normals, -1)
+    return corners, np.where(normals > 0, normals - 1, counted_back)
+
+
+def _count_before(statements: _Statements, keyword: bytes) -> NDArray[np.int64]:
+    """Return how many vertices or normals are above each face; 0 where no face counts back."""
+    if not statements.keywords:
+        return np.zeros(len(statements.faces), dtype=np.int64)
+    words = np.array(statements.keywords)
+    return np.cumsum(words == keyword)[np.char.startswith(words, b"f")]
 
 
 def _numbers(text: bytes, count: int) -> NDArray[np.int64]:

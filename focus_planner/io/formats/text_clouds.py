@@ -39,6 +39,7 @@ from focus_planner.io.formats.tables import (
 _COMMENT = re.compile(rb"(#|//)[^\n]*")
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _EMPTY_CELL = re.compile(rb"((?<=[,;])|^)[ \t]*(?=[,;])", re.MULTILINE)
+_EMPTY = (b",,", b";;", b", ,", b"; ;", b"\n,", b"\n;", b"\t,", b"\t;")
 _UNIT = re.compile(r"[\[(][^\])]*[\])]|[^a-z0-9_:,;\s]")
 _TITLES = 50  # lines that may stand above the first point
 _LAST_LINES = 20
@@ -124,7 +125,8 @@ def _separated(text: bytes) -> bytes:
     decimals = (b";" in first and b"," in first) or (
         len(words) > 2 and all(map(_DECIMAL_COMMA.fullmatch, words[:3]))
     )
-    if b";" in first or (b"," in first and not decimals):
+    cells = b";" in first or (b"," in first and not decimals)
+    if cells and any(sign in text for sign in _EMPTY):  # the expression takes seconds
         text = _EMPTY_CELL.sub(b"nan", text)
     if b'"' in first:
         text = text.replace(b'"', b" ")
