@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,10 @@ from focus_planner.io.files import unreadable
 from focus_planner.io.formats.contents import SurfaceContents, check_announced, optional_library
 
 _LAS_NORMALS = ("NormalX", "NormalY", "NormalZ")  # as CloudCompare calls them
+_LAS_HEADER = 255  # bytes that matter, of version 1.4; a shorter header is followed by points
+_RECORD = 54  # bytes of a variable-length record at least
+# A chunk of laz has 50,000 points, the first of which is not compressed.
+_MOST_PER_BYTE = 50_000 / 20
 
 
 def read_las(path: Path) -> SurfaceContents:
@@ -24,6 +29,7 @@ def read_las(path: Path) -> SurfaceContents:
     """
     kind = path.suffix.lower().removeprefix(".")
     laspy = optional_library(path, kind, "laspy", "lazrs")
+    _check_header(path, kind)
     try:
         with laspy.open(path) as file:
             announced = file.header.point_count
@@ -38,6 +44,26 @@ def read_las(path: Path) -> SurfaceContents:
     if numbers.keys() >= set(_LAS_NORMALS):
         normals = np.stack([numbers.pop(name) for name in _LAS_NORMALS], axis=1)
     return SurfaceContents(xyz, None, normals, numbers)
+
+
+def _check_header(path: Path, kind: str) -> None:
+    """Raise if a header announces more than the file can hold, for which the libraries look long, or end."""
+    content = path.read_bytes()
+    start, size = content[:_LAS_HEADER], len(content)
+    if size < _LAS_HEADER:
+        raise unreadable(path, kind, f"{size} bytes")
+    first, records = struct.unpack_from("<II", start, 96)
+    (points,) = struct.unpack_from("<I", start, 107)
+    more = 0
+    if start[24:26] >= b"\x01\x04":
+        more, points = struct.unpack_from("<IQ", start, 243)
+    if first > size or _RECORD * (records + more) > size or points > _MOST_PER_BYTE * size:
+        raise unreadable(path, kind, f"{points} points announced in {size} bytes")
+    if kind == "laz" and points:
+        table = int.from_bytes(content[first : first + 8], "little")
+        chunks = int.from_bytes(content[table + 4 : table + 8], "little")
+        if not first < table <= size - 8 or chunks > size:
+            raise unreadable(path, kind, f"no table of chunks in {size} bytes")
 
 
 def read_e57(path: Path) -> SurfaceContents:
