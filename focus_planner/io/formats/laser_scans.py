@@ -47,7 +47,10 @@ def read_las(path: Path) -> SurfaceContents:
 
 
 def _check_header(path: Path, kind: str) -> None:
-    """Raise if a header announces more than the file can hold, for which the libraries look long, or end."""
+    """Raise if a header announces more than the file can hold.
+
+    The libraries would look for it long, or end the process for want of memory.
+    """
     content = path.read_bytes()
     start, size = content[:_LAS_HEADER], len(content)
     if size < _LAS_HEADER:
@@ -60,7 +63,9 @@ def _check_header(path: Path, kind: str) -> None:
     if first > size or _RECORD * (records + more) > size or points > _MOST_PER_BYTE * size:
         raise unreadable(path, kind, f"{points} points announced in {size} bytes")
     if kind == "laz" and points:
-        table = int.from_bytes(content[first : first + 8], "little")
+        table = int.from_bytes(content[first : first + 8], "little", signed=True)
+        if table == -1:  # it was written as a stream
+            table = int.from_bytes(content[-8:], "little")
         chunks = int.from_bytes(content[table + 4 : table + 8], "little")
         if not first < table <= size - 8 or chunks > size:
             raise unreadable(path, kind, f"no table of chunks in {size} bytes")
