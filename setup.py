@@ -54,6 +54,7 @@ setup(
     # Each floor is the oldest release in requirements.lock for any Python: nothing older is tested.
     install_requires=[
         "argcomplete>=3.7",
+        "mapbox-earcut>=2.1",
         "mcap>=1.6",
         "numba>=0.68",
         "numpy>=2.2",
@@ -62,9 +63,10 @@ setup(
         "rich>=15.0",
         "rosbags>=0.11",
         "scipy>=1.15",
-        "trimesh>=5.2",
     ],
     extras_require={
+        # Compressed glTF, and the files of laser scanners.
+        "formats": ["dracopy>=2.2", "laspy>=2.7", "lazrs>=0.8", "pye57>=0.4"],
         "picture": ["matplotlib>=3.10"],
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
         # are built from msg_defs, as `make setup` does.

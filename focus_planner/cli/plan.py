@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.rig.rig import Rig
     from focus_planner.core.surface.scene import Scene
+    from focus_planner.core.surface.surface import Surface
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
@@ -55,8 +56,14 @@ def _add_inputs(plan: Any) -> None:
         "--importance",
         type=Path,
         metavar="FILE",
-        help="weight of each vertex or point: a text file of one number per line, or a .npy file;"
-        " replaces the property importance or weight of SURFACE",
+        help="importance of each vertex or point: a text file of one number per line, or a .npy"
+        " file; replaces the property importance of SURFACE",
+    )
+    option(
+        "--importance-property",
+        metavar="NAME",
+        help="property, field or column of SURFACE that holds the importance of each vertex or"
+        " point, such as weight (default: importance, if SURFACE has it)",
     )
     option(
         "--lens-tables",
@@ -127,7 +134,6 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     from focus_planner.core.surface.up_axis import with_z_up
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
-    from focus_planner.io.surfaces import load_surface
 
     if options.picture is not None:
         import focus_planner.io.picture  # noqa: F401 - what it lacks is told before anything is planned
@@ -138,9 +144,22 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
     tell(f"reading {options.surface}")
-    surface = load_surface(options.surface, options.importance)
-    scene = Scene(with_z_up(surface, options.up))
+    scene = Scene(with_z_up(_surface(options), options.up))
     return _Given(scene, rig, file_rig, tables, request)
+
+
+def _surface(options: argparse.Namespace) -> Surface:
+    from focus_planner.io.importance import IMPORTANCE
+    from focus_planner.io.surfaces import load_surface
+
+    name = options.importance_property
+    if options.importance is not None and name is not None:
+        raise InputError("--importance and --importance-property", "one of them", "both")
+    return load_surface(
+        options.surface,
+        options.importance,
+        importance_property=IMPORTANCE if name is None else name,
+    )
 
 
 def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:

@@ -189,7 +189,7 @@ def _colmap(options: argparse.Namespace) -> int:
             f"a COLMAP model has no unit; if it is metres, the cameras span {span:.3g} m;"
             " otherwise give the metres per unit with --scale"
         )
-    return _print(rig, options, has_image=True)
+    return _print(rig, options)
 
 
 def _rig_from_model(options: argparse.Namespace) -> Similarity:
@@ -221,7 +221,8 @@ def _add_transforms(kinds: Any) -> None:
         metavar="FILE",
         help="TransformStamped messages as YAML or JSON, as printed by ros2 topic echo /tf_static;"
         " or a text file with a transform on each line: x y z qx qy qz qw parent child, or x y z"
-        " yaw pitch roll parent child, or a static_transform_publisher command",
+        " yaw pitch roll parent child, or a static_transform_publisher command; or nerfstudio's"
+        " transforms.json, whose frames are images with intrinsics of their own",
     )
     option(
         "--root", default="", metavar="FRAME", help="frame of the rig (default: root of the tree)"
@@ -260,7 +261,7 @@ def _transforms(options: argparse.Namespace) -> int:
         cameras=options.cameras,
         convention=options.convention,
         scale=options.scale,
-        intrinsics_of=_intrinsics_of(options),
+        intrinsics_of=_intrinsics_of(options) if _has_image(options) else None,
         lens=_lens(options),
         frame_id=options.frame_id,
     )
@@ -297,6 +298,12 @@ def _add_image(parser: Any) -> None:
         ("cy", "vertical principal point, pixels (default: middle)"),
     ):
         group.add_argument(f"--{name}", type=float, metavar="X", help=meaning)
+
+
+def _has_image(options: argparse.Namespace) -> bool:
+    # The parser of COLMAP models, which bring their images, has none of these options.
+    given = (getattr(options, name, None) for name in ("camera_info", *_IMAGE_OPTIONS))
+    return any(value is not None for value in given)
 
 
 def _intrinsics_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
@@ -349,28 +356,23 @@ def _lens(options: argparse.Namespace) -> Lens:
     )
 
 
-def _print(rig: Rig, options: argparse.Namespace, *, has_image: bool = False) -> int:
-    """Print a rig, and tell what of it nobody has described.
-
-    Parameters
-    ----------
-    has_image : bool
-        Whether the images come with the poses.
-    """
+def _print(rig: Rig, options: argparse.Namespace) -> int:
+    """Print a rig, and tell what of it nothing tells."""
     from dataclasses import replace
 
+    from focus_planner.core.rig.camera import CameraIntrinsics
     from focus_planner.core.rig.defaults import Described, notes_on_defaults
     from focus_planner.io.rigs import rig_to_yaml
 
     lens = [name for name in _LENS_OPTIONS if getattr(options, name) is not None]
-    has_image = has_image or options.camera_info is not None or options.image is not None
-    notes = notes_on_defaults(
-        [Described(lens, _IMAGE_KEYS if has_image else ())] * len(rig),
+    images = (_has_image(options) or c.intrinsics != CameraIntrinsics() for c in rig.cameras)
+    defaults = notes_on_defaults(
+        (Described(lens, _IMAGE_KEYS if image else ()) for image in images),
         "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
         " or edit the rig's file",
         "use --camera-info or --image, or edit the rig's file",
     )
-    for note in notes:
+    for note in (*rig.notes, *defaults):
         show_note(note.text)
-    sys.stdout.write(rig_to_yaml(replace(rig, notes=notes)))
+    sys.stdout.write(rig_to_yaml(replace(rig, notes=defaults)))
     return 0

@@ -9,18 +9,28 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_final_newline, check_readable, read_text, unreadable
+from focus_planner.io.files import (
+    DIGITS,
+    THE_REST,
+    check_readable,
+    read_text,
+    unfinished_line,
+    unreadable,
+)
 from focus_planner.io.names import camera_names
 from focus_planner.io.yaml_values import errors_within
 
@@ -66,6 +76,8 @@ _COEFFICIENTS = {
     "equidistant": "k1 k2 k3 k4",
 }
 _PIXEL_CENTRE = 0.5  # the first pixel's centre in COLMAP; here it is 0
+_TEXT = "COLMAP's text"
+_PRINTED = 1e-6  # how exactly texts have the numbers of binary files
 _POINT_BYTES = 24  # x, y, point3D_id
 
 
@@ -75,6 +87,14 @@ class _PosedImage(NamedTuple):
     name: str
     camera: int
     camera_from_model: Similarity
+
+
+class _Contents(NamedTuple):
+    """The intrinsics by COLMAP's camera id, the images, and what was noticed."""
+
+    intrinsics: dict[int, CameraIntrinsics]
+    images: list[_PosedImage]
+    notes: tuple[Note, ...] = ()
 
 
 def load_colmap(
@@ -90,7 +110,8 @@ def load_colmap(
     Parameters
     ----------
     folder : path
-        With ``cameras.bin`` and ``images.bin``, or else ``cameras.txt`` and ``images.txt``.
+        With ``cameras.bin`` and ``images.bin``, or ``cameras.txt`` and ``images.txt``; if with
+        both, they must say the same.
     images : str
         A pattern for the names of the images to use, such as ``cam*/0001.jpg``.
     rig_from_model : Similarity, optional
@@ -112,7 +133,7 @@ def load_colmap(
         represented exactly, or two images would give cameras of the same name.
     """
     where = str(folder)
-    intrinsics_of, posed_images = _read(Path(folder))
+    intrinsics_of, posed_images, notes = _read(Path(folder))
     chosen = _matching(where, posed_images, images)
     names = camera_names(f"{where}: images", [_without_suffix(image.name) for image in chosen])
     to_rig, shared_lens = rig_from_model or Similarity(), lens or Lens()
@@ -124,7 +145,7 @@ def load_colmap(
             intrinsics = intrinsics_of[image.camera]
             at = to_rig @ image.camera_from_model.inverse()
             cameras.append(Camera(name, at.position, at.orientation, intrinsics, shared_lens))
-    return Rig(tuple(cameras), frame_id)
+    return Rig(tuple(cameras), frame_id, notes=notes)
 
 
 def _matching(where: str, posed_images: list[_PosedImage], pattern: str) -> list[_PosedImage]:
@@ -155,12 +176,19 @@ def load_alignment(path: Path) -> Similarity:
     return similarity_from_matrix(str(path), [numbers[i : i + 4] for i in range(0, 16, 4)])
 
 
-def _read(folder: Path) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]:
+def _read(folder: Path) -> _Contents:
     """Return the intrinsics by COLMAP's camera id, and the images."""
-    for suffix, read in ((".bin", _read_binary), (".txt", _read_text)):
-        cameras, images = folder / f"cameras{suffix}", folder / f"images{suffix}"
-        if cameras.exists() or images.exists():
-            return read(cameras, images)
+    binary = [folder / "cameras.bin", folder / "images.bin"]
+    text = [folder / "cameras.txt", folder / "images.txt"]
+    of_binary, of_text = (sum(path.exists() for path in paths) for paths in (binary, text))
+    if of_binary == of_text == 2:
+        model = _read_binary(*binary)
+        _check_the_same(folder, model, _read_text(*text))
+        return model
+    if of_binary > of_text:
+        return _read_binary(*binary)
+    if of_text:  # a single binary file beside it is left from another model
+        return _read_text(*text)
     expected = "a sparse model: cameras and images, .bin or .txt"
     if not folder.is_dir():
         raise InputError(str(folder), expected, "a file" if folder.exists() else "no such folder")
@@ -169,6 +197,44 @@ def _read(folder: Path) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]
     )
     remedy = f"did you mean {below[0]}?" if below else ""
     raise InputError(str(folder), expected, "a folder without them", remedy)
+
+
+def _check_the_same(folder: Path, one: _Contents, other: _Contents) -> None:
+    """Raise if the binary and the text of a model differ: which of them is stale, nobody knows."""
+    cameras, others = one.intrinsics, other.intrinsics
+    poses = {image.name: image for image in one.images}
+    posed = {image.name: image for image in other.images}
+    if cameras.keys() != others.keys():
+        differs = "cameras"
+    elif poses.keys() != posed.keys():
+        differs = "names of images"
+    elif not all(_same_intrinsics(cameras[i], others[i]) for i in cameras):
+        differs = "intrinsics"
+    elif not all(_same_pose(poses[name], posed[name]) for name in poses):
+        differs = "poses"
+    else:
+        return
+    raise InputError(
+        str(folder),
+        "one model",
+        f"two, binary and text, with different {differs}",
+        "remove the files of the one that is out of date",
+    )
+
+
+def _same_intrinsics(one: CameraIntrinsics, other: CameraIntrinsics) -> bool:
+    pairs = ((c.fx, c.fy, c.cx, c.cy, c.width, c.height, *c.distortion) for c in (one, other))
+    return one.distortion_model == other.distortion_model and _close(*pairs)
+
+
+def _same_pose(one: _PosedImage, other: _PosedImage) -> bool:
+    a, b = one.camera_from_model, other.camera_from_model
+    turn = float((a.rotation.inv() * b.rotation).magnitude())
+    return one.camera == other.camera and _close((*a.translation, turn), (*b.translation, 0.0))
+
+
+def _close(one: Sequence[float], other: Sequence[float]) -> bool:
+    return len(one) == len(other) and bool(np.allclose(one, other, rtol=_PRINTED, atol=_PRINTED))
 
 
 # --- camera models -----------------------------------------------------------------------------
@@ -220,10 +286,22 @@ def _without_suffix(name: str) -> str:
 # --- text --------------------------------------------------------------------------------------
 
 
-def _read_text(
-    cameras: Path, images: Path
-) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]:
-    return dict(_cameras_of_text(cameras)), list(_images_of_text(images))
+def _read_text(cameras: Path, images: Path) -> _Contents:
+    intrinsics, posed = dict(_cameras_of_text(cameras)), list(_images_of_text(images))
+    _check_announced(cameras, "cameras", len(intrinsics))
+    _check_announced(images, "images", len(posed))
+    notes = (
+        *unfinished_line(cameras, read_text(cameras, _TEXT).encode(), DIGITS),
+        *unfinished_line(images, read_text(images, _TEXT).encode(), THE_REST),
+    )
+    return _Contents(intrinsics, posed, notes)
+
+
+def _check_announced(path: Path, what: str, count: int) -> None:
+    """Raise if there are fewer than a comment announces, as COLMAP writes it."""
+    found = re.search(rf"^#\s*Number of {what}: *(\d+)", read_text(path, _TEXT), re.MULTILINE)
+    if found and count < int(found[1]):
+        raise unreadable(path, "txt", f"{count} {what} of the {found[1]} announced")
 
 
 def _cameras_of_text(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
@@ -256,19 +334,28 @@ def _images_of_text(path: Path) -> Iterator[_PosedImage]:
         name = words[9].strip()
         yield _posed_image(name, _integer(where, words[8]), where, _numbers(where, words[1:8]))
         _, points = next(lines, (0, ""))
-        if len(points.split()) % 3:
-            raise InputError(
-                f"{path}: line {number + 1}",
-                f"the points of {name}: X Y POINT3D_ID each",
-                repr(points[:60]),
-                "each image's line is followed by one with its points, empty if it has none",
-            )
+        _check_points(f"{path}: line {number + 1}", name, points)
+
+
+def _check_points(where: str, name: str, line: str) -> None:
+    """Raise unless a line has an image's points: it may be the line of the next image."""
+    words = line.split()
+    try:
+        points = [(float(x), float(y), int(i)) for x, y, i in zip(*[iter(words)] * 3, strict=True)]
+        good = all(math.isfinite(x) and math.isfinite(y) and i >= -1 for x, y, i in points)
+    except ValueError:
+        good = False
+    if not good:
+        raise InputError(
+            where,
+            f"the points of {name}: X Y POINT3D_ID each",
+            repr(line[:60]),
+            "each image's line is followed by one with its points, empty if it has none",
+        )
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    text = read_text(path, "COLMAP's text")
-    check_final_newline(path, "txt", text.encode())
-    return enumerate(text.split("\n"), start=1)
+    return enumerate(read_text(path, _TEXT).split("\n"), start=1)
 
 
 def _posed_image(name: str, camera: int, where: str, values: list[float]) -> _PosedImage:
@@ -338,10 +425,8 @@ class _ByteReader:
             raise unreadable(self._path, "bin", f"{len(self._bytes) - self._at} bytes too many")
 
 
-def _read_binary(
-    cameras: Path, images: Path
-) -> tuple[dict[int, CameraIntrinsics], list[_PosedImage]]:
-    return dict(_cameras_of_binary(cameras)), list(_images_of_binary(images))
+def _read_binary(cameras: Path, images: Path) -> _Contents:
+    return _Contents(dict(_cameras_of_binary(cameras)), list(_images_of_binary(images)))
 
 
 def _cameras_of_binary(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:

@@ -11,7 +11,11 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
+
+#: What a text may lack that does not end in a newline.
+DIGITS, THE_REST = "its last number may lack digits", "the rest is missing"
 
 
 def check_readable(path: Path, what: str) -> None:
@@ -38,7 +42,7 @@ def check_readable(path: Path, what: str) -> None:
 
 
 def read_text(path: Path, what: str) -> str:
-    """Return a file's text.
+    """Return a file's text, without a byte order mark.
 
     Raises
     ------
@@ -47,9 +51,29 @@ def read_text(path: Path, what: str) -> str:
     """
     check_readable(path, what)
     try:
-        return path.read_text(encoding="utf-8")
+        return (
+            without_byte_order_mark(path.read_bytes())
+            .decode()
+            .replace("\r\n", "\n")
+            .replace("\r", "\n")
+        )
     except UnicodeDecodeError:
         raise InputError(str(path), what, "something that is not text") from None
+
+
+def without_byte_order_mark(content: bytes) -> bytes:
+    """Return text as UTF-8 without the mark that Windows programs begin it with.
+
+    Raises
+    ------
+    UnicodeDecodeError
+        If the mark announces UTF-16, and it is not.
+    """
+    if content.startswith(b"\xef\xbb\xbf"):
+        return content[3:]
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16").encode()
+    return content
 
 
 def read_array(path: Path) -> NDArray[Any]:
@@ -71,21 +95,26 @@ def read_array(path: Path) -> NDArray[Any]:
     return array
 
 
-def check_final_newline(path: Path, kind: str, content: bytes) -> None:
-    """Raise unless the last line ends in a newline: most text formats have no other end mark.
+def unfinished_line(path: Path, content: bytes, lacks: str) -> tuple[Note, ...]:
+    """Return a note if a text that was read does not end in a newline.
 
-    Raises
-    ------
-    InputError
-        Explains that the file is probably truncated.
+    Parameters
+    ----------
+    path : Path
+    content : bytes
+    lacks : str
+        What is missing if it was cut off there: :data:`DIGITS` where all that the file announces
+        is there, otherwise :data:`THE_REST`.
     """
-    if not content.endswith(b"\n"):
-        raise InputError(
-            str(path),
-            f"a complete {kind} file",
-            "one whose last line does not end in a newline",
-            "it is probably truncated; if it is not, add a newline at its end",
-        )
+    if content.endswith((b"\n", b"\r")) or not content.strip():
+        return ()
+    return (
+        Note(
+            "left_out",
+            f"{path}: its last line does not end in a newline: if it was cut off there, {lacks};"
+            " if it is whole, add a newline at its end",
+        ),
+    )
 
 
 def unreadable(path: Path, kind: str, reason: str) -> InputError:

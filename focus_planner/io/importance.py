@@ -3,74 +3,98 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray
-from focus_planner.core.surface.surface import Mesh, Surface
-from focus_planner.core.validation import InputError, check_array
-from focus_planner.io.files import check_final_newline, read_array, read_text
+from focus_planner.core.notes import Note
+from focus_planner.core.validation import InputError, check_array, first_few
+from focus_planner.io.files import DIGITS, read_array, read_text, unfinished_line
 
-#: Names of the importance in files and messages, in order of precedence.
-IMPORTANCE_NAMES = ("importance", "weight")
-
-
-def importance_column(names: Collection[str]) -> str | None:
-    """Return the name of the column or message field that holds the importance, if there is one."""
-    return next((name for name in IMPORTANCE_NAMES if name in names), None)
+#: Name of the property of files and of the field of messages that is used without being asked for.
+IMPORTANCE = "importance"
+# What it might also be, but mostly is not: scanners call their confidence so.
+_SIMILAR = "weight"
 
 
-def load_importance(path: Path, surface: Surface) -> FloatArray:
+def choose_importance(
+    argument: str, names: Collection[str], name: str, option: str
+) -> tuple[str | None, tuple[Note, ...]]:
+    """Return which of the columns of a file or the fields of a message holds the importance.
+
+    Parameters
+    ----------
+    argument : str
+        Where the columns are, for errors and notes.
+    names : collection of str
+        What the file or the message says of its vertices or points.
+    name : str
+        The column to use. One named otherwise than ``importance`` must be there.
+    option : str
+        What users call ``name``.
+
+    Returns
+    -------
+    name : str or None
+        None where all count the same.
+    notes : tuple of Note
+
+    Raises
+    ------
+    InputError
+        If the column is not there; names those that are.
+    """
+    if name in names:
+        used = f"{argument}: {name} is used as the importance of the surface"
+        return name, (Note("importance", f"{used}; rename it if it is something else"),)
+    if name != IMPORTANCE:
+        got = first_few(names) or "none"
+        raise InputError(argument, f"{name}, which {option} asks for, among its numbers", got)
+    if _SIMILAR not in names:
+        return None, ()
+    unused = f"{argument}: {_SIMILAR} is not used, since scanners call their confidence so"
+    return None, (Note("importance", f"{unused}; if it is the importance, set {option}"),)
+
+
+def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], tuple[Note, ...]]:
     """Read one number per vertex or point of a surface.
 
     Parameters
     ----------
     path : Path
         A ``.npy`` file with one array, or a text file with one number per line.
-    surface : Mesh or PointCloud
+    count : int
+        How many vertices or points the surface's file has.
+    what : {"vertex", "point"}
 
     Returns
     -------
-    (V,) or (M,) array
+    values : (count,) array
+    notes : tuple of Note
+        That they were used, and whether the last may be incomplete.
 
     Raises
     ------
     InputError
         If the file is missing, or contains anything but one number per vertex or point.
     """
-    if isinstance(surface, Mesh):
-        count, what = len(surface.vertices), "vertex"
-    else:
-        count, what = len(surface.points), "point"
     expected = f"{count} numbers, one per {what}"
+    text = ""
     if path.suffix.lower() == ".npy":
         values = check_array(str(path), read_array(path), (None,))
     else:
-        values = _read_numbers(path, expected)
+        text = read_text(path, expected)
+        values = _numbers(path, text, expected)
     if len(values) != count:
         raise InputError(str(path), expected, str(len(values)))
-    return values
+    used = Note("importance", f"{path}: used as the importance of the surface")
+    return values, (used, *unfinished_line(path, text.encode(), DIGITS))
 
 
-def _read_numbers(path: Path, expected: str) -> FloatArray:
-    text = read_text(path, expected)
-    check_final_newline(path, "text", text.encode())
+def _numbers(path: Path, text: str, expected: str) -> NDArray[Any]:
     try:
         return np.array([float(word) for word in text.split()])
     except ValueError as error:
         raise InputError(str(path), expected, str(error)) from None
-
-
-def with_importance(surface: Surface, importance: FloatArray) -> Surface:
-    """Return the surface with this importance for its vertices or points.
-
-    Raises
-    ------
-    InputError
-        As :class:`~focus_planner.core.surface.surface.Mesh` and ``PointCloud`` do.
-    """
-    if isinstance(surface, Mesh):
-        return replace(surface, vertex_importance=importance)
-    return replace(surface, importance=importance)

@@ -1,53 +1,84 @@
 """Meshes and point clouds from files.
 
-A truncated file is an error, never a part of a surface. trimesh's readers (and Open3D's even more
-so) accept truncated text files, so the counts that a file declares are checked first.
+A truncated file is an error, never a part of a surface: every reader compares what the file
+announces with what came.
 """
 
 from __future__ import annotations
 
-import logging
-import re
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray
-from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
+from focus_planner.core.surface.cleaning import clean_cloud, clean_mesh
+from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
-from focus_planner.io.clouds import CLOUDS, load_cloud
-from focus_planner.io.files import check_final_newline, check_readable, unreadable
-from focus_planner.io.importance import importance_column, load_importance, with_importance
+from focus_planner.io.files import check_readable
+from focus_planner.io.formats.arrays import read_npy
+from focus_planner.io.formats.contents import SurfaceContents
+from focus_planner.io.formats.gltf import read_gltf
+from focus_planner.io.formats.laser_scans import read_e57, read_las
+from focus_planner.io.formats.obj import read_obj
+from focus_planner.io.formats.off import read_off
+from focus_planner.io.formats.pcd import read_pcd
+from focus_planner.io.formats.ply import read_ply
+from focus_planner.io.formats.stl import read_stl
+from focus_planner.io.formats.text_clouds import read_text_cloud
+from focus_planner.io.importance import IMPORTANCE, choose_importance, load_importance
 
-MESHES = ("ply", "obj", "stl", "off", "glb", "gltf")
 
-_PLY_ELEMENT = re.compile(rb"^element\s+(\w+)\s+(\d+)", re.MULTILINE)
+class _Format(NamedTuple):
+    """How files with an ending are read, and whether that keeps the numbering of vertices."""
+
+    read: Callable[[Path], SurfaceContents]
+    keeps_numbering: bool = True
 
 
-# Read with their vertices in order; for the other formats trimesh drops and repeats vertices.
-_VERTICES_IN_ORDER = ("ply", "off", *CLOUDS)
+_FORMATS = {
+    "ply": _Format(read_ply),
+    "obj": _Format(read_obj),
+    "stl": _Format(read_stl, keeps_numbering=False),
+    "off": _Format(read_off),
+    "glb": _Format(read_gltf, keeps_numbering=False),
+    "gltf": _Format(read_gltf, keeps_numbering=False),
+    "pcd": _Format(read_pcd),
+    **dict.fromkeys(("xyz", "xyzn", "txt", "asc", "csv", "pts"), _Format(read_text_cloud)),
+    "npy": _Format(read_npy),
+    "las": _Format(read_las),
+    "laz": _Format(read_las),
+    "e57": _Format(read_e57),
+}
 
 
 def load_surface(
-    path: str | PathLike[str], importance: str | PathLike[str] | None = None
+    path: str | PathLike[str],
+    importance: str | PathLike[str] | None = None,
+    *,
+    importance_property: str = IMPORTANCE,
 ) -> Surface:
     """Read a mesh or a point cloud, in the format given by the file name's suffix.
 
     Mesh formats are ply, obj, stl, off, glb and gltf; cloud formats are ply without faces, pcd,
-    xyz, xyzn, pts and npy. Coordinates are in metres in the rig's frame, and are not rounded.
-    Vertex or point normals are used if the file has them, and so is the importance: a property or
-    field ``importance``, or else ``weight``, of a ply or pcd file.
+    xyz, xyzn, txt, asc, csv, pts, npy, and with the extra ``formats`` las, laz and e57. Coordinates
+    are in metres in the rig's frame, and are not rounded. Vertex or point normals are used if the
+    file has them, and so is a property or field ``importance``.
+
+    Parts that are no surface, triangles without area and points that are not finite, are left out,
+    and normals that are none are computed; ``notes`` of the result say so.
 
     Parameters
     ----------
     path : str or path-like
     importance : str or path-like, optional
         A file with one number per vertex or point, which replaces the importance in the surface's
-        own file: ``.npy``, or text with one number per line. For ply, off and clouds.
+        own file: ``.npy``, or text with one number per line. For all formats but stl, glb and gltf.
+    importance_property : str
+        The property, field or column of the surface's own file that holds the importance. One
+        named otherwise than ``importance`` must be there.
 
     Returns
     -------
@@ -62,124 +93,43 @@ def load_surface(
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
     check_readable(path, "a mesh or point cloud")
-    if kind not in MESHES + CLOUDS:
+    if kind not in _FORMATS:
         raise InputError(
             str(path),
-            f"a file name that ends in {', '.join((*MESHES, *CLOUDS))}",
+            f"a file name that ends in {', '.join(_FORMATS)}",
             repr(path.suffix) if path.suffix else "none of them",
         )
-    if importance is not None and kind not in _VERTICES_IN_ORDER:
+    if importance is not None and not _FORMATS[kind].keeps_numbering:
+        ordered = [name for name, each in _FORMATS.items() if each.keeps_numbering]
         raise InputError(
             str(importance),
-            f"a surface in one of the formats {', '.join(_VERTICES_IN_ORDER)}",
+            f"a surface in one of the formats {', '.join(ordered)}",
             str(path),
             "other formats do not keep the order of vertices: save the mesh as ply",
         )
     with np.errstate(over="ignore", invalid="ignore"):  # a broken file may contain any numbers
-        surface, own = load_cloud(path, kind) if kind in CLOUDS else _load_mesh(path, kind)
+        contents = _FORMATS[kind].read(path)
+        return _surface(path, contents, importance, importance_property)
+
+
+def _surface(
+    path: Path,
+    contents: SurfaceContents,
+    importance: str | PathLike[str] | None,
+    importance_property: str,
+) -> Surface:
+    """Return the surface, its importance matched by the file's numbering before it is cleaned."""
+    values: NDArray[Any] | None = None
     if importance is not None:
-        own = load_importance(Path(importance), surface)
-    return surface if own is None else with_importance(surface, own)
-
-
-def _load_mesh(path: Path, kind: str) -> tuple[Surface, FloatArray | None]:
-    if kind == "ply":
-        return _ply(path)
-    if kind in ("obj", "off"):
-        check_final_newline(path, kind, path.read_bytes())
-    if kind == "off":
-        _check_off_counts(path)
-    return _mesh(path, kind, _scene(path, kind)), None
-
-
-def _scene(path: Path, kind: str, **options: Any) -> trimesh.Scene:
-    logger = logging.getLogger("trimesh")
-    disabled = logger.disabled
-    logger.disabled = True  # it warns of colours and textures, which do not matter here
-    try:
-        # Processing would merge vertices, and silently drop what Mesh rejects with a reason.
-        return trimesh.load_scene(
-            path, file_type=kind, process=False, skip_materials=True, **options
+        what = "point" if contents.triangles is None else "vertex"
+        values, found = load_importance(Path(importance), contents.vertices_in_file, what)
+        values = values if contents.numbering is None else values[contents.numbering]
+    else:
+        name, found = choose_importance(
+            str(path), contents.numbers.keys(), importance_property, "--importance-property"
         )
-    except Exception as error:  # noqa: BLE001
-        # The readers raise all kinds of exceptions for broken files.
-        raise unreadable(path, kind, f"{type(error).__name__}: {error}".rstrip(": ")) from None
-    finally:
-        logger.disabled = disabled
-
-
-def _mesh(path: Path, kind: str, scene: trimesh.Scene) -> Mesh:
-    parts = []
-    for node in scene.graph.nodes_geometry:
-        pose, name = scene.graph[node]
-        part = scene.geometry[name]
-        if isinstance(part, trimesh.Trimesh) and len(part.faces):
-            parts.append(part.copy(include_cache=True).apply_transform(pose))
-    if not parts:
-        raise unreadable(path, kind, "no triangle")
-    whole: Any = trimesh.util.concatenate(parts) if len(parts) > 1 else parts[0]
-    # trimesh computes missing normals on access; those from the file are in the cache already.
-    given = "vertex_normals" in whole._cache.cache  # noqa: SLF001
-    return Mesh(whole.vertices, whole.faces, whole.vertex_normals if given else None)
-
-
-def _ply(path: Path) -> tuple[Surface, FloatArray | None]:
-    header, end, body = path.read_bytes().partition(b"end_header")
-    if not end or not header.startswith(b"ply"):
-        raise unreadable(path, "ply", "no complete header")
-    counts = {name.decode(): int(count) for name, count in _PLY_ELEMENT.findall(header)}
-    if b"format ascii" in header:
-        check_final_newline(path, "ply", body)
-        _check_lines(path, "ply", len(body.split(b"\n")) - 2, sum(counts.values()))
-    if "tristrips" in counts:
-        raise InputError(str(path), "triangles or points", "triangle strips", "convert the file")
-    if counts.get("face") == 0:
-        raise InputError(
-            str(path),
-            "a mesh with triangles, or a cloud",
-            "a mesh with none (element face 0)",
-            "if it is a cloud, save it without the face element",
-        )
-    # By default trimesh splits vertices at texture seams.
-    scene = _scene(path, "ply", fix_texture=False)
-    if "face" in counts:
-        mesh = _mesh(path, "ply", scene)
-        return mesh, _ply_importance(_ply_columns(scene))
-    if not scene.geometry:
-        return PointCloud(np.empty((0, 3))), None
-    columns = _ply_columns(scene)
-    return _ply_cloud(scene, columns), _ply_importance(columns)
-
-
-def _ply_columns(scene: trimesh.Scene) -> dict[str, NDArray[Any]]:
-    """Return all of the file's vertex properties, which trimesh keeps among its metadata."""
-    columns = next(iter(scene.geometry.values())).metadata["_ply_raw"]["vertex"]["data"]
-    names = columns if isinstance(columns, dict) else columns.dtype.names
-    return {name: np.ravel(columns[name]) for name in names}
-
-
-def _ply_importance(columns: dict[str, NDArray[Any]]) -> FloatArray | None:
-    name = importance_column(columns)
-    return columns[name] if name else None
-
-
-def _ply_cloud(scene: trimesh.Scene, columns: dict[str, NDArray[Any]]) -> PointCloud:
-    normals: FloatArray | None = None
-    if {"nx", "ny", "nz"} <= set(columns):
-        normals = np.column_stack([columns[name] for name in ("nx", "ny", "nz")])
-    return PointCloud(next(iter(scene.geometry.values())).vertices, normals)
-
-
-def _check_off_counts(path: Path) -> None:
-    text = re.sub(rb"#[^\n]*", b"", path.read_bytes())
-    lines = [line for line in text.partition(b"OFF")[2].splitlines() if line.strip()]
-    try:
-        vertices, faces = (int(count) for count in lines[0].split()[:2])
-    except (IndexError, ValueError):
-        raise unreadable(path, "off", "no counts of vertices and faces") from None
-    _check_lines(path, "off", len(lines) - 1, vertices + faces)
-
-
-def _check_lines(path: Path, kind: str, lines: int, announced: int) -> None:
-    if lines < announced:
-        raise unreadable(path, kind, f"{lines} lines of the {announced} announced")
+        values = contents.numbers[name] if name else None
+    notes = (*contents.notes, *found)
+    if contents.triangles is None:
+        return clean_cloud(contents.points, contents.normals, values, notes)
+    return clean_mesh(contents.points, contents.triangles, contents.normals, values, notes)

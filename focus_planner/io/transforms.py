@@ -27,6 +27,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, check_choice, check_number, first_few
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
+from focus_planner.io.nerfstudio import nerfstudio_frames, rig_of_frames
 from focus_planner.io.yaml_values import (
     abbreviated,
     errors_within,
@@ -68,12 +69,13 @@ def load_transforms(
         ``TransformStamped`` messages as YAML or JSON: a list, or the output of ``ros2 topic echo
         /tf_static``. Or text with one transform per line: ``x y z qx qy qz qw parent child``,
         ``x y z yaw pitch roll parent child``, or the arguments of ``static_transform_publisher``;
-        metres and radians.
+        metres and radians. Or nerfstudio's ``transforms.json``, whose frames are images.
     root : str
         The frame of the rig; by default the only frame without a parent.
     cameras : str
-        A pattern for the cameras' frames, such as ``cam*_optical_frame``. By default the frames
-        without children, restricted to those named like optical frames if there are any.
+        A pattern for the cameras' frames, such as ``cam*_optical_frame``, or for paths of images.
+        By default the frames without children, restricted to those named like optical frames if
+        there are any.
     convention : str
         The orientation of the cameras' frames: ``"optical"`` (z forward, x right, y down) or
         ``"body"`` (x forward, y left, z up). By default, as in REP 103, frames whose names end in
@@ -81,7 +83,8 @@ def load_transforms(
     scale : float, optional
         Metres per unit of translation. By default 1, but cameras far apart are rejected.
     intrinsics_of : callable, optional
-        A function from a camera's name to its intrinsics; the paper's by default.
+        A function from a camera's name to its intrinsics; by default those of
+        ``transforms.json``, or else the paper's.
     lens : Lens, optional
         Shared by all cameras.
     frame_id : str
@@ -101,9 +104,24 @@ def load_transforms(
         If the file cannot be read, its frames do not form a tree, or a frame does not exist.
     """
     path = Path(path)
+    text = read_text(path, _EXPECTED)
+    frames_of_images = nerfstudio_frames(text)
+    if frames_of_images is not None:
+        if root or convention:
+            got = "frames of images, which have neither"
+            raise InputError(str(path), "a tree of frames for --root and --convention", got)
+        return rig_of_frames(
+            str(path),
+            frames_of_images,
+            cameras=cameras,
+            scale=scale,
+            intrinsics_of=intrinsics_of,
+            lens=lens,
+            frame_id=frame_id,
+        )
     notes: list[str] = []
     with errors_within(str(path)):
-        tree = FrameTree(_transforms(path))
+        tree = FrameTree(_transforms(path, text))
     root = _root(path, tree, root.lstrip("/"))
     frames = _camera_frames(path, tree, root, cameras, notes)
     names = camera_names(f"{path}: frames", [_without_optical(frame) for frame in frames])
@@ -215,8 +233,7 @@ def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> 
 # --- the file ----------------------------------------------------------------------------------
 
 
-def _transforms(path: Path) -> list[FrameTransform]:
-    text = read_text(path, _EXPECTED)
+def _transforms(path: Path, text: str) -> list[FrameTransform]:
     lines = [
         (f"{path}: line {i}", line.strip())
         for i, line in enumerate(text.splitlines(), start=1)

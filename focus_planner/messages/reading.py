@@ -25,9 +25,10 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.surface.cleaning import clean_cloud, clean_mesh
 from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.core.validation import InputError
-from focus_planner.io.importance import IMPORTANCE_NAMES, importance_column
+from focus_planner.io.importance import IMPORTANCE, choose_importance
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
 from focus_planner.messages.limits import Limits
@@ -99,7 +100,7 @@ def check_frame(header: Message, frame_id: str) -> None:
 
 
 def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
-    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``.
+    """Return the mesh of a serialized ``shape_msgs/msg/Mesh``, cleaned by :func:`clean_mesh`.
 
     Raises
     ------
@@ -108,14 +109,29 @@ def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
     """
     triangles, vertices = read_mesh(payload)
     limits.check_mesh(len(triangles), len(vertices))
-    return Mesh(vertices=vertices, triangles=triangles.astype(np.int64))
+    return clean_mesh(vertices, triangles.astype(np.int64))
 
 
-def cloud_from_message(message: Message, frame_id: str, limits: Limits = _NO_LIMITS) -> PointCloud:
+def cloud_from_message(
+    message: Message,
+    frame_id: str,
+    limits: Limits = _NO_LIMITS,
+    importance_field: str = IMPORTANCE,
+) -> PointCloud:
     """Return the points, with normals and importance if the message has them.
 
-    The importance is the field ``importance``, or else ``weight``, of any numeric type. If the
-    message is not dense, points with a coordinate that is not finite are left out.
+    Points that are not finite are left out, whether or not the message claims to be dense: see
+    :func:`clean_cloud`.
+
+    Parameters
+    ----------
+    message : sensor_msgs/msg/PointCloud2
+    frame_id : str
+        The frame that it must be in.
+    limits : Limits
+    importance_field : str
+        The field that holds the importance, of any numeric type. One named otherwise than
+        ``importance`` must be there.
 
     Raises
     ------
@@ -126,14 +142,16 @@ def cloud_from_message(message: Message, frame_id: str, limits: Limits = _NO_LIM
     limits.check_cloud(message.width * message.height)
     names = {field.name for field in message.fields}
     geometry = POINT + NORMAL if names.issuperset(NORMAL) else POINT
-    importance = importance_column(names)
+    others = [name for name in names if name not in POINT + NORMAL]
+    importance, notes = choose_importance(
+        "cloud", sorted(others), importance_field, "parameter importance_field"
+    )
     values = _read_fields(message, geometry + ((importance,) if importance else ()))
-    if not message.is_dense:
-        values = values[np.isfinite(values[:, : len(geometry)]).all(axis=1)]
-    return PointCloud(
+    return clean_cloud(
         values[:, :3],
         values[:, 3:6] if len(geometry) > 3 else None,
         values[:, -1] if importance else None,
+        notes,
     )
 
 
@@ -375,7 +393,7 @@ def _point_dtype(message: Message, names: tuple[str, ...]) -> np.dtype[np.void]:
                 "cloud fields", "x, y and z", ", ".join(fields) or "none", "they are the points"
             )
         field = fields[name]
-        kinds = _NUMBERS if name in IMPORTANCE_NAMES else _FLOATS
+        kinds = _FLOATS if name in POINT + NORMAL else _NUMBERS
         if field.datatype not in kinds or field.count > 1:
             raise InputError(
                 f"cloud field {name}",

@@ -21,7 +21,7 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud
-from focus_planner.io.importance import IMPORTANCE_NAMES
+from focus_planner.io.importance import IMPORTANCE
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import NORMAL, POINT, Datatype, Orientation, Position
 
@@ -48,7 +48,7 @@ def cloud_to_fields(cloud: PointCloud, frame_id: str) -> Fields:
         names += NORMAL
         parts.append(cloud.normals)
     if cloud.importance is not None:
-        names.append(IMPORTANCE_NAMES[0])
+        names.append(IMPORTANCE)
         parts.append(cloud.importance[:, None])
     columns = np.hstack(parts)
     step = 8 * len(names)

@@ -16,6 +16,7 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS
 from focus_planner.core.validation import InputError, check_choice
+from focus_planner.io.importance import IMPORTANCE
 from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import Optics, lens_from_message
@@ -97,6 +98,13 @@ DECLARATIONS = (
         read_only=True,
     ),
     *request_declarations(),
+    Declaration(
+        "importance_field",
+        IMPORTANCE,
+        "Field of a cloud that holds the importance of its points, which is used where a cloud has"
+        " it. One named otherwise, such as weight, must be there. A change applies"
+        " from the next cloud on.",
+    ),
     Declaration(
         "warm_start",
         False,
@@ -368,6 +376,8 @@ class Settings:
     Attributes
     ----------
     frame_id : str
+    importance_field : str
+        The field of a cloud that holds the importance of its points.
     request : PlanRequest
         The defaults of what a request leaves out.
     warm_start : bool
@@ -385,6 +395,7 @@ class Settings:
     """
 
     frame_id: str
+    importance_field: str
     request: PlanRequest
     warm_start: bool
     optics: Optics
@@ -417,11 +428,14 @@ class Settings:
         values = with_defaults(DECLARATIONS, values)
         if not values["frame_id"]:
             raise InputError("frame_id", "the name of a frame", "''")
+        if not values["importance_field"]:
+            raise InputError("importance_field", "the name of a field", "''")
         lens = group(values, "lens.")
         if tuple(lens["focus_distances"]) == _ANY_DISTANCE:
             lens["focus_distances"] = ()
         return cls(
             frame_id=values["frame_id"],
+            importance_field=values["importance_field"],
             request=request_from_values(values),
             warm_start=values["warm_start"],
             optics=Optics(

@@ -23,6 +23,7 @@ from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
+from focus_planner.io.importance import IMPORTANCE
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.markers import MARKERS, markers_to_fields
@@ -187,11 +188,11 @@ class Run:
     def surfaces(self) -> list[Arrival[Surface]]:
         """Return the surfaces as the planner received them."""
         data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
-        frame_id = self.beginning.settings.frame_id
+        settings = self.beginning.settings
         return [
             _arrival(
                 message,
-                partial(_read_noted_surface, message, data, frame_id, self._limits, self.beginning),
+                partial(_read_noted_surface, message, data, self.beginning, self._limits),
             )
             for message in self.inputs
             if message.type_name in _SURFACES
@@ -418,7 +419,9 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
         beginning=Beginning(
             run_id=run.run_id,
             planner=run.planner,
-            settings=Settings.from_values(_WITHOUT_LIMITS | values, run.lens_tables),
+            settings=Settings.from_values(
+                _WITHOUT_LIMITS | _importance_field(messages) | values, run.lens_tables
+            ),
             asked=fields_of(asked),
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
             software={entry.key: entry.value for entry in run.software},
@@ -431,6 +434,13 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     )
 
 
+def _importance_field(messages: dict[str, list[BagMessage]]) -> dict[str, Value]:
+    """Return the parameter of runs that are older than it: a field weight counted by itself."""
+    fields = {field.name for cloud in messages.get(CLOUD, []) for field in cloud.read().fields}
+    by_weight = "weight" in fields and IMPORTANCE not in fields
+    return {"importance_field": "weight"} if by_weight else {}
+
+
 def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
     messages: dict[str, list[BagMessage]] = {}
     for message in bag.messages:
@@ -441,22 +451,22 @@ def _by_type(bag: Bag) -> dict[str, list[BagMessage]]:
 def _read_noted_surface(
     message: BagMessage,
     data: list[BagMessage],
-    frame_id: str,
-    limits: Limits,
     beginning: Beginning,
+    limits: Limits,
     optics: Optics,
 ) -> Surface:
     """Return a surface with the notes on the file that it was read from."""
-    surface = _read_surface(message, data, frame_id, limits, optics)
+    surface = _read_surface(message, data, beginning.settings, limits, optics)
     notes = beginning.input_notes
     return replace(surface, notes=(*notes, *surface.notes)) if notes else surface
 
 
 def _read_surface(
-    message: BagMessage, data: list[BagMessage], frame_id: str, limits: Limits, _: Optics
+    message: BagMessage, data: list[BagMessage], settings: Settings, limits: Limits, _: Optics
 ) -> Surface:
     if message.type_name == CLOUD:
-        return cloud_from_message(message.read(), frame_id, limits)
+        field = settings.importance_field
+        return cloud_from_message(message.read(), settings.frame_id, limits, field)
     mesh = mesh_from_bytes(message.payload, limits)
     if not data:
         return mesh
@@ -467,6 +477,7 @@ def _read_surface(
         mesh.triangles,
         normals.reshape(-1, 3) if len(normals) else None,
         importance if len(importance) else None,
+        mesh.notes,
     )
 
 

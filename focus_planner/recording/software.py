@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-_PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy", "open3d-cpu", "trimesh")
+_PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy", "open3d-cpu")
 # Instruction sets between which the ray-casting library chooses at run time.
 _INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 

@@ -184,8 +184,12 @@ class Subscriptions:
         return mesh_from_bytes(payload, self._settings().limits)
 
     def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
+        settings = self._settings()
         return cloud_from_message(
-            deserialize(CLOUD, payload), self._settings().frame_id, self._settings().limits
+            deserialize(CLOUD, payload),
+            settings.frame_id,
+            settings.limits,
+            settings.importance_field,
         )
 
     def _read_poses(self, payload: bytes, optics: Optics) -> Rig:

@@ -200,15 +200,13 @@ def test_camera_models_that_camera_info_has_not_are_refused(
         load_colmap(tmp_path)
 
 
-def test_rigs_and_frames_do_not_matter_and_binary_comes_first(tmp_path: Path) -> None:
+def test_rigs_and_frames_do_not_matter(tmp_path: Path) -> None:
     write_text(tmp_path, *ONE)
     (tmp_path / "rigs.txt").write_text("1 1 CAMERA 1\n")
     (tmp_path / "frames.txt").write_text("1 1 1 0 0 0 0 0 0 1 CAMERA 1 1\n")
     (tmp_path / "points3D.txt").write_text("not read")
     text = load_colmap(tmp_path)
     assert len(text) == 1
-    write_binary(tmp_path, *model_of(RIG, pinhole))
-    assert len(load_colmap(tmp_path)) == len(RIG)
 
 
 @WRITERS
@@ -251,7 +249,6 @@ def fails(folder: Path, telling: str) -> None:
         ("cameras", "500.0", "nan", "line 4: expected finite numbers, got nan 510.0 320.0 240.0"),
         ("cameras", "500.0", "-1", "line 4: image.fx: expected a number above 0, got -1"),
         ("cameras", " 480 500.0 510.0 320.0 240.0", "", "expected CAMERA_ID MODEL WIDTH HEIGHT"),
-        ("cameras", "240.0\n", "240", "expected a complete txt file, got one whose last line does"),
         ("images", "1 1 0 0 0", "1 2 0 0 0", "line 3: rotation: expected a unit quaternion"),
         ("images", "1 1 0 0 0", "1 nan 0 0 0", "line 3: expected finite numbers"),
         ("images", "0 1 a.jpg", "0 2 a.jpg", "image a.jpg: camera: expected one of the model"),
@@ -287,6 +284,71 @@ def test_binaries_cut_anywhere_are_refused(tmp_path: Path, file: str) -> None:
     fails(tmp_path, f"{file}: expected a complete bin file, got 2 bytes too many")
     (tmp_path / file).write_bytes(b"")
     fails(tmp_path, f"{file}: expected COLMAP's binary, got an empty file")
+
+
+def test_binary_beside_text_must_say_the_same(tmp_path: Path) -> None:
+    cameras, images = model_of(RIG, pinhole)
+    write_binary(tmp_path, cameras, images)
+    write_text(tmp_path, cameras, images)
+    assert_same(load_colmap(tmp_path, lens=LENS), RIG)
+    moved = [(*images[0][:2], (9.0, 9.0, 9.0), *images[0][3:]), *images[1:]]
+    renamed = [(*images[0][:4], "other.jpg", []), *images[1:]]
+    wider = [(*cameras[0][:2], 999, *cameras[0][3:]), *cameras[1:]]
+    for differs, *stale in [
+        ("poses", cameras, moved),
+        ("names of images", cameras, renamed),
+        ("names of images", cameras, images[1:]),
+        ("intrinsics", wider, images),
+        ("cameras", cameras[1:], images),
+    ]:
+        write_binary(tmp_path, *stale)
+        fails(tmp_path, f"one model, got two, binary and text, with different {differs}; remove")
+
+
+@pytest.mark.parametrize("left", ["cameras", "images"])
+def test_a_single_stale_file_does_not_matter(tmp_path: Path, left: str) -> None:
+    for kept, stale in ((write_text, ".bin"), (write_binary, ".txt")):
+        (tmp_path / stale).mkdir()
+        kept(tmp_path / stale, *model_of(RIG, pinhole))
+        (tmp_path / stale / f"{left}{stale}").write_text("of another model")
+        assert_same(load_colmap(tmp_path / stale, lens=LENS), RIG)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_does_not_matter(tmp_path: Path, encoding: str) -> None:
+    write_text(tmp_path, *model_of(RIG, pinhole))
+    for name in ("cameras.txt", "images.txt"):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("\n", "\r\n"), encoding=encoding, newline="")
+    assert_same(load_colmap(tmp_path, lens=LENS), RIG)
+
+
+def test_texts_announce_their_numbers(tmp_path: Path) -> None:
+    write_text(tmp_path, *ONE)
+    for name in ("cameras", "images"):
+        text = (tmp_path / f"{name}.txt").read_text().replace("# Number of cameras: 1\n", "")
+        (tmp_path / f"{name}.txt").write_text(f"# Number of {name}: 2, mean 3\n{text}")
+        fails(tmp_path, f"{name}.txt: expected a complete txt file, got 1 {name} of the 2 announ")
+        (tmp_path / f"{name}.txt").write_text(text)
+
+
+def test_a_last_line_without_a_newline_is_told(tmp_path: Path) -> None:
+    write_text(tmp_path, *ONE)
+    for name in ("cameras", "images"):
+        path = tmp_path / f"{name}.txt"
+        path.write_text(path.read_text().rstrip("\n"))
+    assert [(note.code, note.text.split(": ")[0]) for note in load_colmap(tmp_path).notes] == [
+        ("left_out", str(tmp_path / "cameras.txt")),
+        ("left_out", str(tmp_path / "images.txt")),
+    ]
+
+
+@pytest.mark.parametrize("points", ["1.5 2.5 x", "1.5 2.5 0.5", "1.5 nan 3", "a b c", "1 2 3 4"])
+def test_points_are_numbers(tmp_path: Path, points: str) -> None:
+    write_text(tmp_path, *ONE)
+    path = tmp_path / "images.txt"
+    path.write_text(path.read_text().replace("a.jpg\n", f"a.jpg\n{points}\n"))
+    fails(tmp_path, "line 4: expected the points of a.jpg: X Y POINT3D_ID each, got")
 
 
 def test_binaries_of_other_cameras_are_refused(tmp_path: Path) -> None:

@@ -7,18 +7,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import LensTables
+from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.reading import (
     Datatype,
     camera_from_message,
     cloud_from_message,
     intrinsics_from_message,
     lens_from_message,
+    mesh_from_bytes,
     poses_from_message,
     rig_from_message,
 )
@@ -55,8 +58,8 @@ def request_message(**fields):
     return message(EMPTY_REQUEST | fields)
 
 
-def read_cloud(fields):
-    return cloud_from_message(message(fields), "world")
+def read_cloud(fields, **options):
+    return cloud_from_message(message(fields), "world", **options)
 
 
 def test_a_lens_by_f_number_and_circle_of_confusion():
@@ -135,14 +138,36 @@ def test_a_request_that_makes_no_sense_is_an_input_error():
 @pytest.mark.parametrize(("kind", "datatype"), NUMBERS)
 def test_importance_may_be_any_type_of_number(kind, datatype, name):
     fields = importance_fields(np.arange(40), name=name, kind=kind, datatype=datatype)
-    np.testing.assert_array_equal(read_cloud(fields).importance, np.arange(40))
+    cloud = read_cloud(fields, importance_field=name)
+    np.testing.assert_array_equal(cloud.importance, np.arange(40))
 
 
-def test_importance_goes_before_weight():
+def test_only_importance_counts_by_itself():
     fields = importance_fields(np.arange(40))
     weight = {"name": "weight", "offset": 0, "datatype": Datatype.FLOAT64, "count": 1}
     fields["fields"].append(weight)
-    np.testing.assert_array_equal(read_cloud(fields).importance, np.arange(40))
+    cloud = read_cloud(fields)
+    np.testing.assert_array_equal(cloud.importance, np.arange(40))
+    (note,) = cloud.notes
+    assert note == Note(
+        "importance",
+        "cloud: importance is used as the importance of the surface; rename it if it is something"
+        " else",
+    )
+    cloud = read_cloud(importance_fields(np.arange(40), name="weight"))
+    assert cloud.importance is None
+    (note,) = cloud.notes
+    assert note == Note(
+        "importance",
+        "cloud: weight is not used, since scanners call their confidence so; if it is the"
+        " importance, set parameter importance_field",
+    )
+
+
+def test_a_field_that_is_asked_for_must_be_there():
+    telling = r"cloud: expected weight, which parameter importance_field asks for, .*got importance"
+    with pytest.raises(InputError, match=telling):
+        read_cloud(importance_fields(np.arange(40)), importance_field="weight")
 
 
 @pytest.mark.parametrize("dense", [True, False])
@@ -186,15 +211,40 @@ def test_any_layout_of_a_cloud_is_read(layout):
     np.testing.assert_array_equal(read_cloud(cloud_fields(points, **layout)).points, points)
 
 
-def test_points_that_are_not_finite_are_left_out_where_the_cloud_says_so():
+@pytest.mark.parametrize("dense", [True, False])
+def test_points_that_are_not_finite_are_left_out_whatever_the_cloud_says(dense):
     points = np.random.default_rng(3).normal(size=(20, 3))
     points[[3, 7], [0, 2]] = math.nan
-    fields = cloud_fields(points, dtype="f8")
-    with pytest.raises(InputError, match=r"NaN or infinity in 2 of 20 \(first: point 3\)"):
-        read_cloud(fields)
-    np.testing.assert_array_equal(
-        read_cloud(fields | {"is_dense": False}).points, np.delete(points, [3, 7], axis=0)
-    )
+    cloud = read_cloud(cloud_fields(points, dtype="f8") | {"is_dense": dense})
+    np.testing.assert_array_equal(cloud.points, np.delete(points, [3, 7], axis=0))
+    (note,) = cloud.notes
+    assert note.code == "left_out"
+    assert note.text.startswith("left out: 2 of 20 points, which are not finite numbers")
+
+
+def test_normals_that_are_none_are_as_if_there_were_none():
+    points = np.random.default_rng(3).normal(size=(20, 3))
+    fields = cloud_to_fields(PointCloud(points, points), "world")
+    table = np.frombuffer(fields["data"]).reshape(20, 6).copy()
+    table[5, 3:] = math.nan
+    assert read_cloud(fields | {"data": table.tobytes()}).normals is not None
+    table[:, 3:] = 0
+    cloud = read_cloud(fields | {"data": table.tobytes()})
+    assert cloud.normals is None
+    assert [note.code for note in cloud.notes] == ["left_out"]
+
+
+def test_triangles_that_are_no_surface_are_left_out():
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, math.nan]])
+    triangles = np.array([[0, 1, 2], [0, 1, 1], [0, 1, 3]], dtype=np.int32)
+    mesh = mesh_from_bytes(write_mesh(triangles, vertices))
+    np.testing.assert_array_equal(mesh.vertices[mesh.triangles], [vertices[:3]])
+    assert [note.text.split(",")[0] for note in mesh.notes] == [
+        "left out: 1 of 3 triangles",
+        "left out: 1 of 3 triangles",
+    ]
+    with pytest.raises(InputError, match="vertex indices from 0 to 3"):
+        mesh_from_bytes(write_mesh(triangles + 1, vertices))
 
 
 @pytest.mark.parametrize(("change", "error"), BAD_CLOUDS)

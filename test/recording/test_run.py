@@ -25,7 +25,7 @@ from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import lens_tables_from_yaml
 from focus_planner.messages.reading import Optics
-from focus_planner.messages.typestore import POSES, RIG, deserialize, serialize
+from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.parameters.planner import DECLARATIONS, Settings
 from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
@@ -215,6 +215,7 @@ def other_than_default(declaration):
         "tuples": "grid",
         "bound": "tight",
         "frame_id": "booth",
+        "importance_field": "weight",
         "record_directory": "/runs/ü",
         "lens_tables": "not/there/any/more.yaml",
         "k": 3,
@@ -465,6 +466,30 @@ def test_no_payload_that_is_wrong_raises_anything_else(run_path, tmp_path):
             refused += 1
             assert "\n" not in read
     assert refused > 10
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_weight_counts_in_runs_older_than_the_parameter(tmp_path, known):
+    fields_ = build.importance_fields(np.arange(40), name="weight")
+    message = BagMessage("/planner/cloud", CLOUD, serialize(CLOUD, fields_), AT)
+    run = written(tmp_path, beginning_with(), [message, rig_message("/planner", SMALL_RIG, AT)])
+
+    def older(recorded):
+        deserialized = deserialize(RUN, recorded.payload)
+        kept = [p for p in deserialized.parameters if p.name != "importance_field"]
+        names = ("stamp", "run_id", "planner", "seed", "software", "warm_start")
+        rest = {name: getattr(deserialized, name) for name in names}
+        return with_payload(recorded, serialize(RUN, {**rest, "parameters": kept}))
+
+    if not known:
+        path = rewritten(run.path, tmp_path / "x", lambda m: older(m) if m.type_name == RUN else m)
+        run = read_run(path)
+    (arrival,) = run.surfaces()
+    importance = arrival.read(Optics()).importance
+    if known:
+        assert importance is None
+    else:
+        np.testing.assert_array_equal(importance, np.arange(40))
 
 
 def changed_parameters(message, change):

@@ -176,7 +176,8 @@ def test_a_plan_survives_the_wire(body, rig, shots, converged, bound):
 @pytest.mark.parametrize(("kind", "datatype"), NUMBERS)
 def test_importance_may_be_any_type_of_number(kind, datatype, name):
     sent = importance_fields(np.arange(40), name=name, kind=kind, datatype=datatype)
-    received = cloud_from_message(through_bytes(PointCloud2, sent), "world")
+    message = through_bytes(PointCloud2, sent)
+    received = cloud_from_message(message, "world", importance_field=name)
     np.testing.assert_array_equal(received.importance, np.arange(40))
 
 

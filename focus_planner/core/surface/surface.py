@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,16 +62,8 @@ class Mesh:
         if len(vertices) == 0:
             raise InputError("mesh vertices", "at least one", "none")
         check_finite("mesh vertices", vertices, "vertex", "repair the mesh or its export")
-        _check_reach("mesh vertices", vertices)
-        out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
-        if len(out_of_range):
-            first = out_of_range[0]
-            raise InputError(
-                "mesh triangles",
-                f"vertex indices from 0 to {len(vertices) - 1}",
-                f"{triangles[first].tolist()} in triangle {first}"
-                f" ({len(out_of_range)} such triangles)",
-            )
+        check_reach("mesh vertices", vertices)
+        check_indices(triangles, len(vertices))
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", _frozen(triangles.astype(np.int32)))
         _check_areas(self)
@@ -128,7 +121,7 @@ class PointCloud:
                 "an empty cloud" if len(points) == 0 else f"{len(points)}",
             )
         check_finite("cloud points", points, "point", "remove the invalid points first")
-        _check_reach("cloud points", points)
+        check_reach("cloud points", points)
         object.__setattr__(self, "points", points)
         if self.normals is not None:
             normals = check_array("cloud normals", self.normals, points.shape)
@@ -172,13 +165,6 @@ class Samples:
         return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
 
 
-def _check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
-    """Raise if components are so large that they must be a mistake."""
-    farthest = float(np.abs(vectors).max())
-    if farthest > MAX_COORDINATE:
-        raise InputError(argument, f"{what} up to {MAX_COORDINATE:g}", f"{farthest:g}")
-
-
 def _frozen(array: NDArray[np.int32]) -> IntArray:
     array.flags.writeable = False
     return array
@@ -186,7 +172,7 @@ def _frozen(array: NDArray[np.int32]) -> IntArray:
 
 def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     check_finite(argument, vectors, "normal")
-    _check_reach(argument, vectors, "components")
+    check_reach(argument, vectors, "components")
     lengths = np.sqrt((vectors**2).sum(axis=1))
     if not (lengths > _SHORTEST).all():
         zero = np.flatnonzero(~(lengths > _SHORTEST))
@@ -225,15 +211,59 @@ def _check_importance(
         )
 
 
+def check_indices(triangles: NDArray[np.int64], vertices: int) -> None:
+    """Raise unless all corners of (T, 3) triangles are among this many vertices.
+
+    Raises
+    ------
+    InputError
+        Names the first triangle that has another.
+    """
+    out_of_range = np.flatnonzero(((triangles < 0) | (triangles >= vertices)).any(axis=1))
+    if len(out_of_range):
+        first = out_of_range[0]
+        raise InputError(
+            "mesh triangles",
+            f"vertex indices from 0 to {vertices - 1}",
+            f"{triangles[first].tolist()} in triangle {first} ({len(out_of_range)} such triangles)",
+        )
+
+
+def check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> None:
+    """Raise if components are so large that they must be a mistake.
+
+    Raises
+    ------
+    InputError
+        Tells the largest.
+    """
+    farthest = float(np.abs(vectors).max())
+    if farthest > MAX_COORDINATE:
+        raise InputError(argument, f"{what} up to {MAX_COORDINATE:g}", f"{farthest:g}")
+
+
+def have_area(vertices: FloatArray, triangles: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return (T,) whether a triangle's area is not negligible beside its longest side."""
+    with np.errstate(over="ignore", invalid="ignore"):  # absurd coordinates are refused elsewhere
+        a, b, c = (vertices[triangles[:, i]] for i in range(3))
+        longest = np.maximum(
+            np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
+            ((c - b) ** 2).sum(axis=1),
+        )
+        twice_area = np.sqrt((np.cross(b - a, c - a) ** 2).sum(axis=1))
+        return np.asarray(twice_area > 1e-12 * longest)
+
+
+def have_direction(vectors: FloatArray) -> NDArray[np.bool_]:
+    """Return (n,) whether a vector is one that a normal can be made of."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        within = (np.abs(vectors) <= MAX_COORDINATE).all(axis=1)
+        return np.asarray(within & (np.sqrt((vectors**2).sum(axis=1)) > _SHORTEST))
+
+
 def _check_areas(mesh: Mesh) -> None:
     """Raise if a triangle's area is negligible compared with its longest side."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
-    longest = np.maximum(
-        np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
-        ((c - b) ** 2).sum(axis=1),
-    )
-    twice_area = np.sqrt((mesh.cross_products**2).sum(axis=1))
-    degenerate = np.flatnonzero(~(twice_area > 1e-12 * longest))
+    degenerate = np.flatnonzero(~have_area(mesh.vertices, mesh.triangles))
     if len(degenerate):
         raise InputError(
             "mesh triangles",

@@ -1,0 +1,91 @@
+"""Numbers of text: whole files of them, and tables with as many in every line."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray
+
+_OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
+_BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
+
+
+def numbers_of_text(text: bytes) -> FloatArray:
+    """Return all the numbers of a text, which are separated by white space.
+
+    Raises
+    ------
+    ValueError
+        If there is anything else in it; names it.
+    """
+    text = with_usual_nan(text)
+    if not text.strip():
+        return np.empty(0)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # NumPy warns and goes on with a part
+            return np.fromstring(text.decode("latin-1"), sep=" ")
+    except (ValueError, DeprecationWarning):
+        raise ValueError(f"{_first_that_is_no_number(text)!r} in place of a number") from None
+
+
+def with_usual_nan(text: bytes) -> bytes:
+    """Return a text with ``nan`` for what Microsoft's C library used to print instead."""
+    return _OLD_NAN.sub(b"nan", text) if b"#" in text else text
+
+
+def _first_that_is_no_number(text: bytes) -> str:
+    words = (word for word in text.split() if not is_number(word))
+    return next(words, b"something").decode("utf-8", "replace")
+
+
+def is_number(word: bytes) -> bool:
+    """Return whether a word is a number, with a point before its decimals."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def words_per_line(text: bytes) -> NDArray[np.int64]:
+    """Return how many words separated by white space each line of a text has."""
+    parts, at = [], 0
+    while at < len(text):
+        end = text.find(b"\n", at + _BLOCK)
+        end = len(text) if end < 0 else end + 1
+        parts.append(_words_per_line(np.frombuffer(text, np.uint8, end - at, at)))
+        at = end
+    return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
+
+
+def _words_per_line(text: NDArray[np.uint8]) -> NDArray[Any]:
+    blank = text <= ord(" ")
+    starts = ~blank
+    starts[1:] &= blank[:-1]
+    breaks = np.flatnonzero(text == ord("\n"))
+    if not len(breaks) or breaks[-1] != len(text) - 1:
+        breaks = np.append(breaks, len(text))
+    return np.diff(np.searchsorted(np.flatnonzero(starts), breaks), prepend=0)
+
+
+def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray:
+    """Return some columns of lines of words, in which only these must be numbers.
+
+    Raises
+    ------
+    ValueError
+        If a line lacks one of them, or has something else there; names it.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of empty input, which is refused as a surface
+        try:
+            return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
+        except ValueError as error:
+            raise ValueError(str(error).partition(";")[0]) from None
