@@ -1,0 +1,213 @@
+"""Averaging a cloud whose points scatter: fewer points, on the surface that they scatter about.
+
+Points are averaged within small cubes; each average is moved onto the paraboloid fitted to all
+points around it (moving least squares), and of those that end up close together one is kept. The
+area of a point is that of its Voronoi cell in its tangent plane.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.cloud_shape import CloudShape, relative_importance, tangents
+from focus_planner.core.surface.noise import Scatter
+from focus_planner.core.surface.point_grid import cubes, point_grid, runs
+from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
+
+#: More points than this tell a plan nothing more.
+ENOUGH_POINTS = 300_000
+# Points that are averaged lie within a cube of at least half the noise, and of so many spacings.
+_CUBE_OF_NOISE = 0.5
+_CUBE_OF_SPACING = 0.6
+# The radius of the fits. Across the surface it has to contain the scatter. Along the surface, the
+# slope of a fit is off by about noise · spacing / radius², and slopes add area.
+_RADIUS_OF_NOISE = 4.0
+_RADIUS_OF_SLOPE = 6.0
+_RADIUS_OF_CUBE = 3.0
+_RADIUS_OF_SPACING = 4.0
+# Fewer points within the radius are strays.
+_FEW = 6
+# Of a cube: points on one sheet that are closer than this are one.
+_FIRST_DISTANCE = 0.9
+_LAST_DISTANCE = 0.7
+# A cell reaches no farther, so that the rim of a hole keeps its place.
+_REACH_OF_CUBE = 1.5
+_REACH_OF_SPACING = 2.2
+_PARTS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothCloud:
+    """A cloud of fewer points, on the surface.
+
+    Attributes
+    ----------
+    cloud : PointCloud
+        Its normals are those of the surface fitted, outward, if normals were given.
+    shape : CloudShape
+    strays : int
+        How many of the points given lie apart from any surface, and were left out.
+    """
+
+    cloud: PointCloud
+    shape: CloudShape
+    strays: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Averaged:
+    """The averages of points within cubes, by their grid."""
+
+    grid: kernels.PointGrid
+    averages: kernels.Averages
+    oriented: bool
+
+    def moved(
+        self,
+        places: FloatArray,
+        facing: FloatArray,
+        radius: float,
+        tell: Callable[[float], object],
+        *,
+        curved: bool,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return places on the surface, their normals, and (n, 2) numbers of points, importance."""
+        moved, turned = np.empty_like(places), np.empty_like(places)
+        kept = np.zeros((len(places), 2))
+        times = 2 if curved else 1
+        for part in _parts(len(places)):
+            kernels.project(
+                self.grid, self.averages, places[part], facing[part], radius, times, curved, _FEW,
+                moved[part], turned[part], kept[part],
+            )  # fmt: skip
+            tell(part.stop / len(places))
+        return moved, turned, kept
+
+
+def smooth(
+    cloud: PointCloud, scatter: Scatter, on_progress: Callable[[float], object] = lambda _: None
+) -> SmoothCloud:
+    """Average a cloud's points.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    scatter : Scatter
+        The cloud's own.
+    on_progress : callable, optional
+        Called with the share that is done.
+
+    Raises
+    ------
+    InputError
+        If all points are strays, or no point with any importance is left.
+    """
+    noise, spacing = scatter.noise, scatter.spacing
+    cube = max(
+        _CUBE_OF_NOISE * noise,
+        _CUBE_OF_SPACING * spacing,
+        spacing * math.sqrt(len(cloud.points) / ENOUGH_POINTS),
+    )
+    radius = max(
+        _RADIUS_OF_NOISE * noise,
+        _RADIUS_OF_SLOPE * math.sqrt(noise * spacing),
+        _RADIUS_OF_CUBE * cube,
+        _RADIUS_OF_SPACING * spacing,
+    )
+    averaged = _averaged(cloud, cube, radius)
+    on_progress(0.2)
+    averages, oriented = averaged.averages, averaged.oriented
+    places, normals, found = averaged.moved(
+        averaged.grid.points,
+        averages.normals,
+        radius,
+        lambda share: on_progress(0.2 + 0.3 * share),
+        curved=False,
+    )
+    on_surface = found[:, 0] >= _FEW
+    strays = int(averages.counts[~on_surface].sum())
+    if not on_surface.any():
+        raise InputError("cloud", "points on a surface", "points apart from one another")
+    places, normals, _ = _thinned(
+        places[on_surface], normals[on_surface], found[on_surface], _FIRST_DISTANCE * cube, oriented
+    )
+    on_progress(0.55)
+    places, normals, found = averaged.moved(
+        places,
+        normals if oriented else np.zeros_like(normals),
+        radius,
+        lambda share: on_progress(0.55 + 0.35 * share),
+        curved=True,
+    )
+    on_surface = found[:, 0] >= _FEW
+    places, normals, found = _thinned(
+        places[on_surface], normals[on_surface], found[on_surface], _LAST_DISTANCE * cube, oriented
+    )
+    reach = max(_REACH_OF_CUBE * cube, _REACH_OF_SPACING * spacing)
+    places, normals, found, areas = _with_areas(places, normals, found, reach, oriented)
+    on_progress(1.0)
+    importance = None if cloud.importance is None else found[:, 1]
+    smoothed = PointCloud(places, normals if oriented else None, importance)
+    relative = relative_importance(smoothed, areas)
+    shape = CloudShape(normals, oriented, areas, relative, float(np.sqrt(np.median(areas))))
+    return SmoothCloud(smoothed, shape, strays)
+
+
+def _averaged(cloud: PointCloud, cube: float, radius: float) -> _Averaged:
+    """Average points within cubes; those that face away from one another apart."""
+    keys, *_ = cubes(cloud.points, cube)
+    if cloud.normals is not None:
+        keys = keys * 8 + ((cloud.normals > 0) @ np.array([1, 2, 4]))
+    order, starts = runs(keys)
+    counts = np.diff(np.concatenate([starts, [len(order)]])).astype(np.float64)
+
+    def mean(values: FloatArray) -> FloatArray:
+        sums: FloatArray = np.add.reduceat(values[order], starts)
+        return sums / (counts if values.ndim == 1 else counts[:, None])
+
+    grid, place = point_grid(mean(cloud.points), radius)
+    normals, importance = np.zeros((len(counts), 3)), np.ones(len(counts))
+    if cloud.normals is not None:
+        # Normals within one octant do not cancel.
+        normals = mean(cloud.normals)
+        normals /= np.sqrt((normals**2).sum(axis=1))[:, None]
+    if cloud.importance is not None:
+        importance = mean(cloud.importance)
+    averages = kernels.Averages(counts[place], normals[place], importance[place])
+    return _Averaged(grid, averages, cloud.normals is not None)
+
+
+def _thinned(
+    places: FloatArray, normals: FloatArray, found: FloatArray, distance: float, oriented: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the places, with what belongs to them, that remain at a distance of one another."""
+    grid, order = point_grid(places, distance)
+    normals = normals[order]
+    kept = kernels.thin(grid, normals, distance, oriented)
+    return grid.points[kept], normals[kept], found[order[kept]]
+
+
+def _with_areas(
+    places: FloatArray, normals: FloatArray, found: FloatArray, reach: float, oriented: bool
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the places, with what belongs to them, in another order, and their areas."""
+    grid, order = point_grid(places, 2 * reach)
+    normals = normals[order]
+    first, second = tangents(normals)
+    areas = np.empty(len(order))
+    kernels.cell_areas(grid, normals, first, second, reach, oriented, areas)
+    return grid.points, normals, found[order], areas
+
+
+def _parts(count: int) -> list[slice]:
+    """Return slices that cover so many items, for progress between them."""
+    bounds = np.linspace(0, count, _PARTS + 1).astype(int).tolist()
+    return [slice(a, b) for a, b in zip(bounds, bounds[1:], strict=False) if b > a]
