@@ -54,34 +54,44 @@ def fit(grid, averages, at, facing, radius, tapered, curved, few, work, fitted):
     """
     runs_near(grid, at, work)
     points, normals = grid.points, averages.normals
+    counts, importance = averages.counts, averages.importance
     oriented = facing[0] != 0 or facing[1] != 0 or facing[2] != 0
-    square = radius * radius
+    per_square = 1 / (radius * radius)
     total = squares = count = important = 0.0
-    mean, moments, common = np.zeros(3), np.zeros((3, 3)), np.zeros(3)
-    offset = np.empty(3)
+    # Written out: this loop and the next are where the time goes.
+    x = y = z = xx = xy = xz = yy = yz = zz = 0.0
+    nx = ny = nz = 0.0
     for run in range(len(work)):
         for i in range(work[run, 0], work[run, 1]):
-            weight = _weight(points, i, at, square, tapered, offset)
-            if weight <= 0 or (oriented and _against(normals, i, facing)):
+            dx, dy, dz = points[i, 0] - at[0], points[i, 1] - at[1], points[i, 2] - at[2]
+            near = 1 - (dx * dx + dy * dy + dz * dz) * per_square
+            if near <= 0:
                 continue
-            count += averages.counts[i]
-            weight *= averages.counts[i]
+            if oriented:
+                if _against(normals, i, facing):
+                    continue
+                nx, ny, nz = nx + normals[i, 0], ny + normals[i, 1], nz + normals[i, 2]
+            share = near * near if tapered else 1.0
+            weight = share * counts[i]
+            count += counts[i]
             total += weight
-            squares += weight * weight / averages.counts[i]
-            important += weight * averages.importance[i]
-            for a in range(3):
-                mean[a] += weight * offset[a]
-                common[a] += weight * normals[i, a]
-                for b in range(a + 1):
-                    moments[a, b] += weight * offset[a] * offset[b]
+            squares += weight * share
+            important += weight * importance[i]
+            x, y, z = x + weight * dx, y + weight * dy, z + weight * dz
+            xx, xy, xz = xx + weight * dx * dx, xy + weight * dx * dy, xz + weight * dx * dz
+            yy, yz, zz = yy + weight * dy * dy, yz + weight * dy * dz, zz + weight * dz * dz
     fitted[COUNT] = count
     if count < few or total <= 0:
         return
-    mean /= total
-    for a in range(3):
-        for b in range(a + 1):
-            moments[a, b] = moments[a, b] / total - mean[a] * mean[b]
-            moments[b, a] = moments[a, b]
+    x, y, z = x / total, y / total, z / total
+    moments = np.array(
+        [
+            [xx / total - x * x, xy / total - x * y, xz / total - x * z],
+            [xy / total - x * y, yy / total - y * y, yz / total - y * z],
+            [xz / total - x * z, yz / total - y * z, zz / total - z * z],
+        ]
+    )
+    mean, common = np.array([x, y, z]), np.array([nx, ny, nz])
     spread, axes = np.linalg.eigh(moments)
     normal, first, second = axes[:, 0].copy(), axes[:, 2].copy(), axes[:, 1].copy()
     if _dot(normal, common) < 0:
@@ -95,21 +105,28 @@ def fit(grid, averages, at, facing, radius, tapered, curved, few, work, fitted):
     fitted[IMPORTANCE] = important / total
     if not curved or count < _MIN_FOR_CURVATURE:
         return
-    system, right, terms, heights = np.zeros((_TERMS, _TERMS)), np.zeros(_TERMS), np.ones(_TERMS), 0.0
+    system, right, terms = np.zeros((_TERMS, _TERMS)), np.zeros(_TERMS), np.ones(_TERMS)
+    heights, per_radius = 0.0, 1 / radius
     for run in range(len(work)):
         for i in range(work[run, 0], work[run, 1]):
-            weight = _weight(points, i, at, square, tapered, offset)
-            if weight <= 0 or (oriented and _against(normals, i, facing)):
+            dx, dy, dz = points[i, 0] - at[0], points[i, 1] - at[1], points[i, 2] - at[2]
+            near = 1 - (dx * dx + dy * dy + dz * dz) * per_square
+            if near <= 0 or (oriented and _against(normals, i, facing)):
                 continue
-            weight *= averages.counts[i]
-            offset -= mean
-            height = _dot(offset, normal) / radius
-            _set_terms(terms, _dot(offset, first) / radius, _dot(offset, second) / radius)
+            weight = (near * near if tapered else 1.0) * counts[i]
+            dx, dy, dz = (dx - x) * per_radius, (dy - y) * per_radius, (dz - z) * per_radius
+            height = dx * normal[0] + dy * normal[1] + dz * normal[2]
+            _set_terms(
+                terms,
+                dx * first[0] + dy * first[1] + dz * first[2],
+                dx * second[0] + dy * second[1] + dz * second[2],
+            )
             heights += weight * height * height
             for a in range(_TERMS):
-                right[a] += weight * terms[a] * height
+                term = weight * terms[a]
+                right[a] += term * height
                 for b in range(a + 1):
-                    system[a, b] += weight * terms[a] * terms[b]
+                    system[a, b] += term * terms[b]
     for a in range(_TERMS):
         system[a, a] += _RIDGE * total
         for b in range(a):
@@ -130,21 +147,6 @@ def fit(grid, averages, at, facing, radius, tapered, curved, few, work, fitted):
     for a in range(3):
         fitted[a] += rise * radius * normal[a]
         fitted[3 + a] = (normal[a] - along * first[a] - across * second[a]) / length
-
-
-@kernel
-def _weight(points, i, at, square, tapered, offset):
-    """Set a point's offset from a place; return its weight, 0 if it is too far away."""
-    distance = 0.0
-    for a in range(3):
-        offset[a] = points[i, a] - at[a]
-        distance += offset[a] * offset[a]
-    if distance >= square:
-        return 0.0
-    if not tapered:
-        return 1.0
-    share = 1 - distance / square
-    return share * share
 
 
 @kernel

@@ -19,23 +19,16 @@ _MIN_COSINE = 0.5
 
 
 @parallel_kernel
-def project(grid, averages, places, facing, radius, times, curved, few, moved, turned, kept):
-    """Move places onto the surface fitted to the points around them, ``times`` times.
+def project(grid, averages, places, facing, radius, curved, few, moved, turned, kept):
+    """Move places onto the surface fitted to the points around them.
 
-    Fills (n, 3) places, (n, 3) normals and (n, 2) numbers of points and importance.
+    Fills (n, 3) places, (n, 3) normals and (n, 2) numbers of points and importance; only the
+    number where it is less than ``few``.
     """
     for p in prange(len(places)):
         fitted, work = np.zeros(FITTED), np.empty((RUNS, 2), dtype=np.int64)
-        at, face = places[p].copy(), facing[p].copy()
-        oriented = face[0] != 0 or face[1] != 0 or face[2] != 0
-        for _ in range(times):
-            fit(grid, averages, at, face, radius, True, curved, few, work, fitted)
-            if fitted[COUNT] < few:
-                break
-            at[:] = fitted[:3]
-            if oriented:
-                face[:] = fitted[3:6]
-        moved[p], turned[p] = at, fitted[3:6]
+        fit(grid, averages, places[p], facing[p], radius, True, curved, few, work, fitted)
+        moved[p], turned[p] = fitted[:3], fitted[3:6]
         kept[p, 0], kept[p, 1] = fitted[COUNT], fitted[IMPORTANCE]
 
 

@@ -23,7 +23,7 @@ from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 
 #: More points than this tell a plan nothing more.
-ENOUGH_POINTS = 300_000
+ENOUGH_POINTS = 200_000
 # Points that are averaged lie within a cube of at least half the noise, and of so many spacings.
 _CUBE_OF_NOISE = 0.5
 _CUBE_OF_SPACING = 0.6
@@ -41,6 +41,9 @@ _LAST_DISTANCE = 0.7
 # A cell reaches no farther, so that the rim of a hole keeps its place.
 _REACH_OF_CUBE = 1.5
 _REACH_OF_SPACING = 2.2
+# Across the surface, averages lie in several layers: so many of them, at random, cover it.
+_MAX_PLACES = 400_000
+_SEED = 0
 _PARTS = 16
 
 
@@ -82,10 +85,9 @@ class _Averaged:
         """Return places on the surface, their normals, and (n, 2) numbers of points, importance."""
         moved, turned = np.empty_like(places), np.empty_like(places)
         kept = np.zeros((len(places), 2))
-        times = 2 if curved else 1
         for part in _parts(len(places)):
             kernels.project(
-                self.grid, self.averages, places[part], facing[part], radius, times, curved, _FEW,
+                self.grid, self.averages, places[part], facing[part], radius, curved, _FEW,
                 moved[part], turned[part], kept[part],
             )  # fmt: skip
             tell(part.stop / len(places))
@@ -125,15 +127,16 @@ def smooth(
     averaged = _averaged(cloud, cube, radius)
     on_progress(0.2)
     averages, oriented = averaged.averages, averaged.oriented
+    some = _some(len(averages.counts))
     places, normals, found = averaged.moved(
-        averaged.grid.points,
-        averages.normals,
+        averaged.grid.points[some],
+        averages.normals[some],
         radius,
         lambda share: on_progress(0.2 + 0.3 * share),
         curved=False,
     )
     on_surface = found[:, 0] >= _FEW
-    strays = int(averages.counts[~on_surface].sum())
+    strays = int(averages.counts[some][~on_surface].sum())
     if not on_surface.any():
         raise InputError("cloud", "points on a surface", "points apart from one another")
     places, normals, _ = _thinned(
@@ -183,6 +186,14 @@ def _averaged(cloud: PointCloud, cube: float, radius: float) -> _Averaged:
         importance = mean(cloud.importance)
     averages = kernels.Averages(counts[place], normals[place], importance[place])
     return _Averaged(grid, averages, cloud.normals is not None)
+
+
+def _some(count: int) -> NDArray[np.int64]:
+    """Return which averages to move onto the surface, ascending."""
+    if count <= _MAX_PLACES:
+        return np.arange(count)
+    random = np.random.default_rng(_SEED)
+    return np.sort(random.choice(count, _MAX_PLACES, replace=False))
 
 
 def _thinned(
