@@ -2,8 +2,8 @@
 
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
-``pairs`` the search within ``k_view``,
-``point_grid`` and ``local_fit`` what is near a place and what surface fits it, and ``compiling`` the decorators.
+``pairs`` the search within ``k_view``, ``point_grid`` and ``local_fit`` the points near a place and
+the surface that fits them, and ``compiling`` the decorators.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.

@@ -9,7 +9,6 @@ from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.local_fit import COUNT, FITTED, RESIDUAL, fit
 from focus_planner.core.kernels.point_grid import RUNS, runs_near
 
-
 # A place's points that are no farther from it along the surface, relative to the radius, and across
 # it, relative to the residual, are those in the middle of the scatter.
 _BESIDE = 0.5

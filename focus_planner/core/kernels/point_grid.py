@@ -49,9 +49,9 @@ class PointGrid(NamedTuple):
 @kernel
 def runs_near(grid, at, runs):
     """Fill (9, 2) runs of points that include all within a cube's side of a place."""
-    x = int(math.floor((at[0] - grid.low[0]) / grid.side)) + 1
-    y = int(math.floor((at[1] - grid.low[1]) / grid.side)) + 1
-    z = int(math.floor((at[2] - grid.low[2]) / grid.side)) + 1
+    x = math.floor((at[0] - grid.low[0]) / grid.side) + 1
+    y = math.floor((at[1] - grid.low[1]) / grid.side) + 1
+    z = math.floor((at[2] - grid.low[2]) / grid.side) + 1
     bottom, top = max(z - 1, 0), min(z + 1, grid.counts[2] - 1)
     run = 0
     for i in range(x - 1, x + 2):

@@ -16,8 +16,7 @@ from focus_planner.core.validation import InputError
 # Neighbours from which a point's normal and area are estimated: enough to average out noise, few
 # enough to stay on one fold of the surface.
 NEIGHBOURS = 16
-#: Of the median: a point with more has hardly any surface around it.
-MAX_RELATIVE_AREA = 50.0
+_MAX_RELATIVE_AREA = 50.0  # of the median
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +96,7 @@ def cloud_shape(cloud: PointCloud, neighbours: Neighbours | None = None) -> Clou
     """
     neighbours = neighbours or nearest_neighbours(cloud.points)
     areas = neighbours.areas
-    areas = np.minimum(areas, MAX_RELATIVE_AREA * np.median(areas))
+    areas = np.minimum(areas, _MAX_RELATIVE_AREA * np.median(areas))
     spacing = float(np.sqrt(np.median(areas)))
     if not spacing > 0:
         repeated = f"mostly points repeated over {neighbours.count} times"

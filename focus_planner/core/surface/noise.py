@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -73,7 +74,7 @@ def estimate_scatter(points: FloatArray) -> Scatter:
     places, spacing = _places(some, random)
     scales = _residuals_by_radius(some, places, spacing)
     flattest, found = _CONSTANT, None
-    for before, scale in zip(scales, scales[1:], strict=False):
+    for before, scale in pairwise(scales):
         growth = scale.residual / before.residual if before.residual > 0 else math.inf
         if growth > _SHAPE:
             break

@@ -15,7 +15,7 @@ _MAX_CUBES = 2**20
 def cubes(
     points: FloatArray, side: float, margin: int = 0
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, float]:
-    """Number the cubes of a grid over the points' bounding box.
+    """Return the cubes of a grid over the points' bounding box that they lie in.
 
     Returns
     -------
@@ -36,7 +36,7 @@ def cubes(
 
 
 def runs(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (M,) an order that sorts keys, equal ones as they come, and where runs of them start."""
+    """Return (M,) a stable order that sorts keys, and where runs of equal ones start."""
     order = np.argsort(keys, kind="stable")
     ordered = keys[order]
     return order, np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))

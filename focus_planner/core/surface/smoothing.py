@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,7 @@ _FIRST_DISTANCE = 0.9
 _LAST_DISTANCE = 0.7
 # A cell reaches no farther, so that the rim of a hole keeps its place.
 _REACH_OF_CUBE = 1.5
-_REACH_OF_SPACING = 2.2
+_REACH_OF_SPACING = 1.7
 # Across the surface, averages lie in several layers: so many of them, at random, cover it.
 _MAX_PLACES = 400_000
 _SEED = 0
@@ -221,4 +222,4 @@ def _with_areas(
 def _parts(count: int) -> list[slice]:
     """Return slices that cover so many items, for progress between them."""
     bounds = np.linspace(0, count, _PARTS + 1).astype(int).tolist()
-    return [slice(a, b) for a, b in zip(bounds, bounds[1:], strict=False) if b > a]
+    return [slice(a, b) for a, b in pairwise(bounds) if b > a]
