@@ -21,9 +21,10 @@ _RIDGE = 1e-6
 _MAX_RISE = 0.5
 _MAX_SLOPE = 1.0
 
-#: What a fit returns: a place (3), a normal (3), the number of points, residual and importance.
-COUNT, RESIDUAL, IMPORTANCE = 6, 7, 8
-FITTED = 9
+#: What a fit returns: a place (3), a normal (3), the number of points, residual, importance, and
+#: the way along the plane from the place to the mean of the points (3).
+COUNT, RESIDUAL, IMPORTANCE, ASIDE = 6, 7, 8, 9
+FITTED = 12
 
 
 class Averages(NamedTuple):
@@ -100,6 +101,7 @@ def fit(grid, averages, at, facing, radius, tapered, curved, few, work, fitted):
     for a in range(3):
         fitted[a] = at[a] + mean[a] + u * first[a] + v * second[a]
         fitted[3 + a] = normal[a]
+        fitted[ASIDE + a] = -u * first[a] - v * second[a]
     freedom = total - 3 * squares / total
     fitted[RESIDUAL] = math.sqrt(max(spread[0], 0.0) * total / freedom) if freedom > 0 else 0.0
     fitted[IMPORTANCE] = important / total

@@ -8,7 +8,7 @@ import numpy as np
 from numba import prange
 
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
-from focus_planner.core.kernels.local_fit import COUNT, FITTED, IMPORTANCE, fit
+from focus_planner.core.kernels.local_fit import ASIDE, COUNT, FITTED, IMPORTANCE, fit
 from focus_planner.core.kernels.point_grid import RUNS, runs_near
 
 _SIDES = 16  # of the polygon that a cell is cut from
@@ -22,14 +22,15 @@ _MIN_COSINE = 0.5
 def project(grid, averages, places, facing, radius, curved, few, moved, turned, kept):
     """Move places onto the surface fitted to the points around them.
 
-    Fills (n, 3) places, (n, 3) normals and (n, 2) numbers of points and importance; only the
-    number where it is less than ``few``.
+    Fills (n, 3) places, (n, 3) normals and (n, 5): the number of points, the importance, and the
+    way to the mean of the points; only the number where it is less than ``few``.
     """
     for p in prange(len(places)):
         fitted, work = np.zeros(FITTED), np.empty((RUNS, 2), dtype=np.int64)
         fit(grid, averages, places[p], facing[p], radius, True, curved, few, work, fitted)
         moved[p], turned[p] = fitted[:3], fitted[3:6]
         kept[p, 0], kept[p, 1] = fitted[COUNT], fitted[IMPORTANCE]
+        kept[p, 2:] = fitted[ASIDE:]
 
 
 @kernel
@@ -75,13 +76,13 @@ def _cosine(normals, i, j):
 
 
 @parallel_kernel
-def cell_areas(grid, normals, first, second, reach, oriented, areas):
+def cell_areas(grid, normals, first, second, rims, reach, oriented, areas):
     """Fill the areas of points' Voronoi cells, within ``reach``, in their tangent planes.
 
-    ``first`` and ``second`` are (M, 3) tangents. A
-    neighbour is rolled into the plane at its distance in space. Neighbours within twice the reach
-    can cut the cell: at most a cube's side. Those more above or below the plane than beside the
-    point are of another sheet.
+    ``first`` and ``second`` are (M, 3) tangents, ``rims`` the way to the rim of the surface, which
+    cuts the cell: zeros where it is far. A neighbour is rolled into the plane at its distance in
+    space; those within twice the reach, at most a cube's side, can cut the cell. Neighbours more
+    above or below the plane than beside the point are of another sheet.
     """
     for p in prange(len(areas)):
         work = np.empty((RUNS, 2), dtype=np.int64)
@@ -90,6 +91,13 @@ def cell_areas(grid, normals, first, second, reach, oriented, areas):
         for c in range(count):
             corners[c, 0] = reach * math.cos(2 * math.pi * c / count)
             corners[c, 1] = reach * math.sin(2 * math.pi * c / count)
+        u = v = 0.0
+        for a in range(3):
+            u += rims[p, a] * first[p, a]
+            v += rims[p, a] * second[p, a]
+        if u != 0 or v != 0:
+            count = _cut(corners, count, u, v, u * u + v * v, cut)
+            corners, cut = cut, corners
         runs_near(grid, grid.points[p], work)
         for run in range(RUNS):
             for i in range(work[run, 0], work[run, 1]):

@@ -42,6 +42,13 @@ _LAST_DISTANCE = 0.7
 # A cell reaches no farther, so that the rim of a hole keeps its place.
 _REACH_OF_CUBE = 1.5
 _REACH_OF_SPACING = 1.7
+# Near a rim, the mean of the points around a place is away from it: relative to the radius, by what
+# the weights within a half-plane tell for a rim so far off. Beyond the rim it is farther away.
+_RIM = np.linspace(0, 1, 65)
+_WEIGHT = _RIM * np.sqrt(1 - _RIM**2) * (33 - 26 * _RIM**2 + 8 * _RIM**4) / 48 + 5 / 16 * (
+    np.arcsin(_RIM) + np.pi / 2
+)
+_ASIDE = (1 - _RIM**2) ** 3.5 / 7 / _WEIGHT
 # Across the surface, averages lie in several layers: so many of them, at random, cover it.
 _MAX_PLACES = 400_000
 _SEED = 0
@@ -83,9 +90,9 @@ class _Averaged:
         *,
         curved: bool,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return places on the surface, their normals, and (n, 2) numbers of points, importance."""
+        """Return places on the surface, their normals, and what was found around them, (n, 5)."""
         moved, turned = np.empty_like(places), np.empty_like(places)
-        kept = np.zeros((len(places), 2))
+        kept = np.zeros((len(places), 5))
         for part in _parts(len(places)):
             kernels.project(
                 self.grid, self.averages, places[part], facing[part], radius, curved, _FEW,
@@ -129,13 +136,16 @@ def smooth(
     on_progress(0.2)
     averages, oriented = averaged.averages, averaged.oriented
     some = _some(len(averages.counts))
-    places, normals, found = averaged.moved(
-        averaged.grid.points[some],
-        averages.normals[some],
-        radius,
-        lambda share: on_progress(0.2 + 0.3 * share),
-        curved=False,
-    )
+    places, normals = averaged.grid.points[some], averages.normals[some]
+    # What is far off the surface comes near it first.
+    for low in (0.2, 0.35):
+        places, normals, found = averaged.moved(
+            places,
+            normals if oriented else np.zeros_like(normals),
+            radius,
+            lambda share, low=low: on_progress(low + 0.15 * share),
+            curved=False,
+        )
     on_surface = found[:, 0] >= _FEW
     strays = int(averages.counts[some][~on_surface].sum())
     if not on_surface.any():
@@ -151,12 +161,12 @@ def smooth(
         lambda share: on_progress(0.55 + 0.35 * share),
         curved=True,
     )
-    on_surface = found[:, 0] >= _FEW
+    on_surface = (found[:, 0] >= _FEW) & (_aside(found) < _ASIDE[0] * radius)
     places, normals, found = _thinned(
         places[on_surface], normals[on_surface], found[on_surface], _LAST_DISTANCE * cube, oriented
     )
     reach = max(_REACH_OF_CUBE * cube, _REACH_OF_SPACING * spacing)
-    places, normals, found, areas = _with_areas(places, normals, found, reach, oriented)
+    places, normals, found, areas = _with_areas(places, normals, found, radius, reach, oriented)
     on_progress(1.0)
     importance = None if cloud.importance is None else found[:, 1]
     smoothed = PointCloud(places, normals if oriented else None, importance)
@@ -208,15 +218,34 @@ def _thinned(
 
 
 def _with_areas(
-    places: FloatArray, normals: FloatArray, found: FloatArray, reach: float, oriented: bool
+    places: FloatArray,
+    normals: FloatArray,
+    found: FloatArray,
+    radius: float,
+    reach: float,
+    oriented: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the places, with what belongs to them, in another order, and their areas."""
     grid, order = point_grid(places, 2 * reach)
     normals = normals[order]
     first, second = tangents(normals)
-    areas = np.empty(len(order))
-    kernels.cell_areas(grid, normals, first, second, reach, oriented, areas)
-    return grid.points, normals, found[order], areas
+    areas, found = np.empty(len(order)), found[order]
+    kernels.cell_areas(grid, normals, first, second, _rims(found, radius), reach, oriented, areas)
+    return grid.points, normals, found, areas
+
+
+def _aside(found: FloatArray) -> FloatArray:
+    """Return (n,) how far along the surface the mean of the points around a place is from it."""
+    aside: FloatArray = np.sqrt((found[:, 2:] ** 2).sum(axis=1))
+    return aside
+
+
+def _rims(found: FloatArray, radius: float) -> FloatArray:
+    """Return (n, 3) the way to the rim from each place, zeros if it is out of the radius."""
+    aside = _aside(found)
+    away = np.interp(aside / radius, _ASIDE[::-1], _RIM[::-1])
+    near = (away > 0) & (away < 1) & (aside > 0)
+    return np.where(near, -radius * away / np.where(near, aside, 1.0), 0.0)[:, None] * found[:, 2:]
 
 
 def _parts(count: int) -> list[slice]:

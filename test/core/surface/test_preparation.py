@@ -58,8 +58,8 @@ def test_averaged_points_lie_on_the_surface_with_its_normals_and_area(ratio, giv
     assert len(averaged) < COUNT
     distance = np.linalg.norm(averaged, axis=1)
     off = distance - RADIUS
-    assert np.sqrt((off**2).mean()) < 0.3 * ratio * SPACING
-    assert abs(off.mean()) < 0.05 * ratio * SPACING
+    assert np.sqrt((off**2).mean()) < 0.4 * ratio * SPACING
+    assert abs(off.mean()) < 0.1 * ratio * SPACING
     cosine = (shape.normals * averaged).sum(axis=1) / distance
     assert shape.oriented == given
     assert ((cosine if given else np.abs(cosine)) > 0.95).mean() > 0.99
@@ -85,13 +85,13 @@ def test_a_hole_is_not_filled():
 
 def test_sheets_with_opposite_normals_stay_apart():
     # A board 2 cm thick, with a noise of 4 mm.
-    front, back = plane(1, 1, 0), plane(1, 1, 0.02)
+    front, back = plane(0.5, 0.5, 0), plane(0.5, 0.5, 0.02)
     points, normals = scattered(front, 0.004, 20_000)
     other, _ = scattered(back, 0.004, 20_000)
     cloud = PointCloud(np.concatenate([points, other]), np.concatenate([normals, -normals]))
     prepared = prepare_cloud(cloud)
     assert prepared.notes
-    assert prepared.shape.areas.sum() == pytest.approx(2, rel=0.05)
+    assert prepared.shape.areas.sum() == pytest.approx(0.5, rel=0.05)
     facing = np.sign(prepared.shape.normals[:, 2])
     depth = prepared.cloud.points[:, 2]
     assert np.median(np.abs(depth[facing == -1])) < 0.001
