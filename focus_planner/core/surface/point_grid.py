@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 
-# Along each axis: keys of three of them fit 64 bits.
-_MAX_CUBES = 2**20
+# Along each axis: keys of three of them fit 60 bits.
+_MAX_CUBES = 2**19
 
 
 def cubes(
@@ -26,7 +26,7 @@ def cubes(
     low : (3,) array
         A corner of the first cube that is not margin.
     side : float
-        Of a cube: as asked for, or as much more as it takes for keys to fit 64 bits.
+        Of a cube: as asked for, or as much more as it takes for keys to fit 60 bits.
     """
     low = points.min(axis=0)
     side = max(side, float((points.max(axis=0) - low).max()) / _MAX_CUBES)

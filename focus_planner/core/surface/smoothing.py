@@ -99,6 +99,8 @@ class _Averaged:
                 moved[part], turned[part], kept[part],
             )  # fmt: skip
             tell(part.stop / len(places))
+        few = kept[:, 0] < _FEW
+        moved[few] = places[few]
         return moved, turned, kept
 
 
@@ -138,30 +140,23 @@ def smooth(
     some = _some(len(averages.counts))
     places, normals = averaged.grid.points[some], averages.normals[some]
     # What is far off the surface comes near it first.
-    for low in (0.2, 0.35):
-        places, normals, found = averaged.moved(
-            places,
-            normals if oriented else np.zeros_like(normals),
-            radius,
-            lambda share, low=low: on_progress(low + 0.15 * share),
-            curved=False,
-        )
+    for stage in ((0.2, 0.35), (0.35, 0.5)):
+        facing = normals if oriented else np.zeros_like(normals)
+        tell = _stage(on_progress, *stage)
+        places, normals, found = averaged.moved(places, facing, radius, tell, curved=False)
     on_surface = found[:, 0] >= _FEW
-    strays = int(averages.counts[some][~on_surface].sum())
+    strays = round(averages.counts[some][~on_surface].sum() * len(averages.counts) / len(some))
     if not on_surface.any():
-        raise InputError("cloud", "points on a surface", "points apart from one another")
+        raise _no_surface()
     places, normals, _ = _thinned(
         places[on_surface], normals[on_surface], found[on_surface], _FIRST_DISTANCE * cube, oriented
     )
-    on_progress(0.55)
-    places, normals, found = averaged.moved(
-        places,
-        normals if oriented else np.zeros_like(normals),
-        radius,
-        lambda share: on_progress(0.55 + 0.35 * share),
-        curved=True,
-    )
+    facing = normals if oriented else np.zeros_like(normals)
+    tell = _stage(on_progress, 0.55, 0.9)
+    places, normals, found = averaged.moved(places, facing, radius, tell, curved=True)
     on_surface = (found[:, 0] >= _FEW) & (_aside(found) < _ASIDE[0] * radius)
+    if on_surface.sum() < PointCloud.MIN_POINTS:
+        raise _no_surface()
     places, normals, found = _thinned(
         places[on_surface], normals[on_surface], found[on_surface], _LAST_DISTANCE * cube, oriented
     )
@@ -173,6 +168,10 @@ def smooth(
     relative = relative_importance(smoothed, areas)
     shape = CloudShape(normals, oriented, areas, relative, float(np.sqrt(np.median(areas))))
     return SmoothCloud(smoothed, shape, strays)
+
+
+def _no_surface() -> InputError:
+    return InputError("cloud", "points on a surface", "points apart from one another")
 
 
 def _averaged(cloud: PointCloud, cube: float, radius: float) -> _Averaged:
@@ -197,6 +196,13 @@ def _averaged(cloud: PointCloud, cube: float, radius: float) -> _Averaged:
         importance = mean(cloud.importance)
     averages = kernels.Averages(counts[place], normals[place], importance[place])
     return _Averaged(grid, averages, cloud.normals is not None)
+
+
+def _stage(
+    on_progress: Callable[[float], object], low: float, high: float
+) -> Callable[[float], object]:
+    """Return a callback for a part of the work."""
+    return lambda share: on_progress(low + (high - low) * share)
 
 
 def _some(count: int) -> NDArray[np.int64]:
