@@ -24,7 +24,7 @@ from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 
 #: More points than this tell a plan nothing more.
-ENOUGH_POINTS = 200_000
+ENOUGH_POINTS = 300_000
 # Points that are averaged lie within a cube of at least half the noise, and of so many spacings.
 _CUBE_OF_NOISE = 0.5
 _CUBE_OF_SPACING = 0.6
