@@ -142,9 +142,9 @@ def _noise(console: Console) -> None:
 def _row(cloud: PointCloud, true_scene: Scene, fresh: Problem, best: float) -> tuple[str, ...]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scan.ply"
-        written = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points))
+        written = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points.copy()))
         if cloud.normals is not None:
-            written.normals = o3d.utility.Vector3dVector(cloud.normals)
+            written.normals = o3d.utility.Vector3dVector(cloud.normals.copy())
         o3d.io.write_point_cloud(str(path), written)
         reading, surface = timed(lambda: load_surface(path))
     preparing, scene = timed(lambda: Scene(surface))

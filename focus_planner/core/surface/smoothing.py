@@ -24,7 +24,7 @@ from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 
 #: More points than this tell a plan nothing more.
-ENOUGH_POINTS = 300_000
+ENOUGH_POINTS = 200_000
 # Points that are averaged lie within a cube of at least half the noise, and of so many spacings.
 _CUBE_OF_NOISE = 0.5
 _CUBE_OF_SPACING = 0.6
@@ -50,7 +50,7 @@ _WEIGHT = _RIM * np.sqrt(1 - _RIM**2) * (33 - 26 * _RIM**2 + 8 * _RIM**4) / 48 +
 )
 _ASIDE = (1 - _RIM**2) ** 3.5 / 7 / _WEIGHT
 # Across the surface, averages lie in several layers: so many of them, at random, cover it.
-_MAX_PLACES = 400_000
+_MAX_PLACES = 300_000
 _SEED = 0
 _PARTS = 16
 
