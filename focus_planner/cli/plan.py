@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.notes import show_note
-from focus_planner.cli.progress import Tell, show_progress, shown
+from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
 from focus_planner.cli.request_options import add_request_options, request_from_options
 from focus_planner.core.validation import InputError
@@ -144,7 +144,8 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
     tell(f"reading {options.surface}")
-    scene = Scene(with_z_up(_surface(options), options.up))
+    surface = with_z_up(_surface(options), options.up)
+    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     return _Given(scene, rig, file_rig, tables, request)
 
 

@@ -57,3 +57,8 @@ def show_progress(tell: Tell, prefix: str = "") -> ProgressCallback:
         return True
 
     return on_progress
+
+
+def show_share(tell: Tell, what: str) -> Callable[[float], None]:
+    """Return a callback that shows which share of something is done, from 0 to 1, in percent."""
+    return lambda share: tell(f"{what}: {share:.0%}")

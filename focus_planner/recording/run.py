@@ -188,7 +188,6 @@ class Run:
     def surfaces(self) -> list[Arrival[Surface]]:
         """Return the surfaces as the planner received them."""
         data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
-        settings = self.beginning.settings
         return [
             _arrival(
                 message,

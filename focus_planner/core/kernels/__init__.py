@@ -2,7 +2,8 @@
 
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
-``pairs`` the search within ``k_view``, and ``compiling`` the decorators.
+``pairs`` the search within ``k_view``, ``point_grid`` and ``local_fit`` the points near a place and
+the surface that fits them, and ``compiling`` the decorators.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
@@ -56,7 +57,10 @@ from focus_planner.core.kernels.lagrangian import (
     descend,
     most_frequent,
 )
+from focus_planner.core.kernels.local_fit import Averages
+from focus_planner.core.kernels.noise import residuals
 from focus_planner.core.kernels.pairs import best_pair
+from focus_planner.core.kernels.point_grid import PointGrid
 from focus_planner.core.kernels.problem import (
     UNSEEN,
     CostTerms,
@@ -65,6 +69,7 @@ from focus_planner.core.kernels.problem import (
     sort_by_camera,
     sort_by_sample,
 )
+from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
 from focus_planner.core.kernels.visibility import (
     PLACES,
@@ -88,6 +93,7 @@ __all__ = [
     "POLYNOMIAL",
     "PROJECTION",
     "UNSEEN",
+    "Averages",
     "Blocks",
     "CameraTuples",
     "CostTerms",
@@ -99,6 +105,7 @@ __all__ = [
     "Nodes",
     "PairsByCamera",
     "PairsBySample",
+    "PointGrid",
     "PriceDescent",
     "Views",
     "activate",
@@ -109,6 +116,7 @@ __all__ = [
     "block_keys",
     "bound_blocks",
     "bound_view",
+    "cell_areas",
     "cell_ranges",
     "colour",
     "confine",
@@ -131,11 +139,14 @@ __all__ = [
     "maximal_cells",
     "most_frequent",
     "most_gains",
+    "project",
     "rank_cameras",
     "reassign",
+    "residuals",
     "sort_by_camera",
     "sort_by_sample",
     "stab",
     "strongest",
+    "thin",
     "threads_for",
 ]

@@ -22,6 +22,8 @@ from focus_planner.core.surface.surface import Mesh, PointCloud
 
 _SAMPLES = 200
 _MERIDIANS, _PARALLELS = 24, 12
+# On the ball they are 8 mm apart, and scatter by as much.
+_SCATTERED_POINTS, _SCATTER = 8_000, 0.008
 
 
 def precompile(keep_going: Callable[[], bool] = lambda: True) -> None:
@@ -67,9 +69,9 @@ def _scenes() -> Iterator[tuple[Scene, int]]:
     ball = _ball()
     points = ball.vertices
     yield Scene(Mesh(points, ball.triangles, points)), _SAMPLES
-    for cloud in (Scene(PointCloud(points)), Scene(PointCloud(points, points))):
-        yield cloud, _SAMPLES
-        yield cloud, 0
+    for cloud in (PointCloud(points), PointCloud(points, points), _scattered_ball()):
+        yield Scene(cloud), _SAMPLES
+        yield Scene(cloud), 0
 
 
 def _requests() -> Iterator[PlanRequest]:
@@ -79,6 +81,14 @@ def _requests() -> Iterator[PlanRequest]:
         for tuples in TUPLES:
             for k in (2, 3):
                 yield PlanRequest("k_view", _SAMPLES, k=k, scope=scope, tuples=tuples)
+
+
+def _scattered_ball() -> PointCloud:
+    """Return points that are averaged before they are planned on."""
+    random = np.random.default_rng(0)
+    directions = random.standard_normal((_SCATTERED_POINTS, 3))
+    directions /= np.sqrt((directions**2).sum(axis=1))[:, None]
+    return PointCloud((0.2 + _SCATTER * random.standard_normal((len(directions), 1))) * directions)
 
 
 def _ball() -> Mesh:

@@ -2,83 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.cloud_shape import CloudShape, normalised, tangents
 from focus_planner.core.surface.surface import Mesh, PointCloud, Samples
-from focus_planner.core.validation import InputError
-
-# Neighbours from which a point's normal and area are estimated: enough to average out noise, few
-# enough to stay on one fold of the surface.
-_NEIGHBOURS = 16
-_MAX_RELATIVE_AREA = 50.0  # of the median
 
 #: For NumPy's PCG64.
 Seed = int | np.random.SeedSequence
 #: What the density of samples is proportional to; the same thing without importance.
 Density = Literal["importance", "area"]
-
-
-@dataclass(frozen=True, eq=False)
-class CloudShape:
-    """The surface around a cloud's points, as estimated from them.
-
-    Attributes
-    ----------
-    normals : (M, 3) array
-        The cloud's own, outward; or estimated, and then of unknown sign.
-    oriented : bool
-        Whether the normals point outward.
-    areas : (M,) array
-        The surface area that each point represents, square metres.
-    importance : (M,) array
-        Relative to the greatest.
-    spacing : float
-        The spacing of a square grid with the median area per point, metres.
-    """
-
-    normals: FloatArray
-    oriented: bool
-    areas: FloatArray
-    importance: FloatArray
-    spacing: float
-
-
-def cloud_shape(cloud: PointCloud) -> CloudShape:
-    """Estimate a cloud's normals, areas and spacing from each point's nearest neighbours.
-
-    The disc around a point that reaches its k-th neighbour contains k other points on average, so
-    its area divided by k estimates the area per point, without bias for random points.
-
-    Raises
-    ------
-    InputError
-        If most points coincide, or all points with any importance do.
-    """
-    count = min(_NEIGHBOURS, len(cloud.points) - 1)
-    distances = np.asarray(cKDTree(cloud.points).query(cloud.points, k=count + 1, workers=-1)[0])
-    areas = np.pi * distances[:, -1] ** 2 / count
-    # An outlier represents no surface, and hides none.
-    areas = np.minimum(areas, _MAX_RELATIVE_AREA * np.median(areas))
-    spacing = float(np.sqrt(np.median(areas)))
-    if not spacing > 0:
-        raise InputError("cloud", "distinct points", f"mostly points repeated over {count} times")
-    importance = np.ones(len(areas)) if cloud.importance is None else _normalised(cloud.importance)
-    if not (areas * importance).any():
-        raise InputError(
-            "cloud importance", "some above 0 where points are distinct", "0 all over the surface"
-        )
-    if cloud.normals is not None:
-        return CloudShape(cloud.normals, True, areas, importance, spacing)
-    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points.copy()))
-    shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(count + 1))
-    return CloudShape(np.asarray(shape.normals).copy(), False, areas, importance, spacing)
 
 
 def fresh_seed(seed: int) -> np.random.SeedSequence:
@@ -176,7 +112,7 @@ def sample_around_cloud(
     normals = shape.normals[chosen]
     side = np.sqrt(shape.areas[chosen])
     along = side[:, None] * (random.random((count, 2)) - 0.5)
-    first, second = _tangents(normals)
+    first, second = tangents(normals)
     points = cloud.points[chosen] + along[:, :1] * first + along[:, 1:] * second
     return Samples(points, normals, areas, weights)
 
@@ -195,60 +131,11 @@ def _draw_points(
     return chosen, areas, np.full(count, weight / count)
 
 
-def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two (n, 3) arrays of unit vectors orthogonal to each normal and to each other."""
-    # Any direction that is not the normal's; the rotation about the normal does not matter.
-    other = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(normals, other)
-    first /= np.sqrt((first**2).sum(axis=1))[:, None]
-    return first, np.cross(normals, first)
-
-
-def surfels(
-    cloud: PointCloud, shape: CloudShape, radius_in_spacings: float
-) -> tuple[FloatArray, IntArray]:
-    """Return one square per point, tangent to the surface, which together make the cloud opaque.
-
-    Parameters
-    ----------
-    cloud : PointCloud
-    shape : CloudShape
-    radius_in_spacings : float
-        Half of a square's diagonal, relative to the square root of its point's area.
-
-    Returns
-    -------
-    vertices : (4M, 3) array
-        Metres.
-    triangles : (2M, 3) array of int32
-    """
-    first, second = _tangents(shape.normals)
-    radius = (radius_in_spacings * np.sqrt(shape.areas))[:, None]
-    corners = np.stack(
-        [
-            cloud.points + radius * first,
-            cloud.points + radius * second,
-            cloud.points - radius * first,
-            cloud.points - radius * second,
-        ],
-        axis=1,
-    )
-    base = 4 * np.arange(len(first), dtype=np.int32)[:, None]
-    corner = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
-    return corners.reshape(-1, 3), np.concatenate([base + corner[0], base + corner[1]])
-
-
-def _normalised(importance: FloatArray) -> FloatArray:
-    """Return the importance relative to the greatest."""
-    relative: FloatArray = importance / importance.max()
-    return relative
-
-
 def _corner_importance(mesh: Mesh) -> FloatArray | None:
     """Return (T, 3) the relative importance at triangles' corners; None if the mesh has none."""
     if mesh.vertex_importance is None:
         return None
-    return _normalised(mesh.vertex_importance[mesh.triangles])
+    return normalised(mesh.vertex_importance[mesh.triangles])
 
 
 def _draw_indices(

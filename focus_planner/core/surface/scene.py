@@ -1,11 +1,12 @@
 """A surface prepared for planning: sampling and occlusion queries.
 
-A scene builds a ray-casting structure and, for a cloud, searches for every point's neighbours. It
-is built once per surface and used for every plan.
+A scene builds a ray-casting structure and, for a cloud, finds the surface around its points. It is
+built once per surface and used for every plan.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import get_args
 
 import numpy as np
@@ -14,15 +15,14 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.cloud_shape import surfels
+from focus_planner.core.surface.preparation import PreparedCloud, prepare_cloud
 from focus_planner.core.surface.sampling import (
-    CloudShape,
     Density,
-    cloud_shape,
     fresh_seed,
     sample_around_cloud,
     sample_cloud,
     sample_mesh,
-    surfels,
 )
 from focus_planner.core.surface.surface import Mesh, PointCloud, Samples, Surface
 from focus_planner.core.validation import InputError, check_choice, check_whole
@@ -43,10 +43,18 @@ class Scene:
     Parameters
     ----------
     surface : Mesh or PointCloud
+    on_progress : callable, optional
+        Called with the share of the preparation that is done, from 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If a cloud's points tell no surface.
 
     Attributes
     ----------
     surface : Mesh or PointCloud
+        As given. A cloud that scatters is averaged before it is used: see ``notes``.
     area : float
         Square metres; for a cloud, estimated from the points' spacing.
     diagonal : float
@@ -56,35 +64,40 @@ class Scene:
         metres.
     """
 
-    def __init__(self, surface: Surface) -> None:
+    def __init__(
+        self, surface: Surface, on_progress: Callable[[float], object] = lambda _: None
+    ) -> None:
         self.surface = surface
-        self._shape: CloudShape | None = None
-        self._centre, self.diagonal = _extent(surface)
+        self._prepared: PreparedCloud | None = None
         if isinstance(surface, Mesh):
+            self._centre, self.diagonal = _extent(surface)
             vertices, triangles = surface.vertices, surface.triangles
             crosses = surface.cross_products
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
             self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
         else:
-            self._shape = cloud_shape(surface)
-            vertices, triangles = surfels(surface, self._shape, _SURFEL_RADIUS)
-            self.area = float(self._shape.areas.sum())
-            self.stop_short = _STOP_SHORT_OF_CLOUD * self._shape.spacing
+            self._prepared = prepare_cloud(surface, lambda share: on_progress(0.9 * share))
+            cloud, shape = self._prepared.cloud, self._prepared.shape
+            self._centre, self.diagonal = _extent(cloud)
+            vertices, triangles = surfels(cloud, shape, _SURFEL_RADIUS)
+            self.area = float(shape.areas.sum())
+            self.stop_short = _STOP_SHORT_OF_CLOUD * shape.spacing
         self._raycasting = o3d.t.geometry.RaycastingScene()
         self._raycasting.add_triangles(
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
             np.ascontiguousarray(triangles, dtype=np.uint32),
         )
+        on_progress(1.0)
 
     @property
     def notes(self) -> tuple[Note, ...]:
         """What was noticed when the surface was read and prepared."""
-        return self.surface.notes
+        return self.surface.notes + (self._prepared.notes if self._prepared else ())
 
     @property
     def oriented(self) -> bool:
         """Whether samples' normals point outward; else their sign is unknown."""
-        return self._shape is None or self._shape.oriented
+        return self._prepared is None or self._prepared.shape.oriented
 
     @property
     def centre(self) -> FloatArray:
@@ -93,6 +106,8 @@ class Scene:
 
     def sample(self, count: int, seed: int, by: Density = "importance") -> Samples:
         """Return random samples of the surface; with a count of 0, a cloud's points themselves.
+
+        They are those of the averaged cloud if the cloud was averaged.
 
         Parameters
         ----------
@@ -111,8 +126,8 @@ class Scene:
         check_whole("seed", seed, 0)
         check_choice("by", by, get_args(Density))
         if isinstance(self.surface, PointCloud):
-            assert self._shape is not None
-            return sample_cloud(self.surface, self._shape, count, seed, by)
+            assert self._prepared is not None
+            return sample_cloud(self._prepared.cloud, self._prepared.shape, count, seed, by)
         if count == 0:
             raise InputError(
                 "samples",
@@ -138,8 +153,9 @@ class Scene:
         check_choice("by", by, get_args(Density))
         stream = fresh_seed(check_whole("seed", seed, 0))
         if isinstance(self.surface, PointCloud):
-            assert self._shape is not None
-            return sample_around_cloud(self.surface, self._shape, count, stream, by)
+            assert self._prepared is not None
+            cloud, shape = self._prepared.cloud, self._prepared.shape
+            return sample_around_cloud(cloud, shape, count, stream, by)
         return sample_mesh(self.surface, count, stream, by)
 
     def occluded(self, rays: NDArray[np.float32]) -> NDArray[np.bool_]:

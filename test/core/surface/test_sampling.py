@@ -2,14 +2,8 @@ import numpy as np
 import pytest
 
 from focus_planner import InputError, Mesh, PlanRequest, PointCloud, Scene, plan_focus
-from focus_planner.core.surface.sampling import (
-    CloudShape,
-    cloud_shape,
-    sample_around_cloud,
-    sample_cloud,
-    sample_mesh,
-    surfels,
-)
+from focus_planner.core.surface.cloud_shape import CloudShape, cloud_shape, surfels
+from focus_planner.core.surface.sampling import sample_around_cloud, sample_cloud, sample_mesh
 from focus_planner.core.surface.visibility import visible_pairs
 from testing.problems import around, box, merged, plane, sphere, torus
 

@@ -1,0 +1,121 @@
+"""Making a cloud fit for planning: without strays and noise, and no denser than it has to be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.notes import Note
+from focus_planner.core.surface.cloud_shape import CloudShape, cloud_shape, nearest_neighbours
+from focus_planner.core.surface.noise import Scatter, estimate_scatter
+from focus_planner.core.surface.smoothing import SmoothCloud, smooth
+from focus_planner.core.surface.strays import stray_points
+from focus_planner.core.surface.surface import PointCloud
+
+# Of the spacing: with more noise than this, neighbours lie in front of and behind one another. The
+# areas that they tell are then 3 % too large, and soon more.
+_TOLERABLE_NOISE = 1 / 3
+#: A cloud of more points is averaged even if there is no noise.
+MAX_POINTS_AS_GIVEN = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedCloud:
+    """A cloud to sample, and what there is to say about it.
+
+    Attributes
+    ----------
+    cloud : PointCloud
+        The one given, or what was made of it.
+    shape : CloudShape
+    notes : tuple of Note
+        If points were averaged because of noise, or strays left out.
+    """
+
+    cloud: PointCloud
+    shape: CloudShape
+    notes: tuple[Note, ...] = ()
+
+
+def prepare_cloud(
+    cloud: PointCloud, on_progress: Callable[[float], object] = lambda _: None
+) -> PreparedCloud:
+    """Estimate a cloud's shape, after averaging its points if they scatter too far.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    on_progress : callable, optional
+        Called with the share that is done.
+
+    Raises
+    ------
+    InputError
+        If most points coincide, all are strays, or all points with any importance are one of these.
+    """
+    on_progress(0.0)
+    scatter = estimate_scatter(cloud.points)
+    on_progress(0.1)
+    noisy = scatter.noise > _TOLERABLE_NOISE * scatter.spacing
+    if noisy or (len(cloud.points) > MAX_POINTS_AS_GIVEN and scatter.spacing > 0):
+        smoothed = smooth(cloud, scatter, lambda share: on_progress(0.1 + 0.9 * share))
+        notes = _noise_notes(scatter, smoothed) if noisy else ()
+        notes += _stray_notes(smoothed.strays, len(cloud.points))
+        return PreparedCloud(smoothed.cloud, smoothed.shape, notes)
+    return _as_given(cloud, on_progress)
+
+
+def _as_given(cloud: PointCloud, on_progress: Callable[[float], object]) -> PreparedCloud:
+    """Return the cloud as it is, but without strays."""
+    neighbours = nearest_neighbours(cloud.points)
+    on_progress(0.5)
+    stray = stray_points(cloud.points, neighbours)
+    count = int(stray.sum())
+    if not count or len(cloud.points) - count < PointCloud.MIN_POINTS:
+        shape = cloud_shape(cloud, neighbours)
+        on_progress(1.0)
+        return PreparedCloud(cloud, shape)
+    kept = _kept(cloud, ~stray)
+    shape = cloud_shape(kept)
+    on_progress(1.0)
+    return PreparedCloud(kept, shape, _stray_notes(count, len(cloud.points)))
+
+
+def _kept(cloud: PointCloud, which: NDArray[np.bool_]) -> PointCloud:
+    return replace(
+        cloud,
+        points=cloud.points[which],
+        normals=None if cloud.normals is None else cloud.normals[which],
+        importance=None if cloud.importance is None else cloud.importance[which],
+    )
+
+
+def _noise_notes(scatter: Scatter, smoothed: SmoothCloud) -> tuple[Note, ...]:
+    return (
+        Note(
+            "noise",
+            f"the cloud's points scatter by {_millimetres(scatter.noise)} about the surface, at a"
+            f" spacing of {_millimetres(scatter.spacing)}: they were averaged to"
+            f" {len(smoothed.cloud.points):,} points {_millimetres(smoothed.shape.spacing)} apart,"
+            " and detail near that size is lost; scan with less noise, or give a mesh",
+        ),
+    )
+
+
+def _stray_notes(strays: int, count: int) -> tuple[Note, ...]:
+    if not strays:
+        return ()
+    return (
+        Note(
+            "noise",
+            f"{strays:,} of the cloud's {count:,} points lie apart from any surface: they were left"
+            " out; if they belong to the subject, scan it more densely there",
+        ),
+    )
+
+
+def _millimetres(metres: float) -> str:
+    return f"{1000 * metres:.3g} mm"

@@ -1,0 +1,40 @@
+"""Points of a cloud that lie apart from the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.cloud_shape import Neighbours
+
+# A point on the surface is near the points that are near it. Beside a surface, a stray has points
+# of the surface for neighbours, and is none of theirs.
+_FEW_ADMIRERS = 2
+_APART = 4.0  # times the median area
+_FAR = 10.0
+# The least of the variances of a stray's neighbours, relative to the next: they are all around it,
+# or they are a surface that is scanned sparsely.
+_FLAT = 0.05
+
+
+def stray_points(points: FloatArray, neighbours: Neighbours) -> NDArray[np.bool_]:
+    """Return (M,) which points lie apart from the surface.
+
+    Parameters
+    ----------
+    points : (M, 3) array
+        Metres.
+    neighbours : Neighbours
+        Of these points.
+    """
+    areas = neighbours.areas
+    relative = areas / (np.median(areas) or 1.0)
+    named = np.bincount(neighbours.index.ravel(), minlength=len(points)) - 1
+    stray: NDArray[np.bool_] = (named < _FEW_ADMIRERS) & (relative > _APART)
+    far = np.flatnonzero(~stray & (relative > _FAR))
+    around = points[neighbours.index[far]]
+    around = around - around.mean(axis=1, keepdims=True)
+    variances = np.linalg.eigvalsh(np.einsum("nia,nib->nab", around, around))
+    stray[far] = variances[:, 0] > _FLAT * variances[:, 1]
+    return stray
