@@ -21,7 +21,12 @@ if TYPE_CHECKING:
     from focus_planner.core.rig.layouts import cylinder_rig
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.lens_table import LensTable
-    from focus_planner.core.rig.optics import depth_of_field, focus_interval, hyperfocal_distance
+    from focus_planner.core.rig.optics import (
+        depth_of_field,
+        distance_from_sensor,
+        focus_interval,
+        hyperfocal_distance,
+    )
     from focus_planner.core.rig.rig import Grid, Rig
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
@@ -51,6 +56,7 @@ __all__ = [
     "SolvedPlan",
     "cylinder_rig",
     "depth_of_field",
+    "distance_from_sensor",
     "focus_interval",
     "hyperfocal_distance",
     "load_plan",
@@ -65,7 +71,12 @@ _HOMES = {
     "core.validation": ("InputError",),
     "core.rig.lens": ("Lens",),
     "core.rig.lens_table": ("LensTable",),
-    "core.rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
+    "core.rig.optics": (
+        "depth_of_field",
+        "distance_from_sensor",
+        "focus_interval",
+        "hyperfocal_distance",
+    ),
     "core.rig.camera": ("Camera", "CameraIntrinsics"),
     "core.rig.rig": ("Grid", "Rig"),
     "core.rig.layouts": ("cylinder_rig",),

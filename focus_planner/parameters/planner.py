@@ -169,6 +169,13 @@ DECLARATIONS = (
         high=MAX_FOCUS_STEPS,
     ),
     Declaration(
+        "lens.hiatus",
+        _LENS.hiatus,
+        "How far the rear principal plane is behind the front one, in metres; negative if they are"
+        " crossed, 0 for a thin lens. Used only for distances from the sensor." + _POSES,
+        low=-FAR,
+    ),
+    Declaration(
         "lens_tables",
         "",
         "YAML file of lens tables by camera, which map focus distances to the values that lens"

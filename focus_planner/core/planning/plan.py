@@ -41,6 +41,10 @@ class Shot:
         How many of them are in focus, given the depth tolerance.
     device_value : float or None
         The distance in the unit of the lens's table; None without a table.
+    from_sensor : float or None
+        The same distance as a focus ring is marked, from the sensor plane, metres; see
+        :func:`~focus_planner.core.rig.optics.distance_from_sensor`. None in plans of versions that
+        did not tell it, and where the lens forms no image.
     """
 
     focus_distance: float
@@ -49,6 +53,7 @@ class Shot:
     assigned_samples: int
     in_focus_samples: int
     device_value: float | None = None
+    from_sensor: float | None = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,9 @@ class CameraFocus:
         ``focus_distance`` in the unit of the lens's table; None without a table.
     device_unit : str or None
         The table's unit.
+    from_sensor : float or None
+        ``focus_distance`` as a focus ring is marked, from the sensor plane, metres; see
+        :class:`Shot`.
     """
 
     name: str
@@ -82,6 +90,7 @@ class CameraFocus:
     shots: tuple[Shot, ...]
     device_value: float | None = None
     device_unit: str | None = None
+    from_sensor: float | None = None
 
 
 @dataclass(frozen=True)
