@@ -65,6 +65,7 @@ setup(
         "trimesh>=5.2",
     ],
     extras_require={
+        "pdf": ["reportlab>=5.1"],
         "picture": ["matplotlib>=3.10"],
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
         # are built from msg_defs, as `make setup` does.

@@ -92,7 +92,6 @@ def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable
 
-    _check_endings(options.output)
     paths = [*options.output, *filter(None, (options.problem, options.picture))]
     for path in paths:
         check_writable(path)
@@ -103,6 +102,7 @@ def run(options: argparse.Namespace) -> int:
     for path in paths:
         if path.resolve() in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
+    _check_endings(options.output)
     recorder = CommandRecorder(options.record, options.markers)
     with shown(options.quiet) as tell:
         given = _read(options, tell)

@@ -33,7 +33,8 @@ def walking_order(rig: Rig) -> IntArray:
         Every index once.
     """
     if rig.grid is not None:
-        return np.arange(len(rig)).reshape(rig.grid.rows, rig.grid.columns).T.ravel()
+        indices = np.arange(len(rig), dtype=np.int32)
+        return indices.reshape(rig.grid.rows, rig.grid.columns).T.ravel()
     places, axes = camera_positions(rig), camera_rotations(rig)[:, :, 2]
     size = float(np.ptp(places, axis=0).max())
     # Rounding is relative to the coordinates, and can be larger than no size at all.
@@ -43,7 +44,8 @@ def walking_order(rig: Rig) -> IntArray:
     else:
         centre = _centre(places[:, :2], axes[:, :2])
     columns = _along(places, size) if centre is None else _around(places[:, :2] - centre)
-    return np.lexsort((np.arange(len(rig)), _up(places), columns))
+    # The sort is stable: what is left keeps the rig's order.
+    return np.lexsort((_up(places), columns)).astype(np.int32)
 
 
 def _centre(places: FloatArray, axes: FloatArray) -> FloatArray | None:
@@ -76,7 +78,7 @@ def _around(offsets: FloatArray) -> IntArray:
     """
     radius = np.linalg.norm(offsets, axis=1)
     beside = radius > 0.05 * radius.max()
-    columns = np.full(len(offsets), len(offsets))  # above or below the centre: the last
+    columns = np.full(len(offsets), len(offsets), np.int32)  # above or below the centre: the last
     if beside.any():
         columns[beside] = _ring(np.degrees(np.arctan2(offsets[beside, 1], offsets[beside, 0])))
     return columns
@@ -91,12 +93,14 @@ def _ring(angles: FloatArray) -> IntArray:
     is_open = gaps[widest] > max(_OPENING, _WIDER * others.max(initial=0.0))
     # From behind the widest gap on, so that no column is cut in two.
     order, gaps = np.roll(order, -widest - 1), np.roll(gaps, -widest - 1)[:-1]
-    columns = np.empty(len(angles), np.int64)
+    columns = np.empty(len(angles), np.int32)
     columns[order] = _columns(gaps, _SAME_ANGLE)
     count = int(columns.max()) + 1
     if not is_open:
-        return (columns - columns[0]) % count
-    return count - 1 - columns if 2 * columns[0] > count - 1 else columns
+        columns = (columns - columns[0]) % count
+    elif 2 * columns[0] > count - 1:
+        columns = count - 1 - columns
+    return columns
 
 
 def _along(places: FloatArray, size: float) -> IntArray:
@@ -105,7 +109,7 @@ def _along(places: FloatArray, size: float) -> IntArray:
     if along[0] > 0:
         along = -along
     order = np.argsort(along, kind="stable")
-    columns = np.empty(len(places), np.int64)
+    columns = np.empty(len(places), np.int32)
     columns[order] = _columns(np.diff(along[order]), _SAME_PLACE * size)
     return columns
 
@@ -117,7 +121,7 @@ def _columns(gaps: FloatArray, least: float) -> IntArray:
     other than to the next: half the mean gap tells the two apart.
     """
     between = max(least, float(gaps.mean()) / 2) if len(gaps) else least
-    return np.concatenate([[0], np.cumsum(gaps > between)]).astype(np.int64)
+    return np.concatenate([[0], np.cumsum(gaps > between)]).astype(np.int32)
 
 
 def _sides(places: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import Enum
 
@@ -143,16 +143,12 @@ def lens_sheet(
         raise InputError(
             "rig", "the cameras that the plan is for, in their order", "others", "give its own rig"
         )
-    decimals = _decimals(plan)
-    fields = _fields(plan, decimals)
+    fields = _fields(plan)
     cameras = [plan.cameras[i] for i in walking_order(rig)]
+    entries = (_Entry(c, shot, k) for c in cameras for k, shot in enumerate(c.shots, 1))
     rows = (
-        Row(
-            tuple(cell(camera, shot, number) for _, cell in fields),
-            idle=not shot.assigned_samples,
-        )
-        for camera in cameras
-        for number, shot in enumerate(camera.shots, 1)
+        Row(tuple(cell(entry) for _, cell in fields), idle=not entry.shot.assigned_samples)
+        for entry in entries
     )
     return LensSheet(
         title=f"Lens sheet for {_counted(len(rig), 'camera')}",
@@ -166,55 +162,65 @@ def lens_sheet(
 
 # --- the table ---------------------------------------------------------------------------------
 
-_Cells = Callable[[CameraFocus, Shot, int], Cell]
+
+@dataclass(frozen=True)
+class _Entry:
+    """What a row is about; shots are counted from 1."""
+
+    camera: CameraFocus
+    shot: Shot
+    number: int
 
 
-def _fields(plan: FocusPlan, decimals: int) -> list[tuple[Column, _Cells]]:
-    """Return the columns with what is in them, given a camera, its shot and the shot's number."""
+_Field = tuple[Column, Callable[[_Entry], Cell]]
 
-    def metres(key: str, heading: str, of: Callable[[Shot], float | None]) -> tuple[Column, _Cells]:
-        column = Column(f"{key}_m", heading, "m")
-        return column, lambda camera, shot, number: _number(of(shot), decimals)
 
-    fields: list[tuple[Column, _Cells]] = [
-        (Column("set", "set", kind=Kind.BOX), _empty),
-        (Column("name", "camera", kind=Kind.TEXT), lambda c, s, k: Cell(c.name, c.name)),
+def _fields(plan: FocusPlan) -> list[_Field]:
+    """Return the columns, and what is in them."""
+    decimals = _decimals(plan)
+    fields: list[_Field] = [
+        (Column("set", "set", kind=Kind.BOX), lambda _: Cell(None, "")),
+        (Column("name", "camera", kind=Kind.TEXT), lambda e: _text(e.camera.name)),
     ]
     if plan.shots > 1:
-        shot_column = Column("shot", "shot", f"of {plan.shots}")
-        fields.append((shot_column, lambda c, s, k: Cell(k, str(k))))
+        shot = Column("shot", "shot", f"of {plan.shots}")
+        fields.append((shot, lambda e: Cell(e.number, str(e.number))))
     fields += [
-        metres("distance", "distance", lambda shot: shot.focus_distance),
-        metres("from_sensor", "from the sensor", lambda shot: shot.from_sensor),
-        (Column("dioptres", "dioptres", "1/m"), lambda c, s, k: _number(1 / s.focus_distance, 3)),
+        (
+            Column("distance_m", "distance", "m"),
+            lambda e: _number(e.shot.focus_distance, decimals),
+        ),
+        (
+            Column("from_sensor_m", "from the sensor", "m"),
+            lambda e: _number(e.shot.from_sensor, decimals),
+        ),
+        (Column("dioptres", "dioptres", "1/m"), lambda e: _number(1 / e.shot.focus_distance, 3)),
     ]
-    if any(camera.device_unit is not None for camera in plan.cameras):
+    if _any_table(plan):
+        value, unit = Column("device_value", "device value"), Column("device_unit", "unit")
         fields += [
-            (Column("device_value", "device value"), lambda c, s, k: _device(s.device_value)),
-            (
-                Column("device_unit", "unit", kind=Kind.TEXT),
-                lambda c, s, k: Cell(c.device_unit, c.device_unit or ""),
-            ),
+            (value, lambda e: _device(e.shot.device_value)),
+            (replace(unit, kind=Kind.TEXT), lambda e: _text(e.camera.device_unit)),
         ]
     return [
         *fields,
-        metres("near", "near", lambda shot: shot.near_limit),
-        metres("far", "far", lambda shot: shot.far_limit),
+        (Column("near_m", "near", "m"), lambda e: _number(e.shot.near_limit, decimals)),
+        (Column("far_m", "far", "m"), lambda e: _number(e.shot.far_limit, decimals)),
         (
             Column("holds", "what it holds", "of the surface", Kind.TEXT),
-            lambda c, s, k: _same(_holds(plan, c, s)),
+            lambda e: _text(_holds(plan, e.camera, e.shot)),
         ),
-        (Column("in_focus", "in focus", "of it"), lambda c, s, k: _in_focus(s)),
-        (Column("checked", "checked", kind=Kind.BOX), _empty),
+        (Column("in_focus", "in focus", "of it"), lambda e: _in_focus(e.shot)),
+        (Column("checked", "checked", kind=Kind.BOX), lambda _: Cell(None, "")),
     ]
 
 
-def _empty(camera: CameraFocus, shot: Shot, number: int) -> Cell:
-    return Cell(None, "")
+def _any_table(plan: FocusPlan) -> bool:
+    return any(camera.device_unit is not None for camera in plan.cameras)
 
 
-def _same(text: str) -> Cell:
-    return Cell(text, text)
+def _text(text: str | None) -> Cell:
+    return Cell(text, text or "–")
 
 
 def _number(value: float | None, decimals: int) -> Cell:
@@ -264,11 +270,7 @@ def _facts(
         ("rig", f"{rig_file}, {frame}" if rig_file else frame),
         ("planned", f"{made:%Y-%m-%d %H:%M}" if made else ""),
         ("method", _method(plan)),
-        (
-            "fresh cost",
-            f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} of 1000"
-            f" (0 is perfect), on {plan.fresh_samples} samples unseen by the solver",
-        ),
+        ("fresh cost", _cost(plan)),
         ("in focus", _area(plan)),
         ("cameras", _statuses(plan)),
     ]
@@ -282,6 +284,13 @@ def _method(plan: FocusPlan) -> str:
     return text if plan.converged else f"{text}, ended before it converged"
 
 
+def _cost(plan: FocusPlan) -> str:
+    return (
+        f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} of 1000 (0 is perfect), on"
+        f" {plan.fresh_samples} samples unseen by the solver"
+    )
+
+
 def _area(plan: FocusPlan) -> str:
     area = f"{plan.in_focus_area:.3f} ± {plan.in_focus_standard_error:.3f} m²"
     if not plan.surface_area:
@@ -291,20 +300,18 @@ def _area(plan: FocusPlan) -> str:
 
 def _statuses(plan: FocusPlan) -> str:
     counts = Counter(camera.status for camera in plan.cameras)
-    return ", ".join(f"{counts[status]} {words}" for status, words in _COUNTED.items() if counts[status])
+    return ", ".join(f"{counts[each]} {words}" for each, words in _COUNTED.items() if counts[each])
 
 
 def _measures(plan: FocusPlan, rig: Rig) -> list[tuple[str, str]]:
+    marked = "what a focus ring is marked with: the same distance, measured from the sensor plane"
+    lenses = _lenses([camera.lens for camera in rig.cameras])
     measures = [
         ("distance", "along the optical axis from the centre of projection, as planned"),
-        (
-            "from the sensor",
-            "what a focus ring is marked with: the same distance, measured from the sensor plane,"
-            f" for {_lenses([camera.lens for camera in rig.cameras])}",
-        ),
+        ("from the sensor", f"{marked}, for {lenses}"),
         ("near, far", "what is in focus, from the centre of projection"),
     ]
-    if any(camera.device_unit is not None for camera in plan.cameras):
+    if _any_table(plan):
         measures.append(("device value", "what the lens's driver takes, from the lens's table"))
     return measures
 

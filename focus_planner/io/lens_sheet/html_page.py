@@ -43,6 +43,7 @@ input { width: 1.15em; height: 1.15em; margin: 0; vertical-align: middle; }
   dl { font-size: 12px; column-gap: .6rem; }
   th, td { padding: .45rem .35rem; }
   input { width: 1.5em; height: 1.5em; }
+  .holds { min-width: 13em; }
 }
 @media print {
   @page { margin: 12mm 11mm 14mm;

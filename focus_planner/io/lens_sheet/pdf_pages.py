@@ -31,6 +31,7 @@ except ImportError as error:
     ) from error
 
 _MARGIN, _BELOW = 11 * mm, 15 * mm
+_FRAME = 6.0  # points on either side that ReportLab's frames keep clear
 _SIZE, _SMALL, _PADDING, _BOX = 8.0, 7.0, 2.8, 7.5  # points
 _GREY, _LINE = colors.Color(0.35, 0.35, 0.35), colors.Color(0.7, 0.7, 0.7)
 _STRIPES = 5  # rows between two lines that guide the eye
@@ -45,25 +46,52 @@ def sheet_to_pdf(sheet: LensSheet) -> bytes:
     than Latin, become question marks; they may occur in names of files and in notes.
     """
     _register_fonts()
+    # How many pages there are is known once they are laid out.
+    count, _ = _laid_out(sheet, 0)
+    _, content = _laid_out(sheet, count)
+    return content
+
+
+def _laid_out(sheet: LensSheet, count: int) -> tuple[int, bytes]:
+    """Return the number of pages and the document, in which each says that there are ``count``."""
     file = io.BytesIO()
+    title = _known(sheet.title)
     document = SimpleDocTemplate(
         file,
         pagesize=A4,
-        title=_known(sheet.title),
+        title=title,
         leftMargin=_MARGIN,
         rightMargin=_MARGIN,
         topMargin=_MARGIN,
         bottomMargin=_BELOW,
     )
-    # A frame has a padding of its own, 6 points on either side.
-    width = document.width - 12
-    story: list[Flowable] = [Paragraph(escape(_known(sheet.title)), _style(15, _BOLD))]
-    story += [Spacer(0, 8), _entries(sheet.facts, width)]
+
+    def write_below(canvas: Canvas, _: Any) -> None:
+        canvas.setFont(_FONT, _SMALL)
+        y, left, right = _BELOW - 6 * mm, _MARGIN + _FRAME, A4[0] - _MARGIN - _FRAME
+        canvas.drawString(left, y, title)
+        canvas.drawRightString(right, y, f"page {canvas.getPageNumber()} of {count}")
+
+    story = _story(sheet, document.width - 2 * _FRAME)
+    document.build(story, onFirstPage=write_below, onLaterPages=write_below)
+    return document.page, file.getvalue()
+
+
+def _story(sheet: LensSheet, width: float) -> list[Flowable]:
+    story = [
+        Paragraph(escape(_known(sheet.title)), _style(15, _BOLD)),
+        Spacer(0, 8),
+        _entries(sheet.facts, width),
+    ]
     if sheet.notes:
         story += [Spacer(0, 6), _notes(sheet.notes, width)]
-    story += [Spacer(0, 6), _entries(sheet.measures, width), Spacer(0, 8), _table(sheet, width)]
-    document.build(story, canvasmaker=_numbered_pages(sheet.title))
-    return file.getvalue()
+    return [
+        *story,
+        Spacer(0, 6),
+        _entries(sheet.measures, width),
+        Spacer(0, 8),
+        _table(sheet, width),
+    ]
 
 
 # --- fonts -------------------------------------------------------------------------------------
@@ -190,7 +218,9 @@ def _widths(sheet: LensSheet, width: float) -> list[float]:
     ]
     texts = [k for k, column in enumerate(sheet.columns) if column.kind is Kind.TEXT]
     left = width - sum(needed) + sum(needed[k] for k in texts)
-    for count, k in zip(range(len(texts), 0, -1), sorted(texts, key=needed.__getitem__), strict=True):
+    for count, k in zip(
+        range(len(texts), 0, -1), sorted(texts, key=needed.__getitem__), strict=True
+    ):
         # The last and longest takes what is left, also where that is more than it needs.
         needed[k] = min(needed[k], left / count) if count > 1 else left
         left -= needed[k]
@@ -209,33 +239,3 @@ def _needed(column: Column, text: str) -> float:
 
 def _font(column: Column) -> str:
     return _BOLD if column.key in ("name", "from_sensor_m") else _FONT
-
-
-# --- pages -------------------------------------------------------------------------------------
-
-
-def _numbered_pages(title: str) -> type[Canvas]:
-    """Return a canvas that writes the title and the page's number below every page."""
-
-    class Numbered(Canvas):
-        def __init__(self, *arguments: Any, **options: Any) -> None:
-            super().__init__(*arguments, **options)
-            self._pages: list[dict[str, Any]] = []
-
-        def showPage(self) -> None:  # noqa: N802 - ReportLab's name
-            # How many pages there are is known at the end.
-            self._pages.append(dict(vars(self)))
-            self._startPage()
-
-        def save(self) -> None:
-            for number, page in enumerate(self._pages, 1):
-                vars(self).update(page)
-                self.setFont(_FONT, _SMALL)
-                y = _BELOW - 6 * mm
-                self.drawString(_MARGIN + 6, y, _known(title))
-                last = f"page {number} of {len(self._pages)}"
-                self.drawRightString(A4[0] - _MARGIN - 6, y, last)
-                super().showPage()
-            super().save()
-
-    return Numbered

@@ -116,7 +116,9 @@ def test_a_gantry_is_walked_line_by_line():
 def test_a_pole_is_walked_from_below():
     random = np.random.default_rng(2)
     cameras = [
-        camera(f"c0_{row}", np.array([0, 0, 0.4 * row]) + 0.003 * random.uniform(-1, 1, 3), (9, 0, 1))
+        camera(
+            f"c0_{row}", np.array([0, 0, 0.4 * row]) + 0.003 * random.uniform(-1, 1, 3), (9, 0, 1)
+        )
         for row in range(5)
     ]
     assert walked(cameras[::-1]) == by_columns([0], 5)
@@ -142,7 +144,9 @@ def test_any_rig_has_an_order_that_depends_on_nothing_else():
     random = np.random.default_rng(3)
     for count in (2, 3, 5, 40, 200):
         places, towards = random.normal(size=(2, count, 3))
-        cameras = [camera(f"c{i}", p, t) for i, (p, t) in enumerate(zip(places, towards, strict=True))]
+        cameras = [
+            camera(f"c{i}", p, t) for i, (p, t) in enumerate(zip(places, towards, strict=True))
+        ]
         order = walking_order(Rig(tuple(cameras)))
         assert sorted(order.tolist()) == list(range(count))
         np.testing.assert_array_equal(order, walking_order(Rig(tuple(cameras))))
