@@ -13,7 +13,7 @@ from focus_planner.core.planning.field_spec import SpecifiedField, specified_fie
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
-from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens import MAX_HIATUS, Lens
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS
 from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
@@ -173,7 +173,8 @@ DECLARATIONS = (
         _LENS.hiatus,
         "How far the rear principal plane is behind the front one, in metres; negative if they are"
         " crossed, 0 for a thin lens. Used only for distances from the sensor." + _POSES,
-        low=-FAR,
+        low=-1,
+        high=MAX_HIATUS,
     ),
     Declaration(
         "lens_tables",

@@ -14,8 +14,8 @@ from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS, LensTable
 from focus_planner.core.validation import InputError, check_number, check_whole
 
 _LARGEST_LENGTH = 1e12  # metres
-# Real lenses have centimetres: a larger one was probably given in millimetres.
-_LARGEST_HIATUS = 1.0  # metres
+#: Metres. Real lenses have centimetres: a larger one was probably given in millimetres.
+MAX_HIATUS = 1.0
 
 
 @dataclass(frozen=True)
@@ -117,10 +117,10 @@ def _check_hiatus(lens: Lens) -> None:
     hiatus = check_number("lens.hiatus", lens.hiatus)
     # Between a subject and its image a thin lens leaves at least four focal lengths.
     least = -4 * lens.focal_length
-    if not least < hiatus <= _LARGEST_HIATUS:
+    if not least < hiatus <= MAX_HIATUS:
         raise InputError(
             "lens.hiatus",
-            f"above -4 focal lengths ({least:g} m) and at most {_LARGEST_HIATUS:g} m",
+            f"above -4 focal lengths ({least:g} m) and at most {MAX_HIATUS:g} m",
             f"{hiatus:g} m",
             "it is probably not in metres",
         )

@@ -28,6 +28,15 @@ RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
         ),
         ({"hyperfocal_distance": math.inf}, "lens.hyperfocal_distance: .* got inf"),
         ({"min_focus": -0.1}, "lens.min_focus: expected a number of at least 0, got -0.1"),
+        (
+            {"hiatus": 12.0},
+            r"lens.hiatus: expected above -4 focal lengths \(-0.2 m\) and at most 1 m, got 12 m; it"
+            " is probably not in metres",
+        ),
+        ({"hiatus": -0.2}, "lens.hiatus: .* got -0.2 m"),
+        ({"hiatus": math.inf}, "lens.hiatus: expected a number, got inf"),
+        ({"hiatus": math.nan}, "lens.hiatus: expected a number, got nan"),
+        ({"hiatus": "thin"}, "lens.hiatus: .* got 'thin'"),
         ({"min_focus": math.inf}, "lens.min_focus: .* got inf"),
         ({"min_focus": 1e13}, r"lens.min_focus: expected at most 1e\+12 m, got 1e\+13"),
         ({"hyperfocal_distance": 1e308}, "lens.hyperfocal_distance: expected at most 1e"),
