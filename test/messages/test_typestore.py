@@ -313,7 +313,7 @@ def test_what_an_older_definition_lacks_deep_within_is_zero_or_empty():
     cameras = [{"name": "a", "lens": {"focal_length": 0.05, "max_focus": 3.0}}]
     payload = serialize(RIG, {"cameras": cameras, "grid_rows": 1, "grid_columns": 1})
     older = older.replace("float64 hiatus\n", "")
-    # Two fields of four bytes, both zero, at the end of the only lens, an empty table, and a number.
+    # At the end of the only lens: two fields of four bytes, both zero, an empty table, a number.
     end = payload[-8:]
     table, hiatus = b"\1" + bytes(15), bytes(8)
     assert payload[-40:-8] == bytes(8) + table + hiatus
