@@ -159,6 +159,13 @@ class FocusPlan:
         """How many shots each camera takes."""
         return len(self.cameras[0].shots) if self.cameras else 1
 
+    @property
+    def sensor_offsets(self) -> tuple[float, float] | None:
+        """By how much distances from the sensor are greater, least and most; None if not told."""
+        shots = [shot for camera in self.cameras for shot in camera.shots]
+        offsets = [s.from_sensor - s.focus_distance for s in shots if s.from_sensor is not None]
+        return (min(offsets), max(offsets)) if offsets else None
+
     def summary(self) -> str:
         """Return the plan's quality in one line."""
         text = (

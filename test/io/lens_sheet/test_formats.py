@@ -187,7 +187,7 @@ def test_pdf_is_a4_and_nothing_sticks_out():
         assert len(placed) > 100
         for x, y in placed:
             assert 30 < x < width - 30
-            assert 30 < y < height - 30
+            assert 20 < y < height - 20
 
 
 def test_pdf_is_the_same_every_time_but_for_its_dates():
