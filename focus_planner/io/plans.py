@@ -21,8 +21,8 @@ def plan_to_json(plan: FocusPlan) -> str:
 
     Numbers are written with all their digits; an infinite distance is null, as JSON has no
     infinity. A camera with several shots has the list ``shots``, and one whose lens has a table
-    has ``device_value`` and ``device_unit``; other cameras do not have these keys. One that is to
-    focus where its lens forms no image has no ``from_sensor``.
+    has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those of
+    older plans have no ``from_sensor``.
     """
     names = [field.name for field in fields(FocusPlan) if field.name != "cameras"]
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]

@@ -260,7 +260,7 @@ def camera_focus_from_message(message: Message) -> CameraFocus:
 
 
 def _told(from_sensor: float) -> float | None:
-    """Return the distance; None for NaN, and for the 0 of plans older than it."""
+    """Return the distance; None for NaN, and for the 0 of runs older than the field."""
     return None if math.isnan(from_sensor) or from_sensor == 0 else from_sensor
 
 

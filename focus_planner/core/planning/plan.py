@@ -44,7 +44,7 @@ class Shot:
     from_sensor : float or None
         The same distance as a focus ring is marked, from the sensor plane, metres; see
         :func:`~focus_planner.core.rig.optics.distance_from_sensor`. None in plans of versions that
-        did not tell it, and where the lens forms no image.
+        did not tell it.
     """
 
     focus_distance: float

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -208,7 +207,6 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     shots = []
     for c, lens in enumerate(problem.lenses):
         near, far = depth_of_field(focus[c], lens)
-        from_sensor = float(distance_from_sensor(focus[c], lens))
         shots.append(
             Shot(
                 focus_distance=float(focus[c]),
@@ -217,7 +215,7 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
                 assigned_samples=int(assigned[c]),
                 in_focus_samples=int(in_focus[c]),
                 device_value=lens.table.value_at(float(focus[c])) if lens.table else None,
-                from_sensor=None if math.isnan(from_sensor) else from_sensor,
+                from_sensor=float(distance_from_sensor(focus[c], lens)),
             )
         )
     return tuple(
