@@ -177,7 +177,7 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
 
 
 def _check_endings(paths: list[Path]) -> None:
-    from focus_planner.io.lens_sheet.saving import SUFFIXES
+    from focus_planner.io.lens_sheet import SUFFIXES
 
     for path in paths:
         if path.suffix.lower() not in (*_PLAN_SUFFIXES, *SUFFIXES):

@@ -7,12 +7,10 @@ from pathlib import Path
 
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write
+from focus_planner.io.lens_sheet import SUFFIXES
 from focus_planner.io.lens_sheet.content import LensSheet
 from focus_planner.io.lens_sheet.csv_text import sheet_to_csv
 from focus_planner.io.lens_sheet.html_page import sheet_to_html
-
-#: The ends of names of lens sheets.
-SUFFIXES = (".csv", ".html", ".pdf")
 
 
 def save_lens_sheet(sheet: LensSheet, path: Path) -> None:

@@ -14,11 +14,12 @@ import pytest
 from pypdf import PdfReader
 
 from focus_planner import InputError, Rig, cylinder_rig
+from focus_planner.io.lens_sheet import SUFFIXES
 from focus_planner.io.lens_sheet.content import lens_sheet
 from focus_planner.io.lens_sheet.csv_text import sheet_to_csv
 from focus_planner.io.lens_sheet.html_page import sheet_to_html
 from focus_planner.io.lens_sheet.pdf_pages import sheet_to_pdf
-from focus_planner.io.lens_sheet.saving import SUFFIXES, save_lens_sheet
+from focus_planner.io.lens_sheet.saving import save_lens_sheet
 from testing.lens_sheets import NOTES, RIG, camera, in_steps, plan, shot
 
 LARGE = cylinder_rig()
