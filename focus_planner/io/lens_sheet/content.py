@@ -250,12 +250,12 @@ def _in_focus(shot: Shot) -> Cell:
 
 
 def _decimals(plan: FocusPlan) -> int:
-    """Return how many decimals tell a tenth of the shallowest depth of field."""
+    """Return how many decimals tell a quarter of the shallowest depth of field."""
     depths = [s.far_limit - s.near_limit for camera in plan.cameras for s in camera.shots]
     shallowest = min((depth for depth in depths if depth > 0), default=math.inf)
     if math.isinf(shallowest):
         return _FEWEST
-    return min(max(math.ceil(-math.log10(shallowest / 10)), _FEWEST), _MOST)
+    return min(max(math.ceil(-math.log10(shallowest / 4)), _FEWEST), _MOST)
 
 
 # --- the head ----------------------------------------------------------------------------------

@@ -96,7 +96,8 @@ def test_without_tables_and_with_one_shot_there_are_no_columns_for_them():
 
 
 @pytest.mark.parametrize(
-    ("depth", "printed"), [(0.5, "0.400"), (0.014, "0.400"), (0.002, "0.4000"), (1e-9, "0.400000")]
+    ("depth", "printed"),
+    [(0.5, "0.400"), (0.014, "0.400"), (0.0041, "0.400"), (0.002, "0.4000"), (1e-9, "0.400000")],
 )
 def test_distances_have_the_digits_that_the_depth_of_field_asks_for(depth, printed):
     one = shot(0.4, near_limit=0.4, far_limit=0.4 + depth)
