@@ -67,6 +67,7 @@ setup(
     extras_require={
         # Compressed glTF, and the files of laser scanners.
         "formats": ["dracopy>=2.2", "laspy>=2.7", "lazrs>=0.8", "pye57>=0.4"],
+        "pdf": ["reportlab>=5.1"],
         "picture": ["matplotlib>=3.10"],
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
         # are built from msg_defs, as `make setup` does.

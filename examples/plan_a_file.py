@@ -18,8 +18,10 @@ def main(surface: str, rig: str, output: str) -> None:
     save_plan(plan, Path(output))
     print(plan.summary())
     for camera in plan.cameras:
+        # Drivers take the first; on a focus ring the second is marked.
+        distances = f"{camera.focus_distance:.3f} m, {camera.from_sensor:.3f} m from the sensor"
         sharp = f"sharp from {camera.near_limit:.3f} to {camera.far_limit:.3f} m"
-        print(f"{camera.name}: {camera.focus_distance:.3f} m, {sharp}, {camera.status.name}")
+        print(f"{camera.name}: {distances}, {sharp}, {camera.status.name}")
 
 
 if __name__ == "__main__":

@@ -21,11 +21,18 @@ if TYPE_CHECKING:
     from focus_planner.core.rig.layouts import cylinder_rig
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.lens_table import LensTable
-    from focus_planner.core.rig.optics import depth_of_field, focus_interval, hyperfocal_distance
+    from focus_planner.core.rig.optics import (
+        depth_of_field,
+        distance_from_sensor,
+        focus_interval,
+        hyperfocal_distance,
+    )
     from focus_planner.core.rig.rig import Grid, Rig
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
     from focus_planner.core.validation import InputError
+    from focus_planner.io.lens_sheet.content import lens_sheet
+    from focus_planner.io.lens_sheet.saving import save_lens_sheet
     from focus_planner.io.plans import load_plan, save_plan
     from focus_planner.io.rigs import load_rig, save_rig
     from focus_planner.io.surfaces import load_surface
@@ -51,12 +58,15 @@ __all__ = [
     "SolvedPlan",
     "cylinder_rig",
     "depth_of_field",
+    "distance_from_sensor",
     "focus_interval",
     "hyperfocal_distance",
+    "lens_sheet",
     "load_plan",
     "load_rig",
     "load_surface",
     "plan_focus",
+    "save_lens_sheet",
     "save_plan",
     "save_rig",
 ]
@@ -65,7 +75,12 @@ _HOMES = {
     "core.validation": ("InputError",),
     "core.rig.lens": ("Lens",),
     "core.rig.lens_table": ("LensTable",),
-    "core.rig.optics": ("depth_of_field", "focus_interval", "hyperfocal_distance"),
+    "core.rig.optics": (
+        "depth_of_field",
+        "distance_from_sensor",
+        "focus_interval",
+        "hyperfocal_distance",
+    ),
     "core.rig.camera": ("Camera", "CameraIntrinsics"),
     "core.rig.rig": ("Grid", "Rig"),
     "core.rig.layouts": ("cylinder_rig",),
@@ -76,6 +91,8 @@ _HOMES = {
     "core.planning.plan_focus": ("plan_focus",),
     "core.planning.request": ("PlanRequest",),
     "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "io.lens_sheet.content": ("lens_sheet",),
+    "io.lens_sheet.saving": ("save_lens_sheet",),
     "io.plans": ("load_plan", "save_plan"),
     "io.rigs": ("load_rig", "save_rig"),
     "io.surfaces": ("load_surface",),

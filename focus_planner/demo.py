@@ -26,6 +26,8 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.io.bodies import body
+from focus_planner.io.lens_sheet.content import lens_sheet
+from focus_planner.io.lens_sheet.saving import save_lens_sheet
 from focus_planner.io.picture import draw_plans
 from focus_planner.io.plans import save_plan
 from focus_planner.io.rigs import save_rig
@@ -65,7 +67,8 @@ def run(
     Parameters
     ----------
     output_directory : Path
-        For the picture, the best plan, the rig, the recorded runs and the node's log.
+        For the picture, the best plan, its lens sheet, the rig, the recorded runs and the node's
+        log.
     computing : callable
         Makes the context in which this process computes, rather than waiting for the node.
 
@@ -93,7 +96,10 @@ def run(
         plans = {_title(method): results[method].plan for method in _DRAWN}
         draw_plans(Scene(mesh), rig, plans, output_directory / "plans.png")
     save_rig(rig, output_directory / "rig.yaml")
-    save_plan(results[_BEST].plan, output_directory / "plan.json")
+    best = results[_BEST].plan
+    save_plan(best, output_directory / "plan.json")
+    sheet = lens_sheet(best, rig, surface=path.name, rig_file="rig.yaml", notes=best.notes)
+    save_lens_sheet(sheet, output_directory / "sheet.html")
     _show_next_steps(console, output_directory, path)
     return 0
 
@@ -258,6 +264,7 @@ def _show(console: Console, rig: Rig, results: Mapping[str, _Result]) -> None:
     cameras = results[_BEST].plan.cameras
     console.print(
         f"Focus distances of {_BEST} in cm: each line is a ring of cameras at one height."
+        f" {_measured(results[_BEST].plan)}"
     )
     console.print(_distances(rig, cameras, console.width))
     counts = Counter(camera.status for camera in cameras)
@@ -266,12 +273,21 @@ def _show(console: Console, rig: Rig, results: Mapping[str, _Result]) -> None:
             console.print(f"  {mark} {counts[status]:3} {_EXPLANATIONS[status]}")
 
 
+def _measured(plan: FocusPlan) -> str:
+    text = "They are from the centre of projection"
+    if plan.sensor_offsets is None:
+        return f"{text}."
+    least, most = (f"{100 * offset:.1f}" for offset in plan.sensor_offsets)
+    return f"{text}; from the sensor, as focus rings are marked, they are {least} to {most} more."
+
+
 def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
     program = Path(sys.argv[0])
     command = os.path.relpath(program) if program.name == "focus_planner" else "focus_planner"
     console.print(
         f"\nThe picture: {directory / 'plans.png'}"
         f"\nThe plan:    {directory / 'plan.json'}, for the rig {directory / 'rig.yaml'}"
+        f"\nThe sheet:   {directory / 'sheet.html'}, to set the lenses by hand"
         f"\nThe runs:    {directory / 'runs'}"
         "\n\nNext, without ROS:"
         f"\n  {command} plan {os.path.relpath(path)} --rig {directory / 'rig.yaml'} --method k_view"

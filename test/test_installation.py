@@ -290,6 +290,13 @@ def test_a_picture_without_matplotlib_says_what_to_install(monkeypatch):
         importlib.import_module("focus_planner.io.picture")
 
 
+def test_a_pdf_without_reportlab_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "reportlab", None)
+    monkeypatch.delitem(sys.modules, "focus_planner.io.lens_sheet.pdf_pages", raising=False)
+    with pytest.raises(InputError, match=re.escape("pip install 'focus_planner[pdf]'")):
+        importlib.import_module("focus_planner.io.lens_sheet.pdf_pages")
+
+
 # --- source distribution, wheel, types -------------------------------------------------------
 
 
@@ -342,6 +349,7 @@ def test_the_page_of_the_package_has_a_description_and_names_no_host(wheel):
     assert description.strip().startswith("# focus_planner")
     assert "Home-page" not in head
     assert "Project-URL" not in head
+    assert "Provides-Extra: pdf" in head
     assert "Provides-Extra: picture" in head
     assert "Provides-Extra: ros" in head
 

@@ -69,6 +69,7 @@ EMPTY_LENS = {
     "focus_distances": [],
     "focus_steps": 0,
     "table": EMPTY_TABLE,
+    "hiatus": 0.0,
 }
 EMPTY_CAMERA = {"name": "", "pose": EMPTY_POSE, "camera_info": EMPTY_INFO, "lens": EMPTY_LENS}
 EMPTY_REQUEST = {
@@ -189,6 +190,7 @@ numbers = st.floats(-1e6, 1e6)
 positions = st.tuples(numbers, numbers, numbers)
 positive = st.floats(1e-3, 1e3)
 far_limits = st.one_of(positive, st.just(math.inf))
+from_sensor = st.none() | far_limits
 counts = st.integers(0, 2**32 - 1)
 
 triangle_arrays = st.integers(0, 7).flatmap(
@@ -237,14 +239,16 @@ def lenses(draw):
     min_focus = draw(st.floats(0.0, 1.0))
     max_focus = draw(st.one_of(st.just(math.inf), st.floats(1.0, 50.0)))
     hyperfocal_distance = draw(st.floats(0.5, 100.0))
+    hiatus = draw(st.sampled_from([0.0, -0.004, 0.02]))
     if draw(st.booleans()):
         table = draw(lens_tables())
         # All tables hold 1 m; whole values need not be near it.
         limits = (0.0, math.inf) if table.whole else (0.92, 1e4)
-        return Lens(focal_length, hyperfocal_distance, *limits, table=table)
+        return Lens(focal_length, hyperfocal_distance, *limits, table=table, hiatus=hiatus)
     steps = draw(st.none() | st.integers(2, 65_536)) if min_focus > focal_length else None
     listed = draw(st.none() | st.lists(st.just(1.0), min_size=1)) if steps is None else None
-    return Lens(focal_length, hyperfocal_distance, min_focus, max_focus, listed, steps)
+    values = (focal_length, hyperfocal_distance, min_focus, max_focus, listed, steps)
+    return Lens(*values, hiatus=hiatus)
 
 
 plain_images = st.builds(
@@ -295,6 +299,7 @@ shots = st.builds(
     far_limit=far_limits,
     assigned_samples=counts,
     in_focus_samples=counts,
+    from_sensor=from_sensor,
 )
 
 
@@ -312,6 +317,7 @@ def camera_foci(draw):
             assigned_samples=counts,
             in_focus_samples=counts,
             shots=st.lists(shots, min_size=1, max_size=3).map(tuple),
+            from_sensor=from_sensor,
         )
     )
     if draw(st.booleans()):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -17,7 +17,7 @@ from focus_planner.cli.request_options import add_request_options, request_from_
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning.plan import SolvedPlan
+    from focus_planner.core.planning.plan import Shot, SolvedPlan
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.rig.rig import Rig
     from focus_planner.core.surface.scene import Scene
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
+
+# The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
+_PLAN_SUFFIXES = ("", ".json")
 
 
 def add(commands: Any) -> None:
@@ -77,7 +80,16 @@ def _add_inputs(plan: Any) -> None:
 
 def _add_outputs(group: Any) -> None:
     option = group.add_argument
-    option("--output", type=Path, metavar="PLAN.JSON", help="write the plan to this file")
+    option(
+        "--output",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="write the plan (.json, or no ending) or the lens sheet, a table of what to set on"
+        " every lens, as one walks the rig (.csv, .html to print or for a tablet, .pdf); may be"
+        " repeated",
+    )
     option(
         "--problem",
         type=Path,
@@ -95,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable
 
-    paths = [p for p in (options.output, options.problem, options.picture) if p is not None]
+    paths = [*options.output, *filter(None, (options.problem, options.picture))]
     for path in paths:
         check_writable(path)
     if len({path.resolve() for path in paths}) < len(paths):
@@ -105,6 +117,7 @@ def run(options: argparse.Namespace) -> int:
     for path in paths:
         if path.resolve() in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
+    _check_endings(options.output)
     recorder = CommandRecorder(options.record, options.markers)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
@@ -132,11 +145,15 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.up_axis import with_z_up
+    from focus_planner.io.lens_sheet.saving import sheet_writer
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
 
+    # What pictures and lens sheets lack is told before anything is planned.
     if options.picture is not None:
-        import focus_planner.io.picture  # noqa: F401 - what it lacks is told before anything is planned
+        import focus_planner.io.picture  # noqa: F401
+    for path in _sheets(options):
+        sheet_writer(path)
 
     request = request_from_options(options)
     tell(f"reading {options.rig}")
@@ -190,12 +207,35 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
     return plan
 
 
+def _check_endings(paths: list[Path]) -> None:
+    from focus_planner.io.lens_sheet import SUFFIXES
+
+    for path in paths:
+        if path.suffix.lower() not in (*_PLAN_SUFFIXES, *SUFFIXES):
+            raise InputError(
+                "--output",
+                f"a name that ends in .json for the plan, or in {', '.join(SUFFIXES)} for the lens"
+                " sheet",
+                str(path),
+            )
+
+
+def _plans(options: argparse.Namespace) -> list[Path]:
+    return [path for path in options.output if path.suffix.lower() in _PLAN_SUFFIXES]
+
+
+def _sheets(options: argparse.Namespace) -> list[Path]:
+    return [path for path in options.output if path.suffix.lower() not in _PLAN_SUFFIXES]
+
+
 def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: Tell) -> None:
     from focus_planner.io.plans import save_plan
     from focus_planner.io.problems import save_problem
 
-    if options.output is not None:
-        save_plan(plan, options.output)
+    for path in _plans(options):
+        save_plan(plan, path)
+    if _sheets(options):
+        _write_sheets(options, given, plan)
     if options.problem is not None:
         tell(f"writing {options.problem}")
         save_problem(plan.problem, options.problem)
@@ -206,12 +246,30 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
         draw_plans(given.scene, given.rig, {plan.method: plan}, options.picture)
 
 
+def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) -> None:
+    from datetime import datetime
+
+    from focus_planner.io.lens_sheet.content import lens_sheet
+    from focus_planner.io.lens_sheet.saving import save_lens_sheet
+
+    sheet = lens_sheet(
+        plan,
+        given.rig,
+        surface=options.surface.name,
+        rig_file=options.rig.name,
+        made=datetime.now().astimezone(),
+        notes=plan.notes,
+    )
+    for path in _sheets(options):
+        save_lens_sheet(sheet, path)
+
+
 def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
     """Print the summary on a terminal; print the plan on stdout if it is in no file."""
-    stream: TextIO = sys.stdout if options.output is None else sys.stderr
+    stream: TextIO = sys.stderr if _plans(options) else sys.stdout
     if stream.isatty() and not options.quiet:
         _print_summary(plan, stream)
-    elif options.output is None:
+    elif not _plans(options):
         from focus_planner.io.plans import plan_to_json
 
         sys.stdout.write(plan_to_json(plan))
@@ -264,5 +322,16 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
             values.setdefault(unit, []).append(shot.device_value)
     for unit, told in values.items():
         yield "lenses", f"{min(told):g} to {max(told):g}", unit
+    shots = [shot for camera in plan.cameras for shot in camera.shots]
+    yield "focused at", _span([shot.focus_distance for shot in shots]), _from_sensor(shots)
     for status, count in sorted(Counter(c.status for c in plan.cameras).items()):
         yield "cameras", str(count), status.name.lower().replace("_", " ")
+
+
+def _span(metres: Sequence[float]) -> str:
+    return f"{min(metres):.3f} to {max(metres):.3f} m"
+
+
+def _from_sensor(shots: Sequence[Shot]) -> str:
+    marked = [shot.from_sensor for shot in shots if shot.from_sensor is not None]
+    return f"from the centre of projection; {_span(marked)} from the sensor" if marked else ""

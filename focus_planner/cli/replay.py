@@ -305,12 +305,13 @@ def _show_cameras(console: Console, before: FocusPlan, after: FocusPlan) -> None
         console.print()
         return
     console.print(f", by {1e3 * median_moved(changes):.3g} mm in the median")
-    table = Table("farthest", "recorded", "now", "change", "samples", "now")
+    table = Table("farthest", "recorded", "now", "from sensor", "change", "samples", "now")
     for column in table.columns[1:]:
         column.justify = "right"
     for change in changes[:_CAMERAS_SHOWN]:
         moved = 1e3 * (change.after - change.before)
-        distances = (f"{change.before:.4f} m", f"{change.after:.4f} m", f"{moved:+.1f} mm")
+        marked = "" if change.from_sensor_after is None else f"{change.from_sensor_after:.4f} m"
+        distances = (f"{change.before:.4f} m", f"{change.after:.4f} m", marked, f"{moved:+.1f} mm")
         samples = (str(change.samples_before), str(change.samples_after))
         table.add_row(change.name, *distances, *samples)
     console.print(table)

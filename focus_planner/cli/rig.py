@@ -40,6 +40,10 @@ _LENS_OPTIONS: dict[str, dict[str, Any]] = {
         "help": "or number of focus positions from --min-focus to --max-focus, equally spaced in"
         " dioptres",
     },
+    "hiatus": {
+        "help": "how far the rear principal plane is behind the front one, metres; for distances"
+        " from the sensor (default: 0, a thin lens)"
+    },
 }
 
 

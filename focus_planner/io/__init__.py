@@ -1,1 +1,1 @@
-"""Reading and writing files: surfaces, rig.yaml, plan.json, problem.npz, pictures."""
+"""Reading and writing files: surfaces, rig.yaml, plan.json, lens sheets, problem.npz, pictures."""

@@ -50,7 +50,7 @@ _MARKER_AREA = 12_000  # of all cameras' markers together, square points
 
 # Inches.
 _LEFT, _RIGHT, _GAP = 0.7, 1.2, 0.14
-_TOP, _TITLE, _BETWEEN, _CAMERAS, _BOTTOM = 1.05, 0.75, 0.5, 1.35, 0.5
+_TOP, _TITLE, _BETWEEN, _CAMERAS, _BOTTOM = 1.25, 0.75, 0.5, 1.35, 0.5
 _NARROW, _WIDE = 3.4, 6.0  # one plan's width beside others, and alone
 
 
@@ -112,7 +112,7 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
         if column == 0:
             _write_heights(below, rig)
     _draw_scales(layout, metres)
-    _write_headline(layout.figure, rig, fresh, {plan.shots for plan in plans.values()})
+    _write_headline(layout.figure, rig, fresh, list(plans.values()))
     with atomic_write(path) as file:
         layout.figure.savefig(file, format="png")
 
@@ -273,21 +273,32 @@ def _draw_scales(layout: _Layout, metres: ScalarMappable) -> None:
         bar.ax.tick_params(colors=_FAINT)
 
 
-def _write_headline(figure: Figure, rig: Rig, fresh: Problem, shots: set[int]) -> None:
+def _write_headline(figure: Figure, rig: Rig, fresh: Problem, plans: list[FocusPlan]) -> None:
     x, top = _LEFT / figure.get_figwidth(), 1 - 0.16 / figure.get_figheight()
     cameras = f"{len(rig)} cameras" if len(rig) > 1 else "1 camera"
     figure.text(
-        x, top, f"{cameras}, {_shots(shots)}", fontsize=20, weight="bold", color=_INK, va="top"
+        x, top, f"{cameras}, {_shots(plans)}", fontsize=20, weight="bold", color=_INK, va="top"
     )
     text = (
         "The cost of each point in the camera that images it best, and the cameras unrolled.\n"
         f"Estimated on {fresh.sample_count:,} points of the surface; no camera sees the grey ones."
+        f"\n{_measured(plans)}"
     )
     below = top - 0.42 / figure.get_figheight()
     figure.text(x, below, text, fontsize=10, color=_FAINT, va="top", linespacing=1.4)
 
 
-def _shots(counts: set[int]) -> str:
+def _measured(plans: list[FocusPlan]) -> str:
+    text = "Focus distances: from the centre of projection"
+    told = [plan.sensor_offsets for plan in plans if plan.sensor_offsets]
+    if not told:
+        return f"{text}."
+    least, most = 1000 * min(low for low, _ in told), 1000 * max(high for _, high in told)
+    return f"{text}; from the sensor {least:.0f} to {most:.0f} mm more."
+
+
+def _shots(plans: list[FocusPlan]) -> str:
+    counts = {plan.shots for plan in plans}
     if counts == {1}:
         return "one shot"
     return f"{' or '.join(map(str, sorted(counts)))} shots each"

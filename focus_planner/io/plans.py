@@ -15,14 +15,17 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write, read_text
 
 _LISTS = ("notes", "cameras")
+_MAY_BE_INFINITE = ("far_limit", "from_sensor")
+_MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor")
 
 
 def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
-    Numbers are written with all their digits; an infinite far limit is null, as JSON has no
+    Numbers are written with all their digits; an infinite distance is null, as JSON has no
     infinity. A camera with several shots has the list ``shots``, and one whose lens has a table
-    has ``device_value`` and ``device_unit``; other cameras do not have these keys.
+    has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those of
+    older plans have no ``from_sensor``.
     """
     names = [each.name for each in fields(FocusPlan) if each.name not in _LISTS]
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
@@ -78,9 +81,8 @@ def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
 
 
 def _focus_to_json(values: dict[str, Any]) -> dict[str, Any]:
-    far = values["far_limit"]
-    given = {k: v for k, v in values.items() if v is not None or not k.startswith("device_")}
-    return given | {"far_limit": far if math.isfinite(far) else None}
+    given = {key: value for key, value in values.items() if value is not None}
+    return given | {key: None for key in _MAY_BE_INFINITE if given.get(key) == math.inf}
 
 
 def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
@@ -100,6 +102,6 @@ def _camera_from_json(data: dict[str, Any]) -> CameraFocus:
 
 def _fields_of(kind: type[CameraFocus | Shot], data: dict[str, Any]) -> dict[str, Any]:
     """Return the constructor's arguments for ``kind``."""
-    far = math.inf if data["far_limit"] is None else data["far_limit"]
-    data = {"device_value": None, "device_unit": None} | data
-    return {field.name: data[field.name] for field in fields(kind)} | {"far_limit": far}
+    infinite = {key: math.inf for key in _MAY_BE_INFINITE if key in data and data[key] is None}
+    data = dict.fromkeys(_MAY_BE_MISSING) | data | infinite
+    return {field.name: data[field.name] for field in fields(kind)}

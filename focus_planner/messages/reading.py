@@ -192,6 +192,7 @@ def lens_from_message(message: Message) -> Lens:
         focus_distances=tuple(message.focus_distances) or None,
         focus_steps=message.focus_steps or None,
         table=table,
+        hiatus=message.hiatus,
     )
 
 
@@ -287,6 +288,7 @@ def shot_from_message(message: Message, device_value: float | None = None) -> Sh
         assigned_samples=message.assigned_samples,
         in_focus_samples=message.in_focus_samples,
         device_value=device_value,
+        from_sensor=_told(message.from_sensor),
     )
 
 
@@ -306,7 +308,13 @@ def camera_focus_from_message(message: Message) -> CameraFocus:
         shots=tuple(shot_from_message(shot, value) for shot, value in shots),
         device_value=message.device_value if unit else None,
         device_unit=unit,
+        from_sensor=_told(message.from_sensor),
     )
+
+
+def _told(from_sensor: float) -> float | None:
+    """Return the distance; None for NaN, and for the 0 of runs older than the field."""
+    return None if math.isnan(from_sensor) or from_sensor == 0 else from_sensor
 
 
 def plan_from_message(message: Message) -> FocusPlan:

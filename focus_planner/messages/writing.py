@@ -99,6 +99,7 @@ def lens_to_fields(lens: Lens) -> Fields:
         "focus_distances": lens.focus_distances or (),
         "focus_steps": lens.focus_steps or 0,
         "table": lens_table_to_fields(lens.table),
+        "hiatus": lens.hiatus,
     }
 
 
@@ -140,7 +141,8 @@ def rig_to_fields(rig: Rig) -> Fields:
 
 def shot_to_fields(shot: Shot) -> Fields:
     """Return the shot; its device value goes into its camera's bracket."""
-    return {name: value for name, value in vars(shot).items() if name != "device_value"}
+    fields = {name: value for name, value in vars(shot).items() if name != "device_value"}
+    return fields | {"from_sensor": _or_nan(shot.from_sensor)}
 
 
 def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp, plan_id: str) -> Fields:
@@ -153,7 +155,7 @@ def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp, plan
         "status": int(focus.status),
         "focus_distance": focus.focus_distance,
         "dioptres": 1.0 / focus.focus_distance,
-        "device_value": math.nan if focus.device_value is None else focus.device_value,
+        "device_value": _or_nan(focus.device_value),
         "device_unit": focus.device_unit or "",
         "near_limit": focus.near_limit,
         "far_limit": focus.far_limit,
@@ -162,6 +164,7 @@ def camera_focus_to_fields(focus: CameraFocus, frame_id: str, stamp: Stamp, plan
         "bracket": [shot.focus_distance for shot in focus.shots],
         "device_bracket": device_bracket,
         "shots": [shot_to_fields(shot) for shot in focus.shots],
+        "from_sensor": _or_nan(focus.from_sensor),
     }
 
 
@@ -193,7 +196,7 @@ def plan_to_fields(
         **(inputs or {}),
         "method": plan.method,
         "cost": plan.cost,
-        "lower_bound": math.nan if plan.lower_bound is None else plan.lower_bound,
+        "lower_bound": _or_nan(plan.lower_bound),
         "converged": plan.converged,
         "samples": plan.samples,
         "seed": plan.seed,
@@ -235,3 +238,7 @@ def time_to_fields(stamp: Stamp) -> Fields:
 def header_fields(frame_id: str, stamp: Stamp) -> Fields:
     """Return the header message."""
     return {"frame_id": frame_id, "stamp": time_to_fields(stamp)}
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value

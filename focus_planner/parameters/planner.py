@@ -13,7 +13,7 @@ from focus_planner.core.planning.field_spec import SpecifiedField, specified_fie
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
-from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens import MAX_HIATUS, Lens
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS
 from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.importance import IMPORTANCE
@@ -175,6 +175,14 @@ DECLARATIONS = (
         "Number of focus positions from lens.min_focus to lens.max_focus, equally spaced in"
         " dioptres; 0 for a lens without steps." + _POSES,
         high=MAX_FOCUS_STEPS,
+    ),
+    Declaration(
+        "lens.hiatus",
+        _LENS.hiatus,
+        "How far the rear principal plane is behind the front one, in metres; negative if they are"
+        " crossed, 0 for a thin lens. Used only for distances from the sensor." + _POSES,
+        low=-1,
+        high=MAX_HIATUS,
     ),
     Declaration(
         "lens_tables",

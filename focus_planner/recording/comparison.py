@@ -19,6 +19,8 @@ class CameraChange:
     name : str
     before, after : float
         Focus distances, metres.
+    from_sensor_before, from_sensor_after : float or None
+        The same from the sensor, metres; None where the plan does not tell it.
     samples_before, samples_after : int
         Numbers of assigned samples.
     """
@@ -28,6 +30,8 @@ class CameraChange:
     after: float
     samples_before: int
     samples_after: int
+    from_sensor_before: float | None = None
+    from_sensor_after: float | None = None
 
     @property
     def moved(self) -> float:
@@ -45,6 +49,8 @@ def camera_changes(before: FocusPlan, after: FocusPlan) -> list[CameraChange]:
             now[camera.name].focus_distance,
             camera.assigned_samples,
             now[camera.name].assigned_samples,
+            camera.from_sensor,
+            now[camera.name].from_sensor,
         )
         for camera in before.cameras
         if camera.name in now and camera.focus_distance != now[camera.name].focus_distance

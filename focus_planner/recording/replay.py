@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from datetime import datetime
 from functools import partial
 from itertools import zip_longest
@@ -211,8 +211,27 @@ def _plan_differences(recorded: FocusPlan, now: FocusPlan) -> Iterator[Differenc
     changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]
     if changed:
         yield Difference("plan", "; ".join(changed))
-    if recorded.cameras != now.cameras:
-        yield Difference("focus", _focus_extent(recorded.cameras, now.cameras))
+    before, after = _told_by_both(recorded.cameras, now.cameras)
+    if before != after:
+        yield Difference("focus", _focus_extent(before, after))
+
+
+def _told_by_both(
+    recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]
+) -> tuple[Sequence[CameraFocus], Sequence[CameraFocus]]:
+    """Return the cameras without their distances from the sensor, unless both plans tell these.
+
+    Older versions did not. They follow from the distances and the lenses in any case.
+    """
+    plans = recorded, now
+    if all(any(camera.from_sensor is not None for camera in plan) for plan in plans):
+        return plans
+    return tuple(map(_without_from_sensor, recorded)), tuple(map(_without_from_sensor, now))
+
+
+def _without_from_sensor(camera: CameraFocus) -> CameraFocus:
+    shots = tuple(replace(shot, from_sensor=None) for shot in camera.shots)
+    return replace(camera, shots=shots, from_sensor=None)
 
 
 def _focus_extent(recorded: Sequence[CameraFocus], now: Sequence[CameraFocus]) -> str:

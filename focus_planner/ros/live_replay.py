@@ -11,8 +11,17 @@ from typing import Any
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG
+from focus_planner.messages.typestore import (
+    CLOUD,
+    MESH,
+    POSES,
+    RIG,
+    definition_of,
+    fields_of,
+    serialize,
+)
 from focus_planner.parameters.planner import DECLARATIONS, Settings
+from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.run import VERTEX_DATA, Ending, Run
 from focus_planner.ros.client import PlannerClient
 
@@ -63,7 +72,7 @@ def replay_live(run: Run, node: str, on_step: Callable[[str], None] = lambda _: 
             with _parameters_of(client, run.beginning.settings):
                 for message in run.inputs:
                     on_step(f"publishing {message.topic}")
-                    client.publish(_TOPICS[message.type_name], message.payload)
+                    client.publish(_TOPICS[message.type_name], _payload_now(message))
                 on_step(f"{node} is planning")
                 answer = client.plan(**run.beginning.asked)
     except TimeoutError as error:
@@ -71,6 +80,16 @@ def replay_live(run: Run, node: str, on_step: Callable[[str], None] = lambda _: 
     if answer.success:
         return Ending(True, answer.message, plan_from_message(answer.plan))
     return _failure(run.ending, answer.message)
+
+
+def _payload_now(message: BagMessage) -> bytes:
+    """Return the message's bytes by today's definition; one that cannot be read as it is."""
+    if message.definition in ("", definition_of(message.type_name)):
+        return message.payload
+    try:
+        return serialize(message.type_name, fields_of(message.read()))
+    except InputError:
+        return message.payload
 
 
 def _failure(recorded: Ending, message: str) -> Ending:

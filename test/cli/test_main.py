@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -79,12 +80,13 @@ def test_rig_cylinder_prints_the_contracts_rig(here: Path, capsys: Any) -> None:
 
 def test_rig_cylinder_takes_a_lens(here: Path, capsys: Any) -> None:
     options = ["--f-number", "8", "--circle-of-confusion", "3e-5", "--min-focus", "0.3"]
+    options += ["--hiatus", "-0.004"]
     assert cli.main(["rig", "cylinder", "--frame-id", "booth", "--bottom", "-0.1", *options]) == 0
     Path("own.yaml").write_text(capsys.readouterr().out)
     rig = load_rig("own.yaml")
     assert rig.frame_id == "booth"
     assert rig.cameras[0].position[2] == -0.1
-    assert rig.cameras[0].lens == Lens(0.05, 0.05**2 / (8 * 3e-5), 0.3)
+    assert rig.cameras[0].lens == Lens(0.05, 0.05**2 / (8 * 3e-5), 0.3, hiatus=-0.004)
 
 
 @pytest.mark.parametrize(
@@ -116,6 +118,10 @@ def test_rig_cylinder_takes_a_lens_of_certain_distances(
             "circle_of_confusion, got both",
         ),
         ("--min-focus 3 --max-focus 2", "lens.min_focus: expected at most max_focus"),
+        (
+            "--hiatus 12",
+            "lens.hiatus: expected above -4 focal lengths (-0.2 m) and at most 1 m, got",
+        ),
         ("--colour red", "unrecognized arguments: --colour red"),
     ],
 )
@@ -400,6 +406,8 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--gap small", "argument --gap: invalid float value: 'small'"),
         ("--output none/plan.json", "none/plan.json: expected a file in a folder that exists"),
         ("--output .", "got a folder"),
+        ("--output plan.txt", "--output: expected a name that ends in .json for the plan, or in"),
+        ("--output plan.json --output none/sheet.pdf", "none/sheet.pdf: expected a file in a fold"),
         ("--problem none/x.npz", "none/x.npz"),
         ("--picture none/x.png", "none/x.png"),
         ("--sampels 3", "unrecognized arguments: --sampels 3"),
@@ -420,6 +428,17 @@ def test_a_picture_that_nothing_can_draw_is_refused_before_it_is_planned(
     assert not Path("plan.json").exists()
 
 
+def test_a_pdf_that_nothing_can_write_is_refused_before_it_is_planned(
+    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "reportlab", None)
+    monkeypatch.delitem(sys.modules, "focus_planner.io.lens_sheet.pdf_pages", raising=False)
+    status = plan("--samples", "200", "--output", "sheet.pdf", "--output", "plan.json")
+    fails_in_one_line(capsys, status, "lens sheet: expected reportlab to write it as PDF with")
+    assert not Path("plan.json").exists()
+    assert plan("--samples", "200", "--output", "sheet.html", "--output", "plan.json") == 0
+
+
 def test_k_above_the_number_of_cameras_is_refused(here: Path, capsys: Any) -> None:
     save_rig(Rig(RIG.cameras[:2]), Path("two.yaml"))
     status = plan("--k", "3", rig="two.yaml")
@@ -438,9 +457,42 @@ def test_missing_files_are_told(here: Path, capsys: Any) -> None:
 
 
 def test_one_file_is_not_written_twice(here: Path, capsys: Any) -> None:
-    status = plan("--output", "same.json", "--problem", "same.json")
-    fails_in_one_line(capsys, status, "expected different files, got the same twice")
+    for option, name in (("--problem", "same.json"), ("--output", "./same.json")):
+        status = plan("--output", "same.json", option, name)
+        fails_in_one_line(capsys, status, "expected different files, got the same twice")
     assert not Path("same.json").exists()
+
+
+def test_a_plan_and_lens_sheets_are_written_at_once(here: Path, capsys: Any) -> None:
+    names = ("plan.json", "plain", "sheet.csv", "SHEET.HTML", "sheet.pdf")
+    options = [word for name in names for word in ("--output", name)]
+    assert plan("--samples", "200", *options) == 0
+    assert capsys.readouterr() == ("", "")
+    planned = load_plan(Path("plan.json"))
+    assert load_plan(Path("plain")) == planned
+    with Path("sheet.csv").open(newline="", encoding="utf-8") as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    assert sorted(rows) == sorted(camera.name for camera in planned.cameras)
+    for camera in planned.cameras:
+        assert camera.from_sensor is not None
+        assert float(rows[camera.name]["distance_m"]) == camera.focus_distance
+        assert float(rows[camera.name]["from_sensor_m"]) == camera.from_sensor
+        assert 0.05 < camera.from_sensor - camera.focus_distance < 0.1
+    page = Path("SHEET.HTML").read_text(encoding="utf-8")
+    assert "ball.ply" in page
+    assert "rig.yaml" in page
+    assert Path("sheet.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_with_a_lens_sheet_alone_the_plan_is_still_printed(here: Path, capsys: Any) -> None:
+    assert plan("--samples", "200", "--output", "sheet.csv") == 0
+    assert json.loads(capsys.readouterr().out)["samples"] == 200
+    assert Path("sheet.csv").read_text(encoding="utf-8").startswith("set,name,distance_m,")
+
+
+def test_a_plan_may_go_into_a_pipe(here: Path, capsys: Any) -> None:
+    assert plan("--samples", "200", "--output", "/dev/null", "--output", "sheet.csv") == 0
+    assert capsys.readouterr() == ("", "")
 
 
 def test_where_to_write_is_checked_before_anything_is_read(here: Path, capsys: Any) -> None:
@@ -619,6 +671,11 @@ def test_a_person_sees_what_lenses_are_told(here: Path) -> None:
     assert status == 0
     assert re.search(r"lenses\W+\d+ to \d+\W+focus_absolute", shown)
     assert re.search(r"lenses\W+[\d.]+ to [\d.]+\W+dioptres", shown)
+    told = (
+        r"focused at\W+([\d.]+) to [\d.]+ m\W+from the centre of projection; ([\d.]+) to [\d.]+ m"
+    )
+    near, marked = map(float, re.search(told, shown).groups())  # type: ignore[union-attr]
+    assert 0.05 < marked - near < 0.1
 
 
 @pytest.mark.processes

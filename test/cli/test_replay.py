@@ -360,7 +360,8 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     assert "% " not in rows["total seconds"][-1]
     assert "of 8 cameras are focused at other distances, by " in out
     assert rows["c3"][0].endswith(" m")
-    assert rows["c3"][2].endswith(" mm")
+    assert 0.05 < float(rows["c3"][2].removesuffix(" m")) - float(rows["c3"][1][:-2]) < 0.1
+    assert rows["c3"][3].endswith(" mm")
 
 
 def test_what_if_in_json_has_every_camera(here: Path, capsys: Any) -> None:

@@ -30,11 +30,14 @@ CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
     *("assigned_samples", "in_focus_samples"),
 ]
+SENSOR_KEY = "from_sensor"
 DEVICE_KEYS = ["device_value", "device_unit"]
 
 
 def one_shot(name: str, status: CameraStatus, *values: Any) -> CameraFocus:
-    return CameraFocus(name, status, *values, (Shot(*values),))
+    *values, from_sensor = values
+    shot = Shot(*values, from_sensor=from_sensor)
+    return CameraFocus(name, status, *values, (shot,), from_sensor=from_sensor)
 
 
 PLAN = FocusPlan(
@@ -50,9 +53,9 @@ PLAN = FocusPlan(
     *(0.1, 0.30000000000000004),
     (Note("default_lens", "nothing tells the lens"), Note("winding", "both ways")),
     (
-        one_shot("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4),
-        one_shot("b", CameraStatus.UNASSIGNED, 12.0, 5.5, math.inf, 0, 0),
-        one_shot("c", CameraStatus.SEES_NOTHING, 1 / 3, 0.3, 0.4, 0, 0),
+        one_shot("a", CameraStatus.PLANNED, 0.1 + 0.2, 0.29, 0.31, 5, 4, 0.36 + 1e-16),
+        one_shot("b", CameraStatus.UNASSIGNED, 12.0, 5.5, math.inf, 0, 0, 12.05 / 3),
+        one_shot("c", CameraStatus.SEES_NOTHING, 1 / 3, 0.3, 0.4, 0, 0, math.inf),
     ),
 )
 
@@ -64,10 +67,11 @@ def refuse_constant(name: str) -> float:
 def test_it_has_the_keys_of_the_contract_and_is_standard_json() -> None:
     data = json.loads(plan_to_json(PLAN), parse_constant=refuse_constant)
     assert list(data) == KEYS
-    assert all(list(camera) == CAMERA_KEYS for camera in data["cameras"])
+    assert all(list(camera) == [*CAMERA_KEYS, SENSOR_KEY] for camera in data["cameras"])
     statuses = [camera["status"] for camera in data["cameras"]]
     assert statuses == ["planned", "unassigned", "sees_nothing"]
     assert data["cameras"][1]["far_limit"] is None
+    assert [camera["from_sensor"] for camera in data["cameras"]] == [0.36 + 1e-16, 12.05 / 3, None]
     assert data["lower_bound"] is None
     assert data["cost"] == 1000 / 3
 
@@ -108,6 +112,30 @@ def test_device_values_come_back_and_are_not_there_without_tables(tmp_path: Path
     data = json.loads(plan_to_json(replace(PLAN, cameras=(camera,))))["cameras"][0]
     assert [shot["device_value"] for shot in data["shots"]] == [180.0, 90.0]
     assert "device" not in plan_to_json(PLAN)
+
+
+def test_a_plan_of_an_earlier_version_tells_no_distance_from_the_sensor(tmp_path: Path) -> None:
+    data = json.loads(plan_to_json(PLAN))
+    for camera in data["cameras"]:
+        del camera["from_sensor"]
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    plan = load_plan(tmp_path / "plan.json")
+    told = [each.from_sensor for camera in plan.cameras for each in (camera, *camera.shots)]
+    assert told == [None] * 6
+    assert "from_sensor" not in plan_to_json(plan)
+    save_plan(plan, tmp_path / "again.json")
+    assert load_plan(tmp_path / "again.json") == plan
+
+
+def test_shots_have_their_own_distances_from_the_sensor(tmp_path: Path) -> None:
+    shots = tuple(Shot(d, d - 0.1, d + 0.1, 1, 1, None, d + 0.06) for d in (0.4, 0.5))
+    camera = CameraFocus("a", CameraStatus.PLANNED, 0.5, 0.4, 0.6, 2, 2, shots, from_sensor=0.56)
+    plan = replace(PLAN, cameras=(camera,))
+    save_plan(plan, tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == plan
+    (data,) = json.loads(plan_to_json(plan))["cameras"]
+    assert [shot["from_sensor"] for shot in data["shots"]] == [0.4 + 0.06, 0.56]
+    assert data["from_sensor"] == 0.56
 
 
 def test_what_is_planned_is_what_is_saved(tmp_path: Path) -> None:

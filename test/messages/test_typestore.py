@@ -312,15 +312,17 @@ def test_what_an_older_definition_lacks_deep_within_is_zero_or_empty():
     older = older.replace("float64[] focus_distances\n", "").replace("LensTable table\n", "")
     cameras = [{"name": "a", "lens": {"focal_length": 0.05, "max_focus": 3.0}}]
     payload = serialize(RIG, {"cameras": cameras, "grid_rows": 1, "grid_columns": 1})
-    # Two fields of four bytes, both zero, at the end of the only lens, and an empty table.
+    older = older.replace("float64 hiatus\n", "")
+    # At the end of the only lens: two fields of four bytes, both zero, an empty table, a number.
     end = payload[-8:]
-    table = b"\1" + bytes(15)
-    assert payload[-32:-8] == bytes(8) + table
-    read = deserialize(RIG, payload[:-32] + end, older)
+    table, hiatus = b"\1" + bytes(15), bytes(8)
+    assert payload[-40:-8] == bytes(8) + table + hiatus
+    read = deserialize(RIG, payload[:-40] + end, older)
     (camera,) = read.cameras
     assert (camera.lens.focal_length, camera.lens.max_focus) == (0.05, 3.0)
     assert len(camera.lens.focus_distances) == camera.lens.focus_steps == 0
     assert camera.lens.table.unit == ""
+    assert camera.lens.hiatus == 0.0
     assert (read.grid_rows, read.grid_columns) == (1, 1)
 
 
@@ -332,7 +334,8 @@ def test_a_newer_definition_is_told_to_need_a_newer_version():
     assert "\n" not in str(e.value)
     newer = definition_of(RIG).replace("LensTable table", "LensTable table\nbool zoom")
     payload = serialize(RIG, {})
-    with_camera = serialize(RIG, {"cameras": [{}]})[:-8] + bytes(4) + bytes(8)
+    # The flag, what fills up the hiatus's eight bytes, and more than there is.
+    with_camera = serialize(RIG, {"cameras": [{}]})[:-8] + bytes(16) + bytes(8)
     assert len(deserialize(RIG, payload, newer).cameras) == 0
     with pytest.raises(InputError, match=r"Lens: .*got 'zoom'; update focus_planner$"):
         deserialize(RIG, with_camera, newer)

@@ -458,6 +458,30 @@ def test_the_least_bit_of_a_focus_distance_counts(path, tmp_path):
     assert difference.what.startswith("2 of 8 cameras; the farthest, c0, by ")
 
 
+def with_from_sensor(fields, change):
+    for camera in fields["cameras"]:
+        for each in (camera, *camera["shots"]):
+            each["from_sensor"] = change(each["from_sensor"])
+
+
+def test_a_run_older_than_distances_from_the_sensor_is_reproduced(path, tmp_path):
+    old = tampered(
+        path, tmp_path / "x", PLAN, lambda fields: with_from_sensor(fields, lambda _: 0.0)
+    )
+    assert all(camera.from_sensor is None for camera in read_run(old).ending.plan.cameras)
+    run, again = replayed(old)
+    assert differences(run, again) == []
+    assert all(camera.from_sensor > camera.focus_distance for camera in again.plan.cameras)
+
+
+def test_the_least_bit_of_a_distance_from_the_sensor_counts(path, tmp_path):
+    def change(fields):
+        with_from_sensor(fields, lambda metres: np.nextafter(metres, 9.0))
+
+    (difference,) = found(tampered(path, tmp_path / "x", PLAN, change))
+    assert difference.what == "8 of 8 cameras, at the same distances"
+
+
 def test_cameras_that_differ_in_samples_only_are_told_so(path, tmp_path):
     def change(fields):
         fields["cameras"][5]["assigned_samples"] += 1

@@ -228,6 +228,7 @@ def other_than_default(declaration):
         "lens.focal_length": 0.035,
         "lens.focus_distances": (0.5, 1 / 3 + 0.5, 2.0),
         "lens.focus_steps": 0,  # or the distances above
+        "lens.hiatus": 0.0123,
         "seed": 2**63 - 1,
         "cost.axis_deviation_weight": 0.2,
         "cost.projected_area_weight": 0.1,

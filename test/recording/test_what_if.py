@@ -350,6 +350,13 @@ def test_an_f_number_takes_the_usual_circle_of_the_sensor_and_says_so(run):
     assert "--set circle_of_confusion=" in note
 
 
+def test_a_hiatus_is_that_of_every_lens_and_changes_nothing_else(run):
+    after = changed(run, "hiatus=0.0125")
+    assert after.notes == ()
+    for lens, before in zip(lenses_of(after.run), lenses_of(run), strict=True):
+        assert lens == replace(before, hiatus=0.0125)
+
+
 def test_a_circle_alone_keeps_the_f_number():
     said = lens_fields(f_number=4.0, circle_of_confusion=2e-5)
     after = changed(rig_run(said), "circle_of_confusion=3e-5")

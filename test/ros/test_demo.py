@@ -44,8 +44,14 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     runs = [read_run(run) for run in sorted((tmp_path / "new" / "runs").iterdir())]
     assert [run.ending.plan.method for run in runs] == list(METHODS)
     assert [run.ending.plan for run in runs if run.ending.plan.method == plan.method] == [plan]
+    page = (tmp_path / "new" / "sheet.html").read_text(encoding="utf-8")
     for camera in plan.cameras:
         assert f"{100 * camera.focus_distance:.0f}" in shown
+        assert camera.name in page
+        assert f"{camera.from_sensor:.3f}" in page
+    least, most = plan.sensor_offsets
+    assert 0.05 < least < most < 0.07
+    assert f"{100 * least:.1f} to {100 * most:.1f} more" in " ".join(shown.split())
 
 
 @pytest.mark.processes

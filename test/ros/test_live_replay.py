@@ -10,7 +10,7 @@ import pytest
 
 from focus_planner.cli.main import main
 from focus_planner.core.validation import InputError
-from focus_planner.messages.typestore import fields_of, serialize
+from focus_planner.messages.typestore import RIG, definition_of, fields_of, serialize
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.recording.bag import BagWriter, read_bag
 from focus_planner.recording.replay import outcome_differences
@@ -256,6 +256,13 @@ def test_lens_tables_reach_the_node_without_their_file(live, of_live, capsys):
     assert command(BAGS / "lens_tables", "--node", live.name) == 0
     assert "reproduced" in capsys.readouterr().out
     assert of_live.get_parameters(["lens_tables"]) == {"lens_tables": ""}
+
+
+def test_a_rig_of_an_older_definition_reaches_the_node(live, capsys):
+    (message,) = [m for m in read_bag(BAGS / "mesh_em").messages if m.type_name == RIG]
+    assert message.definition != definition_of(RIG)
+    assert command(BAGS / "mesh_em", "--node", live.name) == 0
+    assert "reproduced" in capsys.readouterr().out
 
 
 def test_what_no_message_can_say_is_refused_in_one_line(live, capsys):

@@ -42,6 +42,10 @@ class Shot:
         How many of them are in focus, given the depth tolerance.
     device_value : float or None
         The distance in the unit of the lens's table; None without a table.
+    from_sensor : float or None
+        The same distance as a focus ring is marked, from the sensor plane, metres; see
+        :func:`~focus_planner.core.rig.optics.distance_from_sensor`. None in plans of versions that
+        did not tell it.
     """
 
     focus_distance: float
@@ -50,6 +54,7 @@ class Shot:
     assigned_samples: int
     in_focus_samples: int
     device_value: float | None = None
+    from_sensor: float | None = None
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,9 @@ class CameraFocus:
         ``focus_distance`` in the unit of the lens's table; None without a table.
     device_unit : str or None
         The table's unit.
+    from_sensor : float or None
+        ``focus_distance`` as a focus ring is marked, from the sensor plane, metres; see
+        :class:`Shot`.
     """
 
     name: str
@@ -83,6 +91,7 @@ class CameraFocus:
     shots: tuple[Shot, ...]
     device_value: float | None = None
     device_unit: str | None = None
+    from_sensor: float | None = None
 
 
 @dataclass(frozen=True)
@@ -153,6 +162,13 @@ class FocusPlan:
     def shots(self) -> int:
         """How many shots each camera takes."""
         return len(self.cameras[0].shots) if self.cameras else 1
+
+    @property
+    def sensor_offsets(self) -> tuple[float, float] | None:
+        """By how much distances from the sensor are greater, least and most; None if not told."""
+        shots = [shot for camera in self.cameras for shot in camera.shots]
+        offsets = [s.from_sensor - s.focus_distance for s in shots if s.from_sensor is not None]
+        return (min(offsets), max(offsets)) if offsets else None
 
     def summary(self) -> str:
         """Return the plan's quality in one line."""

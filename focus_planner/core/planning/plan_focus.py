@@ -25,7 +25,7 @@ from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem, mean_cost
 from focus_planner.core.problem.shots import sort_shots, spread_start
 from focus_planner.core.progress import ProgressCallback, never_stop
-from focus_planner.core.rig.optics import depth_of_field
+from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers import SOLVERS, Options, Solution
 from focus_planner.core.solvers.solution import fill_missing_distances
@@ -217,9 +217,17 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     shots = []
     for c, lens in enumerate(problem.lenses):
         near, far = depth_of_field(focus[c], lens)
-        device_value = lens.table.value_at(float(focus[c])) if lens.table else None
-        counts = int(assigned[c]), int(in_focus[c])
-        shots.append(Shot(float(focus[c]), float(near), float(far), *counts, device_value))
+        shots.append(
+            Shot(
+                focus_distance=float(focus[c]),
+                near_limit=float(near),
+                far_limit=float(far),
+                assigned_samples=int(assigned[c]),
+                in_focus_samples=int(in_focus[c]),
+                device_value=lens.table.value_at(float(focus[c])) if lens.table else None,
+                from_sensor=float(distance_from_sensor(focus[c], lens)),
+            )
+        )
     return tuple(
         _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
         for c in range(0, count, problem.shots)
@@ -243,4 +251,5 @@ def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> Came
         shots=shots,
         device_value=main.device_value,
         device_unit=table.unit if table else None,
+        from_sensor=main.from_sensor,
     )

@@ -14,11 +14,13 @@ from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS, LensTable
 from focus_planner.core.validation import InputError, check_number, check_whole
 
 _LARGEST_LENGTH = 1e12  # metres
+#: Metres. Real lenses have centimetres: a larger one was probably given in millimetres.
+MAX_HIATUS = 1.0
 
 
 @dataclass(frozen=True)
 class Lens:
-    """A thin lens.
+    """A thin lens, or one of several elements that images like it.
 
     Parameters
     ----------
@@ -40,6 +42,10 @@ class Lens:
         Conversion to the values that the lens's driver takes. The lens is limited to the table's
         distances. A table of whole values determines the possible distances by itself, in place
         of the other two.
+    hiatus : float
+        How far the rear principal plane is behind the front one, metres; 0 for a thin lens,
+        negative if they are crossed. It lengthens the way to the sensor and changes nothing else:
+        see :func:`~focus_planner.core.rig.optics.distance_from_sensor`.
 
     Raises
     ------
@@ -55,6 +61,7 @@ class Lens:
     focus_distances: tuple[float, ...] | None = None
     focus_steps: int | None = None
     table: LensTable | None = None
+    hiatus: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("lens.focal_length", self.focal_length, above=0)
@@ -69,6 +76,7 @@ class Lens:
                 f"at most max_focus ({self.max_focus:g} m)",
                 f"{self.min_focus:g} m",
             )
+        _check_hiatus(self)
         if self.table is not None:
             _check_table(self, self.table)
         if self.focus_distances is not None:
@@ -102,6 +110,20 @@ def _check_magnitude(argument: str, metres: float) -> None:
     """Raise if products with other distances would overflow."""
     if metres > _LARGEST_LENGTH:
         raise InputError(argument, f"at most {_LARGEST_LENGTH:g} m", f"{metres:g}")
+
+
+def _check_hiatus(lens: Lens) -> None:
+    """Raise unless the sensor is behind whatever the lens can be focused at."""
+    hiatus = check_number("lens.hiatus", lens.hiatus)
+    # Between a subject and its image a thin lens leaves at least four focal lengths.
+    least = -4 * lens.focal_length
+    if not least < hiatus <= MAX_HIATUS:
+        raise InputError(
+            "lens.hiatus",
+            f"above -4 focal lengths ({least:g} m) and at most {MAX_HIATUS:g} m",
+            f"{hiatus:g} m",
+            "it is probably not in metres",
+        )
 
 
 def _equal_dioptre_steps(nearest: float, farthest: float, count: int) -> FloatArray:

@@ -1,6 +1,7 @@
-"""Depth of field of a thin lens (paper, Sec. 4.2), and its inverse.
+"""Depth of field of a thin lens (paper, Sec. 4.2), its inverse, and distances from the sensor.
 
-Distances are along the optical axis from the centre of projection, metres.
+Distances are along the optical axis from the centre of projection, metres, unless a name says
+otherwise.
 """
 
 from __future__ import annotations
@@ -57,6 +58,34 @@ def depth_of_field(focus_distance: FloatArray, lens: Lens) -> tuple[FloatArray, 
     near = h * s / (h + s - f)
     far = np.where(room > 0, h * s / np.where(room > 0, room, 1.0), np.inf)
     return near, far
+
+
+def distance_from_sensor(focus_distance: FloatArray, lens: Lens) -> FloatArray:
+    """Return how far from the sensor plane the plane of focus is: what a focus ring is marked with.
+
+    The plane of focus is s before the front principal plane, where the centre of projection is,
+    and the sensor v behind the rear one, with 1/s + 1/v = 1/F (Gauss's lens equation; Hecht,
+    Optics, Sec. 6.1). So the distance is s + v + hiatus, with v = F·s / (s − F).
+
+    Parameters
+    ----------
+    focus_distance : (n,) array
+        s, metres; may be inf.
+    lens : Lens
+        Its focal length is that of a focus at infinity: a lens that focuses by changing it is
+        marked a little differently.
+
+    Returns
+    -------
+    (n,) array
+        Metres; inf for s = inf, and NaN for s ≤ F, of which a lens forms no image on a sensor.
+    """
+    s = np.asarray(focus_distance, dtype=np.float64)
+    f = lens.focal_length
+    room = s - f
+    # F·s / (s − F) = F + F² / (s − F), which also holds at infinity.
+    image = f + f * f / np.where(room > 0, room, np.nan)
+    return np.where(np.isinf(s), np.inf, s + image + lens.hiatus)
 
 
 def focus_interval(

@@ -11,6 +11,7 @@ from focus_planner import (
     Lens,
     LensTable,
     depth_of_field,
+    distance_from_sensor,
     focus_interval,
     hyperfocal_distance,
 )
@@ -217,3 +218,48 @@ def test_a_thin_lens_blurs_by_the_circle_of_confusion_at_the_limits(f, number, c
 def test_lenses_without_a_hyperfocal_distance(values, name):
     with pytest.raises(InputError, match=rf"lens.{name}: expected a number above 0"):
         hyperfocal_distance(*values)
+
+
+# --- from the sensor ---------------------------------------------------------------------------
+
+
+def from_sensor(distance, lens):
+    return float(distance_from_sensor(np.array([distance]), lens)[0])
+
+
+def test_the_papers_lens_at_0_39_m_is_57_mm_further_from_the_sensor():
+    # v = 0.05 · 0.39 / 0.34, by hand.
+    assert from_sensor(0.39, PAPER) == pytest.approx(0.39 + 0.0195 / 0.34, rel=1e-15)
+    near, far = depth_of_field(np.array([0.39]), PAPER)
+    apart = from_sensor(0.39, PAPER) - 0.39
+    assert apart == pytest.approx(0.0574, abs=5e-5)
+    assert round(apart / float(far[0] - near[0])) == 2
+    # Life size: 2F before the lens and 2F behind it.
+    assert from_sensor(0.1, PAPER) == pytest.approx(0.2, rel=1e-15)
+
+
+@given(lenses(), st.floats(1.001, 1e6), st.floats(-3.9, 5.0))
+def test_object_and_image_are_conjugate(lens, ratio, hiatuses):
+    s = lens.focal_length * ratio
+    image = from_sensor(s, lens) - s
+    assert 1 / s + 1 / image == pytest.approx(1 / lens.focal_length, rel=1e-6)
+    thick = dataclasses.replace(lens, hiatus=min(hiatuses * lens.focal_length, 1.0))
+    assert from_sensor(s, thick) == pytest.approx(s + image + thick.hiatus, rel=1e-12)
+    assert from_sensor(s, thick) > 0
+
+
+def test_no_lens_has_a_subject_nearer_to_its_sensor_than_four_focal_lengths():
+    distances = np.linspace(1.001, 50, 9999) * PAPER.focal_length
+    assert distance_from_sensor(distances, PAPER).min() == pytest.approx(0.2, rel=1e-6)
+
+
+def test_at_infinity_it_is_infinite_and_within_the_focal_length_there_is_none():
+    thick = dataclasses.replace(PAPER, hiatus=0.01)
+    for lens in (PAPER, thick):
+        assert from_sensor(math.inf, lens) == math.inf
+        for distance in (0.05, 0.03, 0.0, -1.0, math.nan):
+            assert math.isnan(from_sensor(distance, lens))
+    found = distance_from_sensor(np.array([0.01, 0.39, math.inf]), thick)
+    assert np.isnan(found[0])
+    assert found[1] == from_sensor(0.39, thick)
+    assert found[2] == math.inf

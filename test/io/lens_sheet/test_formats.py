@@ -1,0 +1,216 @@
+"""The files that lens sheets are written as."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+
+from focus_planner import InputError, Rig, cylinder_rig
+from focus_planner.io.lens_sheet import SUFFIXES
+from focus_planner.io.lens_sheet.content import lens_sheet
+from focus_planner.io.lens_sheet.csv_text import sheet_to_csv
+from focus_planner.io.lens_sheet.html_page import sheet_to_html
+from focus_planner.io.lens_sheet.pdf_pages import sheet_to_pdf
+from focus_planner.io.lens_sheet.saving import save_lens_sheet
+from testing.lens_sheets import NOTES, RIG, camera, in_steps, plan, shot
+
+LARGE = cylinder_rig()
+LARGE_PLAN = plan(*(camera(c.name, shot(0.3 + k / 1000)) for k, c in enumerate(LARGE.cameras)))
+PLANS = [(plan(), RIG), (in_steps(), RIG), (LARGE_PLAN, LARGE)]
+
+
+# --- CSV ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("planned", "rig"), PLANS)
+def test_csv_reads_back_as_the_plan(planned, rig):
+    rows = list(csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(planned, rig)), newline="")))
+    shots = {(c.name, k): (c, s) for c in planned.cameras for k, s in enumerate(c.shots, 1)}
+    assert len(rows) == len(shots)
+    for row in rows:
+        planned_camera, planned_shot = shots.pop((row["name"], int(row.get("shot", 1))))
+        assert float(row["distance_m"]) == planned_shot.focus_distance
+        assert float(row["dioptres"]) == 1 / planned_shot.focus_distance
+        assert float(row["near_m"]) == planned_shot.near_limit
+        assert float(row["far_m"]) == planned_shot.far_limit
+        told = row["from_sensor_m"]
+        assert (float(told) if told else None) == planned_shot.from_sensor
+        value = row.get("device_value")
+        assert (float(value) if value else None) == planned_shot.device_value
+        assert (row.get("device_unit") or None) == planned_camera.device_unit
+        assert (row["set"], row["checked"]) == ("", "")
+
+
+def test_csv_writes_infinity_as_programs_read_it():
+    rows = csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(plan(), RIG)), newline=""))
+    far = {row["name"]: row["far_m"] for row in rows}
+    assert far["cam_1_00"] == "inf"
+    assert math.isinf(float(far["cam_1_00"]))
+
+
+# --- HTML --------------------------------------------------------------------------------------
+
+_VOID = {"meta", "input", "br"}
+
+
+class Page(HTMLParser):
+    """Checks that tags are balanced, and keeps the attributes and the texts of cells."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.attributes, self.rows, self.names = [], [], [], []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.attributes += attrs
+        if tag not in _VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in {"td", "th"}:
+            self.rows[-1].append("")
+            if ("scope", "row") in attrs:
+                self.names.append(len(self.rows) - 1)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if {"td", "th"} & set(self.open):
+            self.rows[-1][-1] += data
+
+
+@pytest.mark.parametrize(("planned", "rig"), PLANS)
+def test_html_has_every_row_in_order(planned, rig):
+    sheet = lens_sheet(planned, rig, notes=NOTES)
+    page = Page(sheet_to_html(sheet))
+    assert page.rows[1:] == [[cell.text for cell in row.cells] for row in sheet.rows]
+    assert len(page.names) == len(sheet.rows)
+    assert page.attributes.count(("type", "checkbox")) == 2 * len(sheet.rows)
+
+
+def test_html_needs_nothing_else():
+    page = sheet_to_html(lens_sheet(plan(), RIG, notes=NOTES))
+    assert not {"href", "src", "srcset", "data", "action"} & {n for n, _ in Page(page).attributes}
+    assert not re.search(r"url\(|@import|https?:|<script|<link|<img", page)
+
+
+def test_html_names_every_camera_once():
+    page = sheet_to_html(lens_sheet(LARGE_PLAN, LARGE))
+    for each in LARGE.cameras:
+        assert page.count(each.name) == 1
+
+
+def test_html_repeats_the_head_of_the_table_and_breaks_no_row():
+    page = sheet_to_html(lens_sheet(LARGE_PLAN, LARGE))
+    assert "thead { display: table-header-group; }" in page
+    assert "break-inside: avoid" in page
+    assert page.index("<thead>") < page.index("<tbody>")
+
+
+def test_html_escapes_names():
+    page = sheet_to_html(lens_sheet(plan(), RIG, surface="<a> & b.ply", notes=NOTES))
+    assert "&lt;a&gt; &amp; b.ply" in page
+    assert "paper&#x27;s lens &lt;50 mm&gt; &amp; no table" in page
+    assert "<a>" not in page
+
+
+# --- PDF ---------------------------------------------------------------------------------------
+
+
+def pages(planned, rig, **head):
+    content = sheet_to_pdf(lens_sheet(planned, rig, **head))
+    return [page.extract_text() for page in PdfReader(io.BytesIO(content)).pages]
+
+
+def positions(page):
+    """Where the texts of a page begin."""
+    found = []
+
+    def keep(text, outer, inner, *_):
+        if text.strip():
+            x, y = inner[4:]
+            found.append(
+                (
+                    x * outer[0] + y * outer[2] + outer[4],
+                    x * outer[1] + y * outer[3] + outer[5],
+                )
+            )
+
+    page.extract_text(visitor_text=keep)
+    return found
+
+
+def test_pdf_has_every_camera_once_in_order_and_the_head_on_every_page():
+    texts = pages(LARGE_PLAN, LARGE)
+    assert len(texts) == 4
+    walked = [row.cells[1].text for row in lens_sheet(LARGE_PLAN, LARGE).rows]
+    assert re.findall(r"cam_\d_\d\d", "\n".join(texts)) == walked
+    for number, text in enumerate(texts, 1):
+        assert f"page {number} of 4" in text
+        for heading in ("camera", "distance", "sensor", "dioptres", "near", "far", "checked"):
+            assert heading in text
+
+
+def test_pdf_prints_what_the_sheet_says():
+    (text,) = pages(plan(), RIG, surface="körper <1>.ply", notes=NOTES)
+    for word in ("Lens sheet for 6 cameras", "0.447", "∞", "303.0 ± 3.5", "körper <1>.ply", "m²"):
+        assert word in text
+    for note in NOTES:
+        assert note.text in text
+
+
+def test_pdf_puts_question_marks_for_what_its_font_does_not_have():
+    (text,) = pages(plan(), RIG, surface="身体.ply")
+    assert "??.ply" in text
+
+
+def test_pdf_is_a4_and_nothing_sticks_out():
+    names = ["c" * 100, *(c.name for c in RIG.cameras[1:])]
+    cameras = [replace(c, name=n) for c, n in zip(RIG.cameras, names, strict=True)]
+    planned = in_steps()
+    renamed = [replace(c, name=n) for c, n in zip(planned.cameras, names, strict=True)]
+    sheet = lens_sheet(replace(planned, cameras=tuple(renamed)), Rig(tuple(cameras)))
+    for page in PdfReader(io.BytesIO(sheet_to_pdf(sheet))).pages:
+        width, height = float(page.mediabox.width), float(page.mediabox.height)
+        assert (round(width), round(height)) == (595, 842)
+        placed = positions(page)
+        assert len(placed) > 100
+        for x, y in placed:
+            assert 30 < x < width - 30
+            assert 20 < y < height - 20
+
+
+def test_pdf_is_the_same_every_time_but_for_its_dates():
+    sheet = lens_sheet(plan(), RIG)
+    stamps = re.compile(rb"\(D:[^)]*\)|<[0-9a-f]{32}>")
+    first, second = (stamps.sub(b"", sheet_to_pdf(sheet)) for _ in range(2))
+    assert first == second
+
+
+# --- files -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["sheet.csv", "sheet.HTML", "sheet.pdf"])
+def test_the_name_chooses_the_format(tmp_path: Path, name):
+    save_lens_sheet(lens_sheet(plan(), RIG), tmp_path / name)
+    start = (tmp_path / name).read_bytes()[:9]
+    assert start.startswith({"csv": b"set,name", "HTML": b"<!DOCTYPE", "pdf": b"%PDF-"}[name[6:]])
+    assert list(tmp_path.iterdir()) == [tmp_path / name]
+
+
+@pytest.mark.parametrize("name", ["sheet.txt", "sheet", "sheet.json"])
+def test_another_name_is_refused(tmp_path: Path, name):
+    with pytest.raises(InputError, match=re.escape(f"a name that ends in {', '.join(SUFFIXES)}")):
+        save_lens_sheet(lens_sheet(plan(), RIG), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
