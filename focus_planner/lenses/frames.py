@@ -8,6 +8,7 @@ From version 0.7 on ``camera_ros`` publishes libcamera's metadata of every frame
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,8 @@ from focus_planner.lenses.profiles import Value
 UNNAMED = "camera"
 #: libcamera writes positions with six decimals.
 RESOLUTION = 1e-6
+#: So many in a row must agree: a lens may pass a position, and frames of two cameras alternate.
+AGREEING = 3
 
 # Names of libcamera's controls, and AfStateIdle: what a lens in manual focus always reports.
 _POSITION, _STATE, _IDLE = "LensPosition", "AfState", "0"
@@ -77,15 +80,16 @@ class FrameSource:
 
 
 class FrameLog:
-    """The newest frame of every camera, by what frames are called."""
+    """The newest frames of every camera, by what frames are called."""
 
     def __init__(self) -> None:
-        self._newest: dict[tuple[str, str], Frame] = {}
+        self._newest: dict[tuple[str, str], deque[Frame]] = {}
         self._sources: dict[str, FrameSource] = {}
 
     def add(self, frame: Frame) -> None:
         """Note a frame."""
-        self._newest[frame.frame_id, frame.hardware_id] = frame
+        key = frame.frame_id, frame.hardware_id
+        self._newest.setdefault(key, deque(maxlen=AGREEING)).append(frame)
 
     def expect(self, driver: str, source: FrameSource | None) -> None:
         """Note what a driver node's frames are called."""
@@ -93,8 +97,8 @@ class FrameLog:
         if source is not None:
             self._sources[driver] = source
 
-    def frame_of(self, driver: str, after: Time) -> Frame | None:
-        """Return a driver's newest frame; None if none is as new as ``after``.
+    def frames_of(self, driver: str, after: Time) -> tuple[Frame, ...]:
+        """Return a driver's newest frames, at most :data:`AGREEING`, of those not before a time.
 
         Raises
         ------
@@ -103,17 +107,18 @@ class FrameLog:
         """
         source = self._sources.get(driver)
         if source is None:
-            return None
-        found = [
-            frame
-            for frame in self._newest.values()
-            if frame.stamp >= after and source.may_be(frame.frame_id, frame.hardware_id)
-        ]
+            return ()
+        recent = {
+            key: tuple(frame for frame in frames if frame.stamp >= after)
+            for key, frames in self._newest.items()
+            if source.may_be(*key)
+        }
+        found = [frames for frames in recent.values() if frames]
         others = (other for name, other in self._sources.items() if name != driver)
         shared = any(source.may_be(other.frame_id, other.hardware_id) for other in others)
         if shared or len(found) > 1:
             raise unclear(source.frame_id)
-        return found[0] if found else None
+        return found[0] if found else ()
 
     def is_unnamed(self, driver: str) -> bool:
         """Return whether a driver's frames have the name that all have by default."""

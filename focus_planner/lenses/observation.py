@@ -8,14 +8,14 @@ measures.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from focus_planner.core.validation import InputError
 from focus_planner.lenses.calls import DriverCalls, RefusedError
 from focus_planner.lenses.driver import LensStatus, Time, Tolerance
-from focus_planner.lenses.frames import RESOLUTION, Frame, FrameSource
+from focus_planner.lenses.frames import AGREEING, RESOLUTION, Frame, FrameSource
 from focus_planner.lenses.profiles import Assignment, DriverProfile, Value
 
 
@@ -25,8 +25,8 @@ class Frames(Protocol):
     def expect(self, driver: str, source: FrameSource | None) -> None:
         """Note what a driver node's frames are called."""
 
-    def frame_of(self, driver: str, after: Time) -> Frame | None:
-        """Return a driver's newest frame; None if none is as new as ``after``.
+    def frames_of(self, driver: str, after: Time) -> Sequence[Frame]:
+        """Return a driver's newest frames, at most :data:`AGREEING`, of those not before a time.
 
         Raises
         ------
@@ -144,17 +144,22 @@ class DriverLens:
         if read.status is not LensStatus.ACCEPTED or self._frames is None:
             return read
         try:
-            frame = self._frames.frame_of(self._calls.name, after)
+            frames = self._frames.frames_of(self._calls.name, after)
         except InputError as error:
             return self._unseen(read.value, str(error))
-        if frame is None:
-            return self._unseen(
-                read.value,
-                "expected frames on /diagnostics that are newer than the value sent, got none;"
-                " camera_ros publishes them from 0.7 on; the clocks of both machines must agree",
-                waiting=True,
-            )
-        return self._judge_frame(value, read.value, frame)
+        for frame in reversed(frames):
+            seen = self._judge_frame(value, read.value, frame)
+            if seen.status is not LensStatus.VERIFIED:
+                return seen
+        if len(frames) >= AGREEING:
+            return seen
+        return self._unseen(
+            read.value,
+            f"expected {AGREEING} frames on /diagnostics that are newer than the value sent, got"
+            f" {len(frames)}; camera_ros publishes them from 0.7 on, and the clocks of both"
+            " machines must agree",
+            waiting=True,
+        )
 
     def _judge_parameters(self, value: float, values: Mapping[str, Value | None]) -> Observation:
         name, read = self._profile.parameter, values.get(self._profile.parameter)

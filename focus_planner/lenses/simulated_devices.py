@@ -34,10 +34,15 @@ class SimulatedDevice:
         self.profile = profile
         self._mechanics = mechanics
         self._lens = MovingLens(mechanics, mechanics.low, stuck)
-        self._manual = dict(profile.first)
+        self._manual = dict(self._parameters_of_autofocus(profile))
         self._switches = {
-            name: _other(value) if autofocus else value for name, value in profile.first
+            name: _other(value) if autofocus else value for name, value in self._manual.items()
         }
+
+    @staticmethod
+    def _parameters_of_autofocus(profile: DriverProfile) -> tuple[Assignment, ...]:
+        """Return what ends autofocus, as far as the device has it."""
+        return profile.first
 
     @property
     def initial(self) -> tuple[Assignment, ...]:
@@ -108,6 +113,10 @@ class SequentialDevice(SimulatedDevice):
 
     Those set before the one refused stay set, whatever the parameters say.
     """
+
+    @staticmethod
+    def _parameters_of_autofocus(profile: DriverProfile) -> tuple[Assignment, ...]:
+        return profile.first[:1]  # a kernel has one name for it
 
     def take(self, values: Sequence[Assignment], now: float) -> str | None:
         """Set one control after the other; refuse without a reason."""

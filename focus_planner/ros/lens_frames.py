@@ -16,7 +16,7 @@ from focus_planner.lenses.frames import Frame, FrameLog, FrameSource, frame_from
 
 TOPIC = "/diagnostics"
 # Of every camera more than arrives between two looks, beside what others publish there.
-_FRAMES_PER_CAMERA, _OTHERS = 4, 16
+_FRAMES_PER_CAMERA, _OTHERS = 8, 16
 
 
 class PolledFrames:
@@ -54,8 +54,8 @@ class PolledFrames:
         """Note what a driver node's frames are called."""
         self._log.expect(driver, source)
 
-    def frame_of(self, driver: str, after: Time) -> Frame | None:
-        """Return a driver's newest frame; None if none is as new as ``after``.
+    def frames_of(self, driver: str, after: Time) -> tuple[Frame, ...]:
+        """Return a driver's newest frames, at most :data:`AGREEING`, of those not before a time.
 
         Raises
         ------
@@ -63,11 +63,11 @@ class PolledFrames:
             If it is not certain which frames are this driver's.
         """
         self._take()
-        frame = self._log.frame_of(driver, after)
+        frames = self._log.frames_of(driver, after)
         # Frames with the name that all have by default may be of any camera in the graph.
-        if frame is not None and self._log.is_unnamed(driver) and self._has_others(driver):
-            raise unclear(frame.frame_id)
-        return frame
+        if frames and self._log.is_unnamed(driver) and self._has_others(driver):
+            raise unclear(frames[0].frame_id)
+        return frames
 
     def _take(self) -> None:
         with self._subscription.handle:
