@@ -106,9 +106,11 @@ class DriverLens:
             )
         self._first = tuple((name, value) for name, value in first if name in has)
         if self._frames is not None:
-            said = await self._calls.get(["frame_id", "camera"])
-            source = FrameSource.of(said.get("frame_id"), said.get("camera"))
-            self._frames.expect(self._calls.name, source)
+            # In calls of their own: a driver that lacks one parameter answers with none.
+            frame_id, camera = [
+                (await self._calls.get([name])).get(name) for name in ("frame_id", "camera")
+            ]
+            self._frames.expect(self._calls.name, FrameSource.of(frame_id, camera))
 
     async def set(self, value: float) -> None:
         """End autofocus and set the lens.

@@ -69,6 +69,7 @@ class SimulatedDriver(Node):
         if self._framed:
             self._frame_id = f"{namespace.removeprefix('/')}/{name}"
             self.declare_parameter("frame_id", self._frame_id)
+            self.declare_parameter("camera", 0)
             if settings.metadata:
                 self._publisher = self.create_publisher(DiagnosticArray, "/diagnostics", 1)
 

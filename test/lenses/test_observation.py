@@ -87,7 +87,7 @@ def now():
 
 
 def watched(camera, seconds=3.0, *, profile=CAMERA_ROS, others=(), during=None, **timeouts):
-    """Return the reports of one order; ``during`` is called with them when one second has passed."""
+    """Return the reports of one order; ``during`` is called after one second."""
 
     async def run():
         reports, log = [], FrameLog()

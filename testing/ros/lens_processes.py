@@ -17,8 +17,8 @@ from testing.ros.planner_process import PATIENCE, NodeProcess
 class LensProcess(NodeProcess):
     """A node that a module of ``focus_planner.ros`` runs; parameters are given by name."""
 
-    def __init__(self, module, **parameters):
-        arguments = ["--ros-args"]
+    def __init__(self, module, namespace="", **parameters):
+        arguments = ["--ros-args", *(["-r", f"__ns:={namespace}"] if namespace else [])]
         for name, value in parameters.items():
             arguments += ["-p", f"{name}:={_yaml(value)}"]
         self._start(f"focus_planner.ros.{module}", arguments)
@@ -72,6 +72,15 @@ class Orchestrator:
                 assert self._news.wait(deadline - time.monotonic()), f"{camera}: {found}"
             return found[-1]
 
+    def wait_for_statuses(self, camera, plan_id, statuses):
+        """Wait until a camera's statuses end with these."""
+        deadline = time.monotonic() + PATIENCE
+        with self._news:
+            while (told := [s.status for s in self.states(camera, plan_id)])[
+                -len(statuses) :
+            ] != statuses:
+                assert self._news.wait(deadline - time.monotonic()), f"{camera}: {told}"
+
     def _hear(self, state):
         with self._news:
             self._states.append(state)
@@ -79,4 +88,6 @@ class Orchestrator:
 
 
 def _yaml(value):
-    return f"[{', '.join(value)}]" if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(_yaml, value))}]"
+    return str(value) if isinstance(value, (bool, int, float)) else f"'{value}'"
