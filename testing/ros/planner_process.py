@@ -11,7 +11,7 @@ from signal import SIGINT
 from testing.forked import DEVNULL, PIPE, ForkedProcess
 
 # Seconds. Tells what hangs from what works on a busy machine, and nothing else.
-PATIENCE = 25
+PATIENCE = 240
 
 
 class NodeProcess:
