@@ -166,7 +166,8 @@ class LensControl:
         if last is None or last.status not in (*_AS_SENT, LensStatus.DIFFERS):
             return False
         read = await self._look(command, last, self._now(), self._timeouts.timeout)
-        if told or read.status is not last.status:
+        elsewhere = read.status is LensStatus.DIFFERS and not _equal(read, last)
+        if told or elsewhere or read.status is not last.status:
             self._report(read)
         return read.status is LensStatus.DIFFERS is not last.status
 
@@ -264,6 +265,12 @@ def _same(report: LensReport, last: LensReport | None) -> bool:
         and report.status is last.status is LensStatus.FAILED
         and (report.message, _of(report)) == (last.message, _of(last))
     )
+
+
+def _equal(report: LensReport, last: LensReport) -> bool:
+    """Return whether the same value was read."""
+    unknown = math.isnan(report.read_value) and math.isnan(last.read_value)
+    return unknown or report.read_value == last.read_value
 
 
 def _of(report: LensReport) -> tuple[str, float]:

@@ -22,7 +22,6 @@ from rclpy.task import Future
 from focus_planner.lenses.control import LensControl
 from focus_planner.lenses.driver import (
     LensReport,
-    LensStatus,
     Time,
     order_from_message,
     report_to_fields,
@@ -184,7 +183,7 @@ class LensAdapter(Node):
         self._log(camera, report)
 
     def _log(self, camera: str, report: LensReport) -> None:
-        if report.status in (LensStatus.FAILED, LensStatus.DIFFERS):
+        if report.message:
             self.get_logger().warning(f"{camera}: {report.message}")
         else:
             self.get_logger().debug(f"{camera}: {report.status.name.lower()} {report.sent_value:g}")

@@ -438,6 +438,27 @@ def test_a_lens_that_moves_and_stays_away_is_told_once_and_then_left_alone():
     assert len(driver.calls) == 2
 
 
+def test_a_lens_that_differs_is_told_of_where_it_goes():
+    driver = FakeDriver()
+    driver.reading = lambda _: 1.0
+
+    async def run():
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        lens.apply(ORDER)
+        await until(lambda: len(reports) == 3)
+        driver.reading = lambda _: 1.5
+        await until(lambda: len(reports) == 4)
+        reads = driver.reads
+        await until(lambda: driver.reads > reads + 3)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, SENT, DIFFERS, DIFFERS]
+    assert [report.read_value for report in reports[2:]] == [1.0, 1.5]
+    assert len(driver.calls) == 2
+
+
 @pytest.mark.parametrize("measures", [True, False])
 def test_autofocus_that_is_switched_on_again_is_told_and_ended(measures):
     driver = FakeDriver()

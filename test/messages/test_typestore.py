@@ -314,9 +314,9 @@ def test_what_an_older_definition_lacks_deep_within_is_zero_or_empty():
     payload = serialize(RIG, {"cameras": cameras, "grid_rows": 1, "grid_columns": 1})
     # Two fields of four bytes, both zero, at the end of the only lens, and an empty table.
     end = payload[-8:]
-    table = b"\1" + bytes(15)
-    assert payload[-32:-8] == bytes(8) + table
-    read = deserialize(RIG, payload[:-32] + end, older)
+    table = b"\1" + bytes(23)
+    assert payload[-40:-8] == bytes(8) + table
+    read = deserialize(RIG, payload[:-40] + end, older)
     (camera,) = read.cameras
     assert (camera.lens.focal_length, camera.lens.max_focus) == (0.05, 3.0)
     assert len(camera.lens.focus_distances) == camera.lens.focus_steps == 0

@@ -61,25 +61,21 @@ class Orchestrator:
         with self._news:
             return [s for s in self._states if (s.name, s.plan_id) == (camera, plan_id)]
 
-    def wait_for(self, camera, plan_id, status):
-        """Return the last state of a camera and plan once it has a status."""
+    def wait_for(self, camera, plan_id, status, read_value=None, after=None):
+        """Return the last state of a camera and plan once it has a status.
+
+        And a value read back, if one is given, and after it had another status, if one is given.
+        """
         deadline = time.monotonic() + PATIENCE
         with self._news:
             while not (
                 (found := [s for s in self._states if (s.name, s.plan_id) == (camera, plan_id)])
                 and found[-1].status == status
+                and (read_value is None or found[-1].read_value == read_value)
+                and (after is None or after in [s.status for s in found])
             ):
                 assert self._news.wait(deadline - time.monotonic()), f"{camera}: {found}"
             return found[-1]
-
-    def wait_for_statuses(self, camera, plan_id, statuses):
-        """Wait until a camera's statuses end with these."""
-        deadline = time.monotonic() + PATIENCE
-        with self._news:
-            while (told := [s.status for s in self.states(camera, plan_id)])[
-                -len(statuses) :
-            ] != statuses:
-                assert self._news.wait(deadline - time.monotonic()), f"{camera}: {told}"
 
     def _hear(self, state):
         with self._news:
