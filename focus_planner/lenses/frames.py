@@ -85,17 +85,20 @@ class FrameLog:
     def __init__(self) -> None:
         self._newest: dict[tuple[str, str], deque[Frame]] = {}
         self._sources: dict[str, FrameSource] = {}
+        self._frame_ids: set[str] = set()
 
     def add(self, frame: Frame) -> None:
-        """Note a frame."""
-        key = frame.frame_id, frame.hardware_id
-        self._newest.setdefault(key, deque(maxlen=AGREEING)).append(frame)
+        """Note a frame, if it may be one of a driver's that is expected."""
+        if frame.frame_id in self._frame_ids:
+            key = frame.frame_id, frame.hardware_id
+            self._newest.setdefault(key, deque(maxlen=AGREEING)).append(frame)
 
     def expect(self, driver: str, source: FrameSource | None) -> None:
         """Note what a driver node's frames are called."""
         self._sources.pop(driver, None)
         if source is not None:
             self._sources[driver] = source
+        self._frame_ids = {each.frame_id for each in self._sources.values()}
 
     def frames_of(self, driver: str, after: Time) -> tuple[Frame, ...]:
         """Return a driver's newest frames, at most :data:`AGREEING`, of those not before a time.

@@ -102,11 +102,17 @@ def test_a_sensor_that_sent_its_last_frame_long_ago_confuses_nobody():
 
 
 def test_a_driver_that_restarts_under_another_name():
-    log = log_of(frame(1), frame(2, "pi7"), cam=FrameSource("pi0"))
+    log = log_of(frame(1), cam=FrameSource("pi0"))
     log.expect("cam", FrameSource("pi7"))
+    log.add(frame(2, "pi7"))
     assert [each.frame_id for each in log.frames_of("cam", (0, 0))] == ["pi7"]
     log.expect("cam", None)
     assert log.frames_of("cam", (0, 0)) == ()
+
+
+def test_frames_of_strangers_take_no_memory():
+    log = log_of(*(frame(number, f"stranger {number}") for number in range(99)))
+    assert not log._newest
 
 
 def test_the_name_that_all_have_by_default():
