@@ -38,8 +38,8 @@ class Lens:
         infinity; it counts but is never planned, because plans consist of finite distances.
     table : LensTable, optional
         Conversion to the values that the lens's driver takes. The lens is limited to the table's
-        distances. A table of whole values or steps determines the possible distances itself, in place
-        of the other two.
+        distances. A table of whole values or steps determines the possible distances by itself,
+        in place of the other two.
 
     Raises
     ------
