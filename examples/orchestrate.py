@@ -30,9 +30,11 @@ def main(surface: str, rig: str) -> int:
         print(result.message)
         if not result.success:
             return 1
-        # A scanner would now fire its cameras once every lens is verified.
+        # A scanner would now fire its cameras once every lens is verified, or accepted where the
+        # driver cannot say where the lens is.
         status = planner.status()
-        print(f"in force: {status.plan_id}; lenses: {status.verified} verified")
+        lenses = f"{status.verified} verified, {status.accepted} accepted"
+        print(f"in force: {status.plan_id}; lenses: {lenses}")
     return 0
 
 

@@ -26,7 +26,11 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 from focus_planner.core.validation import InputError
-from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, SIMULATION_DECLARATIONS
+from focus_planner.parameters.lenses import (
+    ADAPTER_DECLARATIONS,
+    SIMULATION_DECLARATIONS,
+    AdapterSettings,
+)
 from focus_planner.parameters.planner import DECLARATIONS
 
 REPOSITORY = Path(__file__).parents[1]
@@ -126,7 +130,19 @@ def test_every_parameter_of_the_launch_file_is_declared():
             if "name" in param.attrib:
                 assert isinstance(declared[param.get("name")], str)
                 found.append(param.get("name"))
-    assert found == ["record_directory", "planner"]
+    assert found == ["record_directory"]
+
+
+@pytest.mark.parametrize("namespace", ["", "/", "rig_1", "/rig_1"])
+def test_lens_nodes_find_the_planner_and_drivers_in_any_namespace_that_launch_takes(namespace):
+    # What launch_ros passes on: a name with a slash in front, and nothing for none.
+    own = f"/{namespace.strip('/')}" if namespace else "/"
+    settings = AdapterSettings.from_values({"cameras": ["a"]}, own)
+    prefix = own.rstrip("/")
+    assert settings.planner == f"{prefix}/focus_planner"
+    assert settings.lenses["a"].node == f"{prefix}/a/camera"
+    for node in LAUNCH.iter("node"):
+        assert "planner" not in [param.get("name") for param in node.iter("param")]
 
 
 def test_one_planner_is_launched_whether_it_records_or_not():

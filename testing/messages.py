@@ -58,7 +58,7 @@ EMPTY_INFO = {
     "binning_y": 0,
     "roi": {"x_offset": 0, "y_offset": 0, "width": 0, "height": 0, "do_rectify": False},
 }
-EMPTY_TABLE = {"unit": "", "whole": False, "distances": [], "values": []}
+EMPTY_TABLE = {"unit": "", "whole": False, "distances": [], "values": [], "step": 0.0}
 EMPTY_LENS = {
     "focal_length": 0.0,
     "hyperfocal_distance": 0.0,
@@ -230,7 +230,8 @@ def lens_tables(draw, kinds=(False, True)):
     count = len(distances) - 1
     gaps = draw(st.lists(st.floats(1.5, 300.0), min_size=count, max_size=count))
     values = draw(st.sampled_from([-1, 1])) * (draw(st.floats(-1e3, 1e3)) + np.cumsum([0.0, *gaps]))
-    return LensTable(draw(st.sampled_from(["steps", "m"])), is_whole, distances, values)
+    unit, step = draw(st.sampled_from(["steps", "m"])), draw(st.sampled_from([0, 1, 2]))
+    return LensTable(unit, is_whole, distances, values, step if is_whole else 0)
 
 
 @st.composite

@@ -40,7 +40,7 @@ def settable(lens):
             near + (far - near) * i / (lens.focus_steps - 1) for i in range(lens.focus_steps)
         ]
         return sorted(1 / d for d in dioptres if d > 1e-12)
-    if lens.table is not None and lens.table.whole:
+    if lens.table is not None and lens.table.settable_distances is not None:
         least, most = limits(lens)
         return [d for d in whole_distances(lens.table) if least <= d <= most]
     return None if lens.focus_distances is None else sorted(set(lens.focus_distances))
@@ -68,12 +68,16 @@ def device_value(table, distance):
 
 
 def whole_distances(table):
-    """Return the finite distances of all whole device values, ascending."""
+    """Return the finite distances of all whole device values, or every so many, ascending."""
     found = set()
+    step = int(table.step) or 1
+    taken = range(math.ceil(min(table.values)), math.floor(max(table.values)) + 1, step)
     entries = list(zip(table.distances, table.values, strict=True))
     for (near, value_near), (far, value_far) in itertools.pairwise(entries):
         low, high = sorted([value_near, value_far])
-        for value in range(math.ceil(low), math.floor(high) + 1):
+        for value in taken:
+            if not low <= value <= high:
+                continue
             share = (value - value_near) / (value_far - value_near)
             dioptres = 1 / near + share * (1 / far - 1 / near)
             if value == value_near:

@@ -1,67 +1,23 @@
-"""Focus distances in a driver's terms: what to send, and whether a value read back matches."""
+"""Focus distances in a driver's terms: what to send, what was read back, and how it is reported."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
 from focus_planner.core.rig.lens_table import DIOPTRES, METRES, LensTable
 from focus_planner.core.validation import InputError
+from focus_planner.lenses.profiles import DEVICE, DriverProfile
 from focus_planner.messages.writing import Fields, time_to_fields
 
-DEVICE = "device"
-UNITS = (METRES, DIOPTRES, DEVICE)
-
-Value = bool | int | float
 Time = tuple[int, int]
 
 _NAN = math.nan
 _NO_TIME = (0, 0)
 # A value that differs by more from 1 / distance, which messages hold in 64 bits, is from a table.
 _ROUNDING = 1e-9
-
-
-@dataclass(frozen=True)
-class DriverProfile:
-    """How a driver node takes a focus distance.
-
-    Attributes
-    ----------
-    parameter : str
-        The parameter that moves the lens.
-    unit : str
-        ``"m"``, ``"dioptres"``, or ``"device"`` for a unit that needs a lens table.
-    whole : bool
-        Whether it is an integer parameter.
-    manual : tuple of (str, bool or int)
-        Parameters that switch autofocus off, with their values; set first if the driver has them.
-    """
-
-    parameter: str
-    unit: str
-    whole: bool
-    manual: tuple[tuple[str, bool | int], ...] = ()
-
-
-PROFILES: Mapping[str, DriverProfile] = {
-    # camera_ros has a parameter of the same name for each libcamera control. libcamera gives
-    # LensPosition in dioptres, and ignores it unless AfMode is AfModeManual, 0.
-    "camera_ros": DriverProfile("LensPosition", DIOPTRES, False, (("AfMode", 0),)),
-    # v4l2_camera names parameters after V4L2 controls: "Focus, Absolute" is focus_absolute. It
-    # refuses to set an inactive control, as this one is during autofocus, which newer kernels call
-    # "Focus, Automatic Continuous" and older ones "Focus, Auto".
-    "v4l2_camera": DriverProfile(
-        "focus_absolute",
-        DEVICE,
-        True,
-        (("focus_automatic_continuous", False), ("focus_auto", False)),
-    ),
-}
-CUSTOM = "custom"
-DRIVERS = (*PROFILES, CUSTOM)
 
 
 class LensStatus(IntEnum):
@@ -72,6 +28,7 @@ class LensStatus(IntEnum):
     VERIFIED = 2
     DIFFERS = 3
     FAILED = 4
+    ACCEPTED = 5
 
 
 @dataclass(frozen=True)
@@ -130,9 +87,9 @@ class Tolerance:
     absolute: float = 0.0
     relative: float = 1e-4
 
-    def accepts(self, sent: float, read: float) -> bool:
-        """Return whether ``read`` verifies ``sent``; NaN never does."""
-        return abs(read - sent) <= self.absolute + self.relative * abs(sent)
+    def accepts(self, sent: float, read: float, rounding: float = 0.0) -> bool:
+        """Return whether ``read``, rounded to multiples, is ``sent``; NaN never is."""
+        return abs(read - sent) <= self.absolute + self.relative * abs(sent) + rounding
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ def lens_table_from_message(message: Message) -> LensTable | None:
     """Return the lens table; None if the message has none."""
     if not (message.unit or len(message.distances) or len(message.values)):
         return None
-    return LensTable(message.unit, message.whole, message.distances, message.values)
+    return LensTable(message.unit, message.whole, message.distances, message.values, message.step)
 
 
 def lens_from_message(message: Message) -> Lens:

@@ -85,7 +85,7 @@ def poses_to_fields(rig: Rig) -> Fields:
 def lens_table_to_fields(table: LensTable | None) -> Fields:
     """Return the lens table; an empty one for None."""
     if table is None:
-        return {"unit": "", "whole": False, "distances": (), "values": ()}
+        return {"unit": "", "whole": False, "distances": (), "values": (), "step": 0.0}
     return {field.name: getattr(table, field.name) for field in fields(table)}
 
 

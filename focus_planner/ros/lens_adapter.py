@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 from focus_planner_msgs.msg import CameraFocus, LensState
-from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
 from rclpy.client import Client
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
@@ -22,14 +22,14 @@ from rclpy.task import Future
 from focus_planner.lenses.control import LensControl
 from focus_planner.lenses.driver import (
     LensReport,
-    LensStatus,
     Time,
-    Value,
     order_from_message,
     report_to_fields,
 )
+from focus_planner.lenses.profiles import Assignment, Value
 from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, AdapterSettings
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.lens_frames import PolledFrames
 from focus_planner.ros.process import declare, run, spinning
 from focus_planner.ros.qos import LATCHED
 
@@ -47,7 +47,7 @@ class DriverParameters:
     def __init__(self, node: Node, name: str) -> None:
         self.name = name
         self._list = node.create_client(ListParameters, f"{name}/list_parameters")
-        self._set = node.create_client(SetParameters, f"{name}/set_parameters")
+        self._set = node.create_client(SetParametersAtomically, f"{name}/set_parameters_atomically")
         self._get = node.create_client(GetParameters, f"{name}/get_parameters")
         self._was_available = False
 
@@ -63,18 +63,19 @@ class DriverParameters:
         answer = await _call(self._list, ListParameters.Request(prefixes=list(names)))
         return set(names).intersection(answer.result.names)
 
-    async def set_parameter(self, name: str, value: Value) -> str | None:
-        """Set a parameter; return None, or the reason why it was refused."""
-        parameter = Parameter(name, value=value).to_parameter_msg()
-        answer = await _call(self._set, SetParameters.Request(parameters=[parameter]))
-        refused = [result.reason for result in answer.results if not result.successful]
-        return refused[0] if refused or not answer.results else None
+    async def set_parameters(self, values: Sequence[Assignment]) -> str | None:
+        """Set all of these parameters or none; return None, or the reason why it was refused."""
+        parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values]
+        answer = await _call(self._set, SetParametersAtomically.Request(parameters=parameters))
+        return None if answer.result.successful else str(answer.result.reason)
 
-    async def get_parameter(self, name: str) -> Value | None:
-        """Return a parameter's value, None if it is not a number."""
-        answer = await _call(self._get, GetParameters.Request(names=[name]))
+    async def get_parameters(self, names: Sequence[str]) -> Mapping[str, Value | None]:
+        """Return parameters' values; None for one without a value, or that it does not have."""
+        answer = await _call(self._get, GetParameters.Request(names=list(names)))
         values = [parameter_value_to_python(value) for value in answer.values]
-        return values[0] if values and isinstance(values[0], (int, float)) else None
+        # A driver that lacks one of them answers with none.
+        found = dict(zip(names, values, strict=False))
+        return {name: found.get(name) for name in names}
 
 
 class LensAdapter(Node):
@@ -84,6 +85,10 @@ class LensAdapter(Node):
     -----------------------------------------------
     <planner>/cameras/<name>/focus : focus_planner_msgs/msg/CameraFocus
 
+    Subscribes (best effort), with drivers that publish the metadata of frames there
+    --------------------------------------------------------------------------------
+    /diagnostics : diagnostic_msgs/msg/DiagnosticArray
+
     Publishes (reliable, transient local)
     -------------------------------------
     <planner>/lens_states : focus_planner_msgs/msg/LensState
@@ -91,7 +96,7 @@ class LensAdapter(Node):
 
     Calls
     -----
-    <driver node>/list_parameters, set_parameters, get_parameters
+    <driver node>/list_parameters, set_parameters_atomically, get_parameters
 
     Parameters are those of :mod:`focus_planner.parameters.lenses`.
 
@@ -103,21 +108,24 @@ class LensAdapter(Node):
 
     def __init__(self) -> None:
         super().__init__("lens_adapter")
-        settings = AdapterSettings.from_values(declare(self, ADAPTER_DECLARATIONS))
+        values = declare(self, ADAPTER_DECLARATIONS)
+        settings = AdapterSettings.from_values(values, self.get_namespace())
         self._loop: asyncio.AbstractEventLoop
         self._states: dict[str, LensState] = {}
         self._publisher = self.create_publisher(
             LensState,
             f"{settings.planner}/lens_states",
-            _states_qos(len(settings.nodes)),
+            _states_qos(len(settings.lenses)),
             event_callbacks=PublisherEventCallbacks(
                 matched=self._on_match, use_default_callbacks=False
             ),
         )
-        self._controls = {
-            camera: self._control(camera, node, settings) for camera, node in settings.nodes.items()
-        }
-        for camera in settings.nodes:
+        names = {lens.node for lens in settings.lenses.values()}
+        self._drivers = {name: DriverParameters(self, name) for name in sorted(names)}
+        has_frames = any(lens.profile.frames for lens in settings.lenses.values())
+        self._frames = PolledFrames(self, len(names), [settings.planner]) if has_frames else None
+        self._controls = {camera: self._control(camera, settings) for camera in settings.lenses}
+        for camera in settings.lenses:
             self._subscribe(camera, f"{settings.planner}/cameras/{camera}/focus")
 
     @contextmanager
@@ -134,15 +142,17 @@ class LensAdapter(Node):
             thread.join()
             self._loop.close()
 
-    def _control(self, camera: str, node: str, settings: AdapterSettings) -> LensControl:
+    def _control(self, camera: str, settings: AdapterSettings) -> LensControl:
+        lens = settings.lenses[camera]
         return LensControl(
-            DriverParameters(self, node),
-            settings.profile,
+            self._drivers[lens.node],
+            lens.profile,
             partial(self._publish, camera),
             self._time,
             settings.timeouts,
             settings.tolerance,
             settings.tables.get(camera),
+            self._frames,
         )
 
     def _subscribe(self, camera: str, topic: str) -> None:
@@ -173,7 +183,7 @@ class LensAdapter(Node):
         self._log(camera, report)
 
     def _log(self, camera: str, report: LensReport) -> None:
-        if report.status in (LensStatus.FAILED, LensStatus.DIFFERS):
+        if report.message:
             self.get_logger().warning(f"{camera}: {report.message}")
         else:
             self.get_logger().debug(f"{camera}: {report.status.name.lower()} {report.sent_value:g}")

@@ -117,6 +117,7 @@ class StatusPublisher:
             message.verified = counts[LensStatus.VERIFIED]
             message.differ = counts[LensStatus.DIFFERS]
             message.failed = counts[LensStatus.FAILED]
+            message.accepted = counts[LensStatus.ACCEPTED]
             self._publisher.publish(message)
 
     def _count(self) -> Counter[int]:

@@ -150,11 +150,14 @@ def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
         failed, differ = lenses[LensStatus.FAILED], lenses[LensStatus.DIFFERS]
         bad = f"lenses that failed: {failed}, that differ from the plan: {differ}"
         return Diagnosis("cameras", Level.ERROR, bad, values)
+    # That a driver took a value is no word of the lens.
+    accepted = lenses[LensStatus.ACCEPTED]
+    rest = f"; lenses whose drivers took the value, not seen there: {accepted}" if accepted else ""
     if seeing_nothing:
-        return Diagnosis(
-            "cameras", Level.WARN, f"see nothing: {first_few(seeing_nothing, 8)}", values
-        )
-    return Diagnosis("cameras", Level.OK, "all see the surface" if plan else "no plan yet", values)
+        bad = f"see nothing: {first_few(seeing_nothing, 8)}"
+        return Diagnosis("cameras", Level.WARN, bad + rest, values)
+    good = "all see the surface" if plan else "no plan yet"
+    return Diagnosis("cameras", Level.OK, good + rest, values)
 
 
 def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagnosis:

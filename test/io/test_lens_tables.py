@@ -24,11 +24,11 @@ STUDIO = """
 default: {unit: dioptres}
 cameras:
   cam_0_00: {unit: focus_absolute, whole: true, distances: [0.3, 0.5, 1.0, 3.0],
-             values: [250, 180, 90, 20]}
+             values: [250, 180, 90, 20], step: 5}
   cam_1_02: {unit: steps, distances: [5e-1, 1, .inf], values: [0, 1e3, 1500]}
   of_another_rig: {unit: m}
 """
-COUNTED = LensTable("focus_absolute", True, (0.3, 0.5, 1.0, 3.0), (250, 180, 90, 20))
+COUNTED = LensTable("focus_absolute", True, (0.3, 0.5, 1.0, 3.0), (250, 180, 90, 20), 5)
 STEPS = LensTable("steps", False, (0.5, 1.0, math.inf), (0, 1000, 1500))
 RIG = cylinder_rig(2, 3)
 

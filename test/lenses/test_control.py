@@ -8,11 +8,13 @@ from dataclasses import replace
 import pytest
 
 from focus_planner.core.rig.lens_table import LensTable
-from focus_planner.lenses.control import LensControl, Timeouts
-from focus_planner.lenses.driver import PROFILES, FocusOrder, LensStatus, Tolerance
+from focus_planner.lenses.calls import Timeouts
+from focus_planner.lenses.control import LensControl
+from focus_planner.lenses.driver import FocusOrder, LensStatus, Tolerance
+from focus_planner.lenses.profiles import DIOPTRES, PROFILES, DriverProfile
 from testing.virtual_time import run_in_virtual_time
 
-_, SENT, VERIFIED, DIFFERS, FAILED = LensStatus
+_, SENT, VERIFIED, DIFFERS, FAILED, ACCEPTED = LensStatus
 QUICK = Timeouts(
     timeout=0.05,
     retries=1,
@@ -24,6 +26,11 @@ QUICK = Timeouts(
     longest_pause=0.04,
 )
 ORDER = FocusOrder("plan 1", 0.5)
+# Its parameter is the lens's position, so that it can be verified by it.
+MEASURING = DriverProfile("LensPosition", DIOPTRES, False, (("AfMode", 0),), measures=True)
+
+
+FOCUS = ("LensPosition", "focus_absolute")
 
 
 class FakeDriver:
@@ -36,7 +43,7 @@ class FakeDriver:
         self.there = True
         self.silent = False
         self.refuses = {}
-        self.set = []
+        self.calls = []
         self.reads = 0
         self.reading = lambda value: value
         self.cancelled = 0
@@ -56,25 +63,31 @@ class FakeDriver:
         await self._answer()
         return [name for name in self.values if name in names]
 
-    async def set_parameter(self, name, value):
+    @property
+    def set(self):
+        return [each for call in self.calls for each in call]
+
+    async def set_parameters(self, values):
         await self._answer()
-        if name in self.refuses:
-            return self.refuses[name]
-        self.set.append((name, value))
-        self.values[name] = value
+        for name, _ in values:
+            if name in self.refuses:
+                return self.refuses[name]
+        self.calls.append(list(values))
+        self.values.update(values)
         return None
 
-    async def get_parameter(self, name):
+    async def get_parameters(self, names):
         await self._answer()
         self.reads += 1
-        return self.reading(self.values[name])
+        values = {name: self.values.get(name) for name in names}
+        return {n: self.reading(v) if n in FOCUS else v for n, v in values.items()}
 
 
-def control(driver, profile="camera_ros", timeouts=QUICK, **settings):
+def control(driver, profile=MEASURING, timeouts=QUICK, **settings):
     """Return a control, and the list that its reports go to."""
     reports, clock = [], itertools.count(1)
     made = LensControl(
-        driver, PROFILES[profile], reports.append, lambda: (next(clock), 0), timeouts, **settings
+        driver, profile, reports.append, lambda: (next(clock), 0), timeouts, **settings
     )
     return made, reports
 
@@ -86,7 +99,7 @@ async def until(condition):
         await asyncio.sleep(0.002)
 
 
-def applied(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
+def applied(driver, *orders, settled=(VERIFIED, ACCEPTED, DIFFERS, FAILED), **settings):
     """Return the reports of orders, each given once the last one has a verdict."""
 
     async def run():
@@ -107,12 +120,12 @@ def applied(driver, *orders, settled=(VERIFIED, DIFFERS, FAILED), **settings):
 def test_sent_and_verified():
     driver = FakeDriver()
     sent, verified = applied(driver, ORDER)
-    assert driver.set == [("AfMode", 0), ("LensPosition", 2.0)]
+    assert driver.calls == [[("AfMode", 0), ("LensPosition", 2.0)]]
     assert (sent.plan_id, sent.status, sent.planned_distance) == ("plan 1", SENT, 0.5)
     assert (sent.unit, sent.sent_value, sent.sent_at) == ("dioptres", 2.0, (1, 0))
     assert math.isnan(sent.read_value)
     assert verified == replace(
-        sent, status=VERIFIED, read_value=2.0, read_at=(2, 0), read_distance=0.5
+        sent, status=VERIFIED, read_value=2.0, read_at=(3, 0), read_distance=0.5
     )
     assert verified.message == ""
 
@@ -127,10 +140,10 @@ def test_autofocus_is_left_alone_where_there_is_none():
 def test_whole_values_by_a_table():
     driver = FakeDriver(focus_absolute=0, focus_auto=True)
     table = LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0))
-    reports = applied(driver, ORDER, profile="v4l2_camera", table=table)
-    assert driver.set == [("focus_auto", False), ("focus_absolute", 100)]
+    reports = applied(driver, ORDER, profile=PROFILES["v4l2_camera"], table=table)
+    assert driver.calls == [[("focus_auto", False), ("focus_absolute", 100)]]
     assert type(driver.set[1][1]) is int
-    assert (reports[-1].status, reports[-1].unit) == (VERIFIED, "steps")
+    assert (reports[-1].status, reports[-1].unit) == (ACCEPTED, "steps")
     assert (reports[-1].read_value, reports[-1].read_distance) == (100.0, pytest.approx(0.5))
 
 
@@ -164,7 +177,10 @@ def test_it_is_first_read_after_the_settle_time():
 def test_a_lens_elsewhere_differs(wrong):
     driver = FakeDriver()
     driver.reading = lambda _: wrong
-    report = applied(driver, ORDER)[-1]
+    *_, again, report = applied(driver, ORDER)
+    assert again.status is SENT
+    assert again.message == f"sent again: {report.message}"
+    assert driver.calls == 2 * [[("AfMode", 0), ("LensPosition", 2.0)]]
     assert report.status is DIFFERS
     assert report.read_value == pytest.approx(wrong, nan_ok=True)
     assert report.message.startswith(
@@ -190,7 +206,7 @@ def test_a_refused_value_fails_and_is_told(reason, text):
     driver.refuses["LensPosition"] = reason
     (report,) = applied(driver, ORDER)
     assert (report.status, report.sent_value, report.sent_at) == (FAILED, 2.0, (1, 0))
-    assert report.message == f"/cam/camera refused LensPosition = 2.0: {text}"
+    assert report.message == f"/cam/camera refused AfMode = 0, LensPosition = 2.0: {text}"
     assert math.isnan(report.read_value)
 
 
@@ -198,9 +214,8 @@ def test_autofocus_that_cannot_be_ended_fails():
     driver = FakeDriver()
     driver.refuses["AfMode"] = "read-only"
     (report,) = applied(driver, ORDER)
-    assert report.message == "/cam/camera refused AfMode = 0: read-only"
+    assert report.message == "/cam/camera refused AfMode = 0, LensPosition = 2.0: read-only"
     assert driver.set == []
-    assert math.isnan(report.sent_value)
 
 
 def test_a_driver_without_the_parameter_fails():
@@ -208,7 +223,7 @@ def test_a_driver_without_the_parameter_fails():
     (report,) = applied(
         driver,
         ORDER,
-        profile="v4l2_camera",
+        profile=PROFILES["v4l2_camera"],
         table=LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0)),
     )
     assert report.status is FAILED
@@ -354,13 +369,14 @@ def test_the_same_order_again_is_read_and_not_sent():
         sent = list(driver.set)
         driver.values["LensPosition"] = 1.0
         lens.apply(ORDER)
-        await until(lambda: len(reports) == 5)
+        await until(lambda: len(reports) == 6)
         lens.stop()
         return sent, reports
 
     sent, reports = run_in_virtual_time(run())
     assert sent == [("AfMode", 0), ("LensPosition", 2.0)]
-    assert [report.status for report in reports] == [SENT, VERIFIED, VERIFIED, SENT, VERIFIED]
+    told = [report.status for report in reports]
+    assert told == [SENT, VERIFIED, VERIFIED, DIFFERS, SENT, VERIFIED]
     assert reports[2].read_at > reports[1].read_at
     assert reports[2].sent_at == reports[1].sent_at
 
@@ -394,16 +410,145 @@ def test_a_verified_lens_that_moves_is_told_again():
         await until(lambda: driver.reads > 3)
         assert len(reports) == 2  # looking is not news
         driver.values["LensPosition"] = 1.0
-        await until(lambda: len(reports) == 4)
+        await until(lambda: len(reports) == 5)
         lens.stop()
         return reports
 
-    assert [report.status for report in run_in_virtual_time(run())] == [
-        SENT,
-        VERIFIED,
-        SENT,
-        VERIFIED,
-    ]
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, VERIFIED, DIFFERS, SENT, VERIFIED]
+    assert reports[2].read_value == 1.0
+
+
+def test_a_lens_that_moves_and_stays_away_is_told_once_and_then_left_alone():
+    driver = FakeDriver()
+
+    async def run():
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        lens.apply(ORDER)
+        await until(lambda: len(reports) == 2)
+        driver.reading = lambda _: 1.0
+        await until(lambda: len(reports) == 5)
+        reads = driver.reads
+        await until(lambda: driver.reads > reads + 3)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, VERIFIED, DIFFERS, SENT, DIFFERS]
+    assert len(driver.calls) == 2
+
+
+def test_a_lens_that_differs_is_told_of_where_it_goes():
+    driver = FakeDriver()
+    driver.reading = lambda _: 1.0
+
+    async def run():
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        lens.apply(ORDER)
+        await until(lambda: len(reports) == 3)
+        driver.reading = lambda _: 1.5
+        await until(lambda: len(reports) == 4)
+        reads = driver.reads
+        await until(lambda: driver.reads > reads + 3)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, SENT, DIFFERS, DIFFERS]
+    assert [report.read_value for report in reports[2:]] == [1.0, 1.5]
+    assert len(driver.calls) == 2
+
+
+@pytest.mark.parametrize("measures", [True, False])
+def test_autofocus_that_is_switched_on_again_is_told_and_ended(measures):
+    driver = FakeDriver()
+    settled = VERIFIED if measures else ACCEPTED
+
+    async def run():
+        timeouts = replace(QUICK, watch_period=0.03)
+        lens, reports = control(driver, replace(MEASURING, measures=measures), timeouts)
+        lens.apply(ORDER)
+        await until(lambda: reports and reports[-1].status is settled)
+        driver.values["AfMode"] = 2
+        await until(lambda: len(reports) == 5)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, settled, DIFFERS, SENT, settled]
+    assert reports[2].message == (
+        "/cam/camera: expected AfMode = 0, read 2; another node has set it"
+    )
+    assert driver.values["AfMode"] == 0
+
+
+def test_a_lens_whose_driver_is_gone_is_no_longer_verified():
+    driver = FakeDriver()
+
+    async def run():
+        lens, reports = control(driver)
+        lens.apply(ORDER)
+        await until(lambda: len(reports) == 2)
+        driver.there = False
+        await until(lambda: len(reports) == 3)
+        driver.there = True
+        await until(lambda: len(reports) == 5)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, VERIFIED, FAILED, SENT, VERIFIED]
+    assert reports[2].message == (
+        "/cam/camera: expected a running driver, found none; start it, and the value will be sent"
+    )
+
+
+def test_a_lens_whose_driver_falls_silent_is_no_longer_verified():
+    driver = FakeDriver()
+
+    async def run():
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        lens.apply(ORDER)
+        await until(lambda: len(reports) == 2)
+        driver.silent = True
+        await until(lambda: len(reports) == 3)
+        driver.silent = False
+        await until(lambda: len(reports) == 5)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    assert [report.status for report in reports] == [SENT, VERIFIED, FAILED, SENT, VERIFIED]
+    assert "expected a response from get_parameters" in reports[2].message
+
+
+def test_a_parameter_that_reads_back_as_set_is_accepted_and_not_verified():
+    driver = FakeDriver()
+    (sent, accepted) = applied(driver, ORDER, profile=replace(MEASURING, measures=False))
+    assert accepted == replace(
+        sent, status=ACCEPTED, read_value=2.0, read_at=(3, 0), read_distance=0.5
+    )
+
+
+def test_a_parameter_that_the_driver_rounds_differs():
+    driver = FakeDriver()
+    driver.reading = lambda value: round(value, -1)
+    table = LensTable("steps", distances=(0.25, 1.0), values=(200.0, 55.0))
+    driver.values["focus_absolute"] = 0
+    report = applied(driver, ORDER, profile=PROFILES["v4l2_camera"], table=table)[-1]
+    assert report.status is DIFFERS
+    assert report.message == (
+        "/cam/camera: expected focus_absolute = 103, read 100; the driver limits or rounds it, or"
+        " another node has set it"
+    )
+
+
+def test_what_must_be_set_one_by_one_is():
+    driver = FakeDriver(**{"left.r_focus": 1, "left.r_set_man_focus": False})
+    table = LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0))
+    profile = PROFILES["depthai"].of("cam", "left")
+    assert applied(driver, ORDER, profile=profile, table=table)[-1].status is ACCEPTED
+    assert driver.calls == [[("left.r_set_man_focus", True)], [("left.r_focus", 100)]]
 
 
 def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
@@ -420,9 +565,9 @@ def test_a_lens_that_was_too_late_is_verified_when_it_is_there():
         return reports
 
     reports = run_in_virtual_time(run())
-    assert [report.status for report in reports] == [SENT, DIFFERS, VERIFIED]
+    assert [report.status for report in reports] == [SENT, SENT, DIFFERS, VERIFIED]
     assert reports[-1].message == ""
-    assert [name for name, _ in driver.set] == ["AfMode", "LensPosition"]
+    assert len(driver.calls) == 2
 
 
 def test_a_bug_is_told_and_the_next_order_is_applied():

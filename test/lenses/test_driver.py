@@ -6,13 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from focus_planner.core.rig.lens_table import LensTable
+from focus_planner.core.rig.lens_table import DIOPTRES, METRES, LensTable
 from focus_planner.core.validation import InputError
 from focus_planner.lenses.driver import (
-    DIOPTRES,
-    METRES,
-    PROFILES,
-    DriverProfile,
     FocusOrder,
     LensCommand,
     LensReport,
@@ -23,6 +19,7 @@ from focus_planner.lenses.driver import (
     order_from_message,
     report_to_fields,
 )
+from focus_planner.lenses.profiles import PROFILES, DriverProfile
 from focus_planner.messages.typestore import deserialize, serialize
 
 CAMERA_ROS, V4L2 = PROFILES["camera_ros"], PROFILES["v4l2_camera"]
@@ -175,9 +172,11 @@ def test_values_within_the_tolerance_are_accepted(tolerance, sent, read, accepte
     assert tolerance.accepts(sent, read) is accepted
 
 
-def test_autofocus_is_switched_off_first():
-    assert CAMERA_ROS.manual == (("AfMode", 0),)
-    assert dict(V4L2.manual) == {"focus_automatic_continuous": False, "focus_auto": False}
+def test_what_is_written_with_six_decimals_is_rounded():
+    sent = 0.0123456789
+    assert not Tolerance(0.0, 0.0).accepts(sent, round(sent, 6))
+    assert Tolerance(0.0, 0.0).accepts(sent, round(sent, 6), 1e-6)
+    assert not Tolerance(0.0, 0.0).accepts(sent, sent + 2e-6, 1e-6)
 
 
 @pytest.mark.parametrize(

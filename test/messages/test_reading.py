@@ -86,8 +86,12 @@ def test_a_table_that_makes_no_sense_is_an_input_error():
     ]:
         with pytest.raises(InputError, match=r"^lens\.table\." + told):
             lens_from_message(table(**fields))
+    stepped = {"unit": "s", "distances": [1.0, 2.0], "values": [3.0, 0.0], "step": 1.5}
+    assert lens_from_message(table(**stepped)).table == LensTable("s", False, (1, 2), (3, 0), 1.5)
     whole = {"unit": "s", "whole": True, "distances": [1.0, 2.0], "values": [3.0, 0.0]}
-    with pytest.raises(InputError, match=r"^lens\.table: expected either a table of whole values,"):
+    with pytest.raises(
+        InputError, match=r"^lens\.table: expected either a table of whole values or steps,"
+    ):
         lens_from_message(message(vars(table(**whole)) | {"focus_distances": [1.0]}))
 
 

@@ -315,9 +315,9 @@ def test_what_an_older_definition_lacks_deep_within_is_zero_or_empty():
     older = older.replace("float64 hiatus\n", "")
     # At the end of the only lens: two fields of four bytes, both zero, an empty table, a number.
     end = payload[-8:]
-    table, hiatus = b"\1" + bytes(15), bytes(8)
-    assert payload[-40:-8] == bytes(8) + table + hiatus
-    read = deserialize(RIG, payload[:-40] + end, older)
+    table, hiatus = b"\1" + bytes(23), bytes(8)
+    assert payload[-48:-8] == bytes(8) + table + hiatus
+    read = deserialize(RIG, payload[:-48] + end, older)
     (camera,) = read.cameras
     assert (camera.lens.focal_length, camera.lens.max_focus) == (0.05, 3.0)
     assert len(camera.lens.focus_distances) == camera.lens.focus_steps == 0

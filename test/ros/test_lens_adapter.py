@@ -11,15 +11,27 @@ from focus_planner_msgs.msg import LensState
 from rclpy.context import Context
 
 from testing.ros.lens_processes import LensProcess, Orchestrator
+from testing.ros.parameter_services import set_of
 from testing.ros.planner_process import PATIENCE
 
 SENT, VERIFIED = LensState.STATUS_SENT, LensState.STATUS_VERIFIED
 DIFFERS, FAILED = LensState.STATUS_DIFFERS, LensState.STATUS_FAILED
+ACCEPTED = LensState.STATUS_ACCEPTED
 # Answers come however busy the machine is; a lens that is wrong is wrong soon.
 QUICK = {"timeout": float(PATIENCE), "retries": 0, "poll_period": 0.05, "verify_timeout": 1.0}
+QUICK |= {"watch_period": 0.5}
 # Dioptres per second: all the way takes longer than any test waits between two orders.
 SLOW = 0.1
 UNDER_WAY = QUICK | {"verify_timeout": float(PATIENCE)}
+FRAMES = {"frame_rate": 30.0}
+# Its two lenses are on one node, which measures where they are.
+BOX = {
+    "cameras": ["upper", "lower"],
+    "driver": "custom",
+    "driver_node": "box",
+    "parameter": "{camera}.ring",
+    "first": ["{camera}.auto=false"],
+}
 TABLES = "default: {unit: steps, whole: true, distances: [0.25, 1.0], values: [200, 50]}\n"
 
 
@@ -28,8 +40,8 @@ def start():
     """Start lens nodes; they are stopped, and must have ended well, at the end of the module."""
     started = []
 
-    def start(module, **parameters):
-        started.append(LensProcess(module, **parameters))
+    def start(module, *namespace, **parameters):
+        started.append(LensProcess(module, *namespace, **parameters))
         return started[-1]
 
     yield start
@@ -57,12 +69,15 @@ def rig(start, orchestrator, tmp_path_factory):
     tables.write_text(TABLES)
     webcams = {"cameras": ["webcam"], "driver": "v4l2_camera"}
     nodes = [
-        start("simulated_lens", cameras=["good", "stuck"], stuck=["stuck"]),
-        start("simulated_lens", cameras=["slow"], speed=SLOW),
-        start("simulated_lens", cameras=["loose"], backlash=0.25),
+        start("simulated_lens", cameras=["good", "stuck"], stuck=["stuck"], **FRAMES),
+        start("simulated_lens", cameras=["slow"], speed=SLOW, **FRAMES),
+        start("simulated_lens", cameras=["loose"], backlash=0.25, **FRAMES),
+        start("simulated_lens", cameras=["mute"], metadata=False, **FRAMES),
         start("simulated_lens", **webcams),
-        start("lens_adapter", cameras=["good", "stuck", "loose"], **QUICK),
-        start("lens_adapter", cameras=["slow"], **UNDER_WAY),
+        start("simulated_lens", "/rig_1", **BOX, reports="position", stuck=["lower"]),
+        start("lens_adapter", cameras=["good", "slow"], **UNDER_WAY),
+        start("lens_adapter", "/", cameras=["stuck", "loose", "mute"], **QUICK),
+        start("lens_adapter", "/rig_1", **BOX, measures=True, unit="dioptres", **QUICK),
         start("lens_adapter", cameras=["absent"], **UNDER_WAY | {"timeout": 3.0}),
         start("lens_adapter", **webcams, **QUICK, lens_tables=tables),
         start("lens_adapter", cameras=["unknown"], driver="v4l2_camera", **QUICK),
@@ -89,8 +104,9 @@ def test_beyond_the_limits_it_fails_with_the_drivers_reason(rig, orchestrator):
     state = orchestrator.wait_for("good", "near", FAILED)
     assert state.sent_value == 20.0
     assert math.isnan(state.read_value)
-    assert "/good/camera refused LensPosition = 20.0: Parameter LensPosition out of range" in (
-        state.message
+    assert (
+        "/good/camera refused AfMode = 0, LensPosition = 20.0: Parameter LensPosition out of range"
+        in state.message
     )
 
 
@@ -99,6 +115,37 @@ def test_a_lens_that_is_stuck_differs(rig, orchestrator):
     orchestrator.plan("stuck", "a", focus_distance=0.5)
     state = orchestrator.wait_for("stuck", "a", DIFFERS)
     assert (state.sent_value, state.read_value, state.read_distance) == (2.0, 0.0, math.inf)
+    assert VERIFIED not in [s.status for s in orchestrator.states("stuck", "a")]
+
+
+@pytest.mark.processes
+def test_where_only_parameters_can_be_read_it_is_accepted(rig, orchestrator):
+    orchestrator.plan("mute", "a", focus_distance=0.5)
+    state = orchestrator.wait_for("mute", "a", ACCEPTED)
+    assert (state.sent_value, state.read_value, state.read_distance) == (2.0, 2.0, 0.5)
+    assert "expected 3 frames on /diagnostics" in state.message
+
+
+@pytest.mark.processes
+def test_autofocus_that_another_node_switches_on_is_ended_again(rig, orchestrator, make_node):
+    orchestrator.plan("loose", "watched", focus_distance=10.0)
+    orchestrator.wait_for("loose", "watched", VERIFIED)
+    set_of(make_node(), "/loose/camera", AfMode=2)
+    orchestrator.wait_for("loose", "watched", VERIFIED, after=DIFFERS)
+
+
+@pytest.mark.processes
+def test_in_a_namespace_relative_names_are_its_own_and_a_node_has_several_lenses(rig, context):
+    there = Orchestrator(context, "/rig_1/focus_planner")
+    try:
+        there.plan("upper", "a", focus_distance=2.0)
+        there.plan("lower", "a", focus_distance=4.0)
+        assert there.wait_for("upper", "a", VERIFIED).read_value == 0.5
+        state = there.wait_for("lower", "a", DIFFERS)
+        assert (state.sent_value, state.read_value) == (0.25, 0.0)
+        assert "/rig_1/box: expected lower.ring = 0.25, read 0; the lens is slow" in state.message
+    finally:
+        there.close()
 
 
 @pytest.mark.processes
@@ -106,10 +153,10 @@ def test_backlash_differs_from_one_side_only(rig, orchestrator):
     orchestrator.plan("loose", "up", focus_distance=0.25)
     assert orchestrator.wait_for("loose", "up", VERIFIED).read_value == 4.0
     orchestrator.plan("loose", "down", focus_distance=0.5)
-    state = orchestrator.wait_for("loose", "down", DIFFERS)
-    assert (state.sent_value, state.read_value) == (2.0, 2.25)
+    state = orchestrator.wait_for("loose", "down", DIFFERS, read_value=2.25)
+    assert state.sent_value == 2.0
     assert state.read_distance == pytest.approx(1 / 2.25)
-    assert "expected LensPosition = 2, read 2.25" in state.message
+    assert "expected the lens at 2, its frames say LensPosition = 2.25" in state.message
 
 
 @pytest.mark.processes
@@ -127,11 +174,12 @@ def test_a_slow_lens_is_sent_then_verified_and_a_newer_plan_goes_first(rig, orch
 @pytest.mark.processes
 def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     orchestrator.plan("webcam", "a", focus_distance=0.5)
-    state = orchestrator.wait_for("webcam", "a", VERIFIED)
+    state = orchestrator.wait_for("webcam", "a", ACCEPTED)
     assert (state.unit, state.sent_value) == ("steps", 100.0)
     assert (state.read_value, state.read_distance) == (100.0, pytest.approx(0.5))
     orchestrator.plan("webcam", "b", device_value=150.0, device_unit="steps")
-    assert orchestrator.wait_for("webcam", "b", VERIFIED).read_value == 150.0
+    assert orchestrator.wait_for("webcam", "b", ACCEPTED).read_value == 150.0
+    assert VERIFIED not in [s.status for s in orchestrator.states("webcam", "b")]
 
 
 @pytest.mark.processes
@@ -148,12 +196,12 @@ def test_a_driver_that_is_started_later_is_told_and_one_that_is_killed_too(
 ):
     orchestrator.plan("absent", "a", focus_distance=0.2)
     assert "found none; start it" in orchestrator.wait_for("absent", "a", FAILED).message
-    slow = start("simulated_lens", cameras=["absent"], speed=SLOW / 2)
+    slow = start("simulated_lens", cameras=["absent"], speed=SLOW / 2, **FRAMES)
     orchestrator.wait_for("absent", "a", SENT)
     slow.kill()
     state = orchestrator.wait_for("absent", "a", FAILED)
     assert state.sent_value == 5.0
-    start("simulated_lens", cameras=["absent"])
+    start("simulated_lens", cameras=["absent"], **FRAMES)
     assert orchestrator.wait_for("absent", "a", VERIFIED).read_value == 5.0
 
 
@@ -165,7 +213,7 @@ def test_who_comes_late_hears_the_newest_of_all_cameras(rig, orchestrator, conte
     try:
         late.wait_for("good", "last", VERIFIED)
         late.wait_for("stuck", "a", DIFFERS)
-        late.wait_for("webcam", "b", VERIFIED)
+        late.wait_for("webcam", "b", ACCEPTED)
     finally:
         late.close()
 

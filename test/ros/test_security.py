@@ -12,6 +12,7 @@ from rclpy.context import Context
 from rclpy.node import Node, NodeNameNonExistentError
 
 from focus_planner import cylinder_rig
+from focus_planner.lenses.profiles import CAMERA, PROFILES
 from focus_planner.ros.client import PlannerClient
 from testing.forked import run_forked
 from testing.ros.calls import until
@@ -233,12 +234,16 @@ def test_the_lens_adapter_and_drivers_have_what_the_policy_allows(observer):
     processes = [LensProcess(m, cameras=names) for m in ("simulated_lens", "lens_adapter")]
     try:
         until(lambda: {"/lens_adapter", "/cam_a/camera"} <= nodes(observer))
-        without_clock = {("subscriber", "/clock")}
-        until(
-            lambda: unseen(interfaces(observer, "/lens_adapter"), "/lens_adapter") == without_clock
-        )
+        # Also what it has with drivers of the other kinds.
+        others = {("subscriber", "/clock")} | {
+            ("client", f"/{profile.node.replace(CAMERA, '*')}/{service}")
+            for driver, profile in PROFILES.items()
+            for service in ("get_parameters", "list_parameters", "set_parameters_atomically")
+            if driver != "camera_ros"
+        }
+        until(lambda: unseen(interfaces(observer, "/lens_adapter"), "/lens_adapter") == others)
         assert_covered(interfaces(observer, "/lens_adapter"), "/lens_adapter")
-        setting = ("service", "/cam_a/camera/set_parameters")
+        setting = ("service", "/cam_a/camera/set_parameters_atomically")
         until(lambda: setting in interfaces(observer, "/cam_a/camera"))
         assert_covered(interfaces(observer, "/cam_a/camera"), "/camera_driver")
     finally:

@@ -224,21 +224,22 @@ def state(plan, place, status, **said):
 
 
 def counted(status):
-    return [status.unreported, status.sent, status.verified, status.differ, status.failed]
+    found = [status.unreported, status.sent, status.verified, status.differ, status.failed]
+    return [*found, status.accepted]
 
 
 def test_lenses_are_counted_by_what_became_of_them(ready, planner, drivers, rig):
     plan = ready.plan(**SHORT).plan
     status = told(ready, lambda status: status.plan_id == plan.plan_id)
-    assert counted(status) == [len(rig), 0, 0, 0, 0]
+    assert counted(status) == [len(rig), 0, 0, 0, 0, 0]
     assert [lens.name for lens in status.lenses] == [camera.name for camera in rig.cameras]
     for lens, camera in zip(status.lenses, plan.cameras, strict=True):
         assert lens.planned_distance == camera.focus_distance
         assert math.isnan(lens.sent_value)
-    for place, code in enumerate((1, 1, 2, 2, 2, 3, 4)):
+    for place, code in enumerate((1, 1, 2, 2, 2, 3, 4, 5)):
         drivers.publish(state(plan, place, code, message=f"{code}", sent_value=5.0, unit="step"))
-    status = told(ready, lambda status: status.failed == 1)
-    assert counted(status) == [len(rig) - 7, 2, 3, 1, 1]
+    status = told(ready, lambda status: status.accepted == 1)
+    assert counted(status) == [len(rig) - 8, 2, 3, 1, 1, 1]
     lens = status.lenses[2]
     assert (lens.name, lens.status, lens.message) == (plan.cameras[2].name, 2, "2")
     assert (lens.sent_value, lens.unit) == (5.0, "step")
@@ -249,12 +250,12 @@ def test_lenses_are_counted_by_what_became_of_them(ready, planner, drivers, rig)
     for place in range(len(rig)):
         drivers.publish(state(plan, place, LensState.STATUS_VERIFIED))
     status = told(ready, lambda status: status.verified == len(rig))
-    assert counted(status) == [0, 0, len(rig), 0, 0]
+    assert counted(status) == [0, 0, len(rig), 0, 0, 0]
     level_of(ready, planner, "cameras", OK)
     # Nothing is known of the next plan.
     plan = ready.plan(**SHORT).plan
     status = told(ready, lambda status: status.plan_id == plan.plan_id)
-    assert counted(status) == [len(rig), 0, 0, 0, 0]
+    assert counted(status) == [len(rig), 0, 0, 0, 0, 0]
 
 
 def test_reports_of_other_plans_and_cameras_and_garbage_do_no_harm(ready, planner, drivers, rig):
@@ -270,7 +271,7 @@ def test_reports_of_other_plans_and_cameras_and_garbage_do_no_harm(ready, planne
         drivers.publish(b"\x00\x01\x00\x00" + random.bytes(size))
     drivers.publish(state(plan, 2, LensState.STATUS_SENT))
     status = told(ready, lambda status: status.sent == 1)
-    assert counted(status) == [len(rig) - 1, 1, 0, 0, 0]
+    assert counted(status) == [len(rig) - 1, 1, 0, 0, 0, 0]
     planner.wait_for_log("refused a lens state: ")
     assert ready.plan(**SHORT).success
 

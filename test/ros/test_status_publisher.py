@@ -144,6 +144,10 @@ def test_reports_of_lenses_are_counted(publisher, published, clock):
     message = newest(publisher, published, clock)
     counts = (message.unreported, message.sent, message.verified, message.differ, message.failed)
     assert counts == (1, 0, 1, 0, 1)
+    assert message.accepted == 0
+    assert publisher.reported(report_of("cam_0", code=LensStatus.ACCEPTED))
+    message = newest(publisher, published, clock)
+    assert (message.unreported, message.accepted, message.verified) == (0, 1, 1)
     assert (message.lenses[1].sent_value, message.lenses[1].planned_distance) == (5.0, 2.0)
     assert publisher.lens_counts[LensStatus.VERIFIED] == 1
     publisher.planned(plan("another"))
@@ -161,8 +165,8 @@ def test_reports_about_another_plan_or_camera_are_ignored(publisher, other):
 
 def test_an_unknown_status_is_an_input_error(publisher):
     publisher.planned(plan())
-    with pytest.raises(InputError, match="status: expected 0 to 4, as LensState names them, got 5"):
-        publisher.reported(report_of(code=5))
+    with pytest.raises(InputError, match="status: expected 0 to 5, as LensState names them, got 6"):
+        publisher.reported(report_of(code=6))
 
 
 def test_cleared_it_knows_no_plan(publisher, published, clock):

@@ -160,6 +160,14 @@ def test_a_run_without_a_plan():
         (None, NONE, (Level.OK, "no plan yet")),
         (run(None), NONE, (Level.OK, "no plan yet")),
         (run(), Counter({LensStatus.VERIFIED: 3}), (Level.OK, "all see the surface")),
+        (
+            run(),
+            Counter({LensStatus.VERIFIED: 1, LensStatus.ACCEPTED: 2}),
+            (
+                Level.OK,
+                "all see the surface; lenses whose drivers took the value, not seen there: 2",
+            ),
+        ),
         (run(seeing_nothing(1)), NONE, (Level.WARN, "see nothing: cam_1")),
         (
             run(seeing_nothing(1)),
@@ -185,7 +193,7 @@ def test_of_many_cameras_that_see_nothing_some_are_named():
     assert diagnosis.message == f"see nothing: {some} and 12 more"
     assert diagnosis.values["see nothing"].split() == [f"cam_{k}" for k in range(20)]
     assert (diagnosis.values["cameras"], diagnosis.values["unreported"]) == ("30", "30")
-    assert diagnosis.values["verified"] == "0"
+    assert (diagnosis.values["verified"], diagnosis.values["accepted"]) == ("0", "0")
 
 
 # --- recorder, memory --------------------------------------------------------------------------

@@ -17,8 +17,8 @@ from testing.ros.planner_process import PATIENCE, NodeProcess
 class LensProcess(NodeProcess):
     """A node that a module of ``focus_planner.ros`` runs; parameters are given by name."""
 
-    def __init__(self, module, **parameters):
-        arguments = ["--ros-args"]
+    def __init__(self, module, namespace="", **parameters):
+        arguments = ["--ros-args", *(["-r", f"__ns:={namespace}"] if namespace else [])]
         for name, value in parameters.items():
             arguments += ["-p", f"{name}:={_yaml(value)}"]
         self._start(f"focus_planner.ros.{module}", arguments)
@@ -61,13 +61,18 @@ class Orchestrator:
         with self._news:
             return [s for s in self._states if (s.name, s.plan_id) == (camera, plan_id)]
 
-    def wait_for(self, camera, plan_id, status):
-        """Return the last state of a camera and plan once it has a status."""
+    def wait_for(self, camera, plan_id, status, read_value=None, after=None):
+        """Return the last state of a camera and plan once it has a status.
+
+        And a value read back, if one is given, and after it had another status, if one is given.
+        """
         deadline = time.monotonic() + PATIENCE
         with self._news:
             while not (
                 (found := [s for s in self._states if (s.name, s.plan_id) == (camera, plan_id)])
                 and found[-1].status == status
+                and (read_value is None or found[-1].read_value == read_value)
+                and (after is None or after in [s.status for s in found])
             ):
                 assert self._news.wait(deadline - time.monotonic()), f"{camera}: {found}"
             return found[-1]
@@ -79,4 +84,6 @@ class Orchestrator:
 
 
 def _yaml(value):
-    return f"[{', '.join(value)}]" if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(_yaml, value))}]"
+    return str(value) if isinstance(value, (bool, int, float)) else f"'{value}'"

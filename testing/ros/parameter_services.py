@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from rcl_interfaces.srv import DescribeParameters, ListParameters
+from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 
 from testing.ros.planner_process import PATIENCE
 
@@ -29,6 +30,14 @@ def listed(node, planner):
     """Return the names of the planner's parameters."""
     request = ListParameters.Request()
     return set(call(node, ListParameters, f"{planner}/list_parameters", request).result.names)
+
+
+def set_of(node, other, **values):
+    """Set parameters of another node, one by one, all of which it accepts."""
+    parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+    request = SetParameters.Request(parameters=parameters)
+    answer = call(node, SetParameters, f"{other}/set_parameters", request)
+    assert all(result.successful for result in answer.results), answer
 
 
 def described(node, planner, names):

@@ -40,8 +40,8 @@ class Lens:
         infinity; it counts but is never planned, because plans consist of finite distances.
     table : LensTable, optional
         Conversion to the values that the lens's driver takes. The lens is limited to the table's
-        distances. A table of whole values determines the possible distances by itself, in place
-        of the other two.
+        distances. A table of whole values or steps determines the possible distances by itself,
+        in place of the other two.
     hiatus : float
         How far the rear principal plane is behind the front one, metres; 0 for a thin lens,
         negative if they are crossed. It lengthens the way to the sensor and changes nothing else:
@@ -51,7 +51,7 @@ class Lens:
     ------
     InputError
         If a value is out of range, the limits leave no distance, or more than one of
-        ``focus_distances``, ``focus_steps`` and a table of whole values is given.
+        ``focus_distances``, ``focus_steps`` and a table of whole values or steps is given.
     """
 
     focal_length: float = 0.050
@@ -154,15 +154,15 @@ def _check_table(lens: Lens, table: LensTable) -> None:
     if settable is not None and listed:
         raise InputError(
             "lens.table",
-            "either a table of whole values, focus_distances or focus_steps",
+            "either a table of whole values or steps, focus_distances or focus_steps",
             "two of them",
-            "a table of whole values already determines what the lens can be set to",
+            "such a table already determines what the lens can be set to",
         )
     nearest, farthest = lens.focus_limits
     if nearest > farthest or farthest <= lens.focal_length:
         got = f"{table.nearest:g} to {table.farthest:g} m"
     elif settable is not None and not len(_distances_within(settable, lens)):
-        got = f"none of its {len(settable)} whole values there"
+        got = f"none of its {len(settable)} values there"
     else:
         return
     raise InputError(

@@ -27,6 +27,8 @@ _Array = NDArray[np.float64]
 _NEAREST, _FARTHEST = 1e-6, 1e9
 # Up to here all integers are exact in double precision.
 _LARGEST_VALUE = 2.0**53
+# As a part of a step: by which the last one may miss the table's end, computed in doubles.
+_STEP_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -47,18 +49,23 @@ class LensTable:
     values : sequence of float
         The device values at these distances, strictly rising or strictly falling; interpolated
         linearly in dioptres.
+    step : float
+        Distance between the values that the driver takes, counted from the table's least value (the
+        least whole one if ``whole``), such as 5 for every fifth; 0 for none, or for every whole
+        value. The lens can then be set only to the distances of these values.
 
     Raises
     ------
     InputError
-        If distances and values do not form a table, or a table of whole numbers contains none,
-        too many, or some whose distances are indistinguishable.
+        If distances and values do not form a table, or a table of whole numbers or steps contains
+        none, too many, or some whose distances are indistinguishable.
     """
 
     unit: str
     whole: bool = False
     distances: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
+    step: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.unit, str) or not self.unit:
@@ -79,11 +86,11 @@ class LensTable:
         if self.distances:
             _check_distances(np.array(self.distances))
             _check_values(np.array(self.values))
-        elif self.unit not in (METRES, DIOPTRES) or self.whole:
-            what = "whole values" if self.unit in (METRES, DIOPTRES) else f"the unit {self.unit}"
-            raise InputError("table.distances", f"at least 2 with {what}", "none")
-        if self.whole:
-            self._check_whole()
+        self._check_step()
+        if not self.distances and (self.unit not in (METRES, DIOPTRES) or self._steps):
+            raise InputError("table.distances", f"at least 2 with {self._need}", "none")
+        if self._steps:
+            self._check_settable()
 
     @property
     def nearest(self) -> float:
@@ -97,19 +104,19 @@ class LensTable:
 
     @cached_property
     def settable_distances(self) -> _Array | None:
-        """(n,) the distances of all whole values, metres, ascending; None if any value will do.
+        """(n,) distances of the values that the driver takes, metres, ascending; None if of any.
 
         Without infinity: plans consist of finite distances.
         """
-        if not self.whole:
+        if not self._steps:
             return None
-        distances = np.sort(self._distances_at(self._whole_values))
+        distances = np.sort(self._distances_at(self._settable_values))
         settable: _Array = distances[np.isfinite(distances)]
         settable.flags.writeable = False
         return settable
 
     def value_at(self, distance: float) -> float:
-        """Return the device value of a focus distance, rounded if it must be whole.
+        """Return the device value of a focus distance: the nearest one that the driver takes.
 
         Parameters
         ----------
@@ -133,7 +140,8 @@ class LensTable:
     def distance_at(self, value: float) -> float:
         """Return the focus distance of a device value, metres; may be inf.
 
-        ``value_at(distance_at(value))`` is the value again; exactly so if it is whole.
+        ``value_at(distance_at(value))`` is the value again; exactly so if the table has whole
+        values or steps, and it is one of them.
 
         Parameters
         ----------
@@ -160,9 +168,43 @@ class LensTable:
         return (min(self.values), max(self.values)) if self.values else (0.0, math.inf)
 
     @property
-    def _whole_values(self) -> _Array:
+    def _steps(self) -> float:
+        """The distance between values that the driver takes, 0 if it takes any."""
+        return self.step or float(self.whole)
+
+    @property
+    def _need(self) -> str:
+        """What cannot do without entries."""
+        if self.unit not in (METRES, DIOPTRES):
+            return f"the unit {self.unit}"
+        return "a step" if self.step else "whole values"
+
+    @property
+    def _rule(self) -> str:
+        """The parameter that says which values the driver takes."""
+        return "step" if self.step else "whole"
+
+    @cached_property
+    def _grid(self) -> tuple[float, int, int]:
+        """The values that the driver takes: where steps count from, and the first and last."""
         low, high = self._value_limits
-        return np.arange(math.ceil(low), math.floor(high) + 1.0)
+        first = float(math.ceil(low)) if self.whole else low
+        # Of whole values every one is in its place whatever the step is counted from.
+        origin = first % self._steps if self.whole else first
+        least = round((first - origin) / self._steps)
+        # Whole numbers are exact. A step may be tiny.
+        last = (float(math.floor(high)) if self.whole else high) - origin
+        rounding = 0.0 if self.whole else _STEP_ROUNDING
+        return origin, least, math.floor(min(last / self._steps, _LARGEST_VALUE) + rounding)
+
+    @property
+    def _settable_values(self) -> _Array:
+        _, least, greatest = self._grid
+        return self._value_of_step(np.arange(least, greatest + 1.0))
+
+    def _value_of_step(self, number: _Array) -> _Array:
+        values: _Array = np.minimum(self._grid[0] + self._steps * number, self._value_limits[1])
+        return values + 0.0  # no -0.0
 
     @cached_property
     def _by_dioptres(self) -> tuple[_Array, _Array, _Array]:
@@ -176,10 +218,12 @@ class LensTable:
             return np.asarray(distances if self.unit == METRES else np.divide(1.0, distances))
         dioptres, _, values = self._by_dioptres
         found: _Array = np.interp(np.divide(1.0, distances), dioptres, values)
-        if not self.whole:
+        if not self._steps:
             return found
-        low, high = self._value_limits
-        return np.clip(np.rint(found), math.ceil(low), math.floor(high)) + 0.0  # no -0.0
+        origin, least, greatest = self._grid
+        return self._value_of_step(
+            np.clip(np.rint((found - origin) / self._steps), least, greatest)
+        )
 
     def _distances_at(self, values: ArrayLike) -> _Array:
         """Return the distances of device values within the table."""
@@ -195,26 +239,33 @@ class LensTable:
         exact: _Array = np.where(dioptres[entry] == found, distances[entry], between)
         return exact
 
-    def _check_whole(self) -> None:
+    def _check_step(self) -> None:
+        object.__setattr__(self, "step", check_number("table.step", self.step, at_least=0.0))
+        if self.whole and self.step % 1.0:
+            raise InputError("table.step", "a whole number with whole values", f"{self.step:g}")
+
+    def _check_settable(self) -> None:
         low, high = self._value_limits
-        count = math.floor(high) - math.ceil(low) + 1
+        _, least, greatest = self._grid
+        count, what = greatest - least + 1, "values a step apart" if self.step else "whole numbers"
         if not 0 < count <= MAX_FOCUS_STEPS:
             raise InputError(
                 "table.values",
-                f"1 to {MAX_FOCUS_STEPS} whole numbers between the first and the last",
+                f"1 to {MAX_FOCUS_STEPS} {what} between the first and the last",
                 f"{count} from {low:g} to {high:g}",
-                "leave whole out and let the driver round" if count else "",
+                f"leave {self._rule} out and let the driver round" if count else "",
             )
-        whole = self._whole_values
-        if not np.array_equal(self._values_at(self._distances_at(whole)), whole):
+        settable = self._settable_values
+        if not np.array_equal(self._values_at(self._distances_at(settable)), settable):
             raise InputError(
                 "table.values",
-                "whole numbers with distinguishable distances",
+                f"{what} with distinguishable distances",
                 f"{count} of them from {self.nearest:.17g} to {self.farthest:.17g} m",
             )
         assert self.settable_distances is not None
         if not len(self.settable_distances):
-            raise InputError("table.values", "a whole number at a finite distance", "none")
+            what = "a value" if self.step else "a whole number"
+            raise InputError("table.values", f"{what} at a finite distance", "none")
 
 
 def _check_distances(distances: _Array) -> None:

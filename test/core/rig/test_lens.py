@@ -86,7 +86,7 @@ RANGE = LensTable("steps", False, (0.4, 2.0), (0, 1000))
         ),
         (
             {"table": COUNTED, "min_focus": 2.9, "max_focus": 2.95},
-            "lens.table: .* got none of its 25 whole values there",
+            "lens.table: .* got none of its 25 values there",
         ),
         (
             {"table": COUNTED, "focus_distances": [1.0]},

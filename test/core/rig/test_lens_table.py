@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -68,7 +69,9 @@ def test_a_thin_lens_is_nearly_linear_in_dioptres():
 def test_it_is_what_the_reference_says(table, data):
     distance = data.draw(between(table))
     assert table.value_at(distance) == pytest.approx(
-        reference.device_value(table, distance), abs=1.0 if table.whole else 1e-7, rel=1e-9
+        reference.device_value(table, distance),
+        abs=(table.step or 1.0) if table.whole else 1e-7,
+        rel=1e-9,
     )
     again = table.distance_at(table.value_at(distance))
     if not table.whole:
@@ -77,7 +80,8 @@ def test_it_is_what_the_reference_says(table, data):
 
 @given(lens_tables(kinds=(True,)))
 def test_whole_values_are_set_exactly(table):
-    values = range(math.ceil(min(table.values)), math.floor(max(table.values)) + 1)
+    low, high = math.ceil(min(table.values)), math.floor(max(table.values))
+    values = range(low, high + 1, int(table.step) or 1)
     distances = [table.distance_at(value) for value in values]
     assert [table.value_at(distance) for distance in distances] == list(values)
     finite = sorted(d for d in distances if d < math.inf)
@@ -94,9 +98,48 @@ def test_the_nearest_whole_value_is_told(table, data):
     assert value == round(value)
     assert min(table.values) <= value <= max(table.values)
     exact = reference.device_value(table, distance)
-    assume(not math.isclose(abs(exact - value), 0.5, rel_tol=1e-6))
-    inside = math.ceil(min(table.values)) <= exact <= math.floor(max(table.values))
-    assert abs(exact - value) <= (0.5 if inside else 1.0)
+    step = table.step or 1.0
+    assume(not math.isclose(abs(exact - value), step / 2, rel_tol=1e-6))
+    least = math.ceil(min(table.values))
+    last = least + (math.floor(max(table.values)) - least) // step * step
+    assert abs(exact - value) <= (step / 2 if least <= exact <= last else step)
+
+
+def test_a_driver_that_takes_every_fifth_value_is_told_one_of_these():
+    table = LensTable("focus_absolute", True, (0.3, 0.5, 1.0, 3.0), (250, 180, 90, 20), step=5)
+    told = [table.value_at(distance) for distance in table.settable_distances]
+    assert sorted(told) == list(range(20, 251, 5))
+    assert [table.distance_at(value) for value in told] == table.settable_distances.tolist()
+    exact = FOCUS_ABSOLUTE.distance_at(182)
+    assert table.value_at(exact) == 180.0
+    assert table.value_at(FOCUS_ABSOLUTE.distance_at(183)) == 185.0
+
+
+@pytest.mark.parametrize(
+    ("table", "values"),
+    [
+        # From the least value, which the driver takes, and up to what the table knows.
+        (LensTable("s", True, (1, 2), (3, 22), step=5), [3, 8, 13, 18]),
+        (LensTable("s", True, (1, 2), (22, 3), step=5), [3, 8, 13, 18]),
+        (LensTable("s", True, (1, 2), (2.5, 22), step=5), [3, 8, 13, 18]),
+        (LensTable("s", True, (1, 2), (-12, 0), step=4), [-12, -8, -4, 0]),
+        (LensTable("s", True, (1, 2), (0, 3), step=1), [0, 1, 2, 3]),
+        (LensTable("s", True, (1, 2), (7, 9), step=5), [7]),
+        (LensTable("dioptres", False, (1, 2), (1, 0.5), step=0.125), [0.5, 0.625, 0.75, 0.875, 1]),
+        (LensTable("s", False, (1, 2), (0.1, 0.7), step=0.1), np.linspace(0.1, 0.7, 7)),
+    ],
+)
+def test_steps_count_from_the_least_value(table, values):
+    told = sorted(table.value_at(distance) for distance in table.settable_distances)
+    assert told == pytest.approx(list(values))
+    assert [table.value_at(table.distance_at(value)) for value in told] == told
+    assert min(table.values) <= told[0] <= told[-1] <= max(table.values)
+
+
+@given(lens_tables(kinds=(True,)))
+def test_a_step_of_one_is_what_whole_values_have_anyway(table):
+    stepped, whole = replace(table, step=1), replace(table, step=0)
+    assert stepped.settable_distances.tolist() == whole.settable_distances.tolist()
 
 
 def test_what_is_whole_leaves_out_infinity_and_ends_that_are_not():
@@ -182,6 +225,20 @@ def test_what_a_table_does_not_have(ask, message):
         (
             ("s", True, (1, 1 + 1e-14), (0, 1000)),
             "table.values: expected whole numbers with distinguishable distances, got 1001 of them",
+        ),
+        (("m", False, (), (), 0.1), "table.distances: expected at least 2 with a step, got none"),
+        (("s", False, (1, 2), (1, 2), -1), "table.step: expected a number of at least 0, got -1"),
+        (
+            ("s", True, (1, 2), (1, 2), 0.5),
+            "table.step: expected a whole number with whole values, got 0.5",
+        ),
+        (
+            ("s", False, (1, 2), (0, 1), 1e-300),
+            "expected 1 to 65536 values a step apart .*; leave step out and let the driver round",
+        ),
+        (
+            ("s", False, (1, math.inf), (1, 0.5), 1),
+            "table.values: expected a value at a finite distance, got none",
         ),
         (
             ("s", True, (1, math.inf), (0.5, 1)),
