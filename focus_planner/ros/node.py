@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -120,6 +121,7 @@ class PlannerNode(ManagedNode):
         self._planning: PlanningThread | None = None
         self._inputs: Subscriptions | None = None
         self._lens_states: Subscription | None = None
+        self._publishers_checked = 0.0
         self._stopping = threading.Event()
         # Not the node's own clock, which stands still while a simulation is paused.
         self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -224,6 +226,7 @@ class PlannerNode(ManagedNode):
             self._cameras.check,
             self._planning.receive_surface,
             self._planning.receive_rig,
+            self._planning.note_unheard,
         )
         self._lens_states = self.create_subscription(
             LensState,
@@ -262,8 +265,14 @@ class PlannerNode(ManagedNode):
         self._plans.repeat_if_due()
         self._server.requests.reject_overdue()
         period = self._settings.current.serving.status_period
+        self._check_publishers_if_due(period)
         self._status.publish_if_due(self._report(), period)
         self._diagnostics.publish_if_due(period)
+
+    def _check_publishers_if_due(self, period: float) -> None:
+        if self._inputs and time.monotonic() - self._publishers_checked >= period:
+            self._publishers_checked = time.monotonic()
+            self._inputs.check_publishers()
 
     def _current_settings(self) -> Settings:
         return self._settings.current

@@ -19,7 +19,7 @@ from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.typestore import RIG, serialize
 from focus_planner.recording.software import software
 from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
-from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.inputs import Arrival, Unheard
 from focus_planner.runtime.log import Log
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Request
@@ -57,6 +57,13 @@ class PlanningThread:
         """Keep a rig, and queue its parsing."""
         self._requests.planner.rig.receive(arrival)
         self._enqueue(self._requests.digest)
+
+    def note_unheard(self, surface: Unheard, rig: Unheard) -> None:
+        """Note which publishers of surfaces and rigs are not received."""
+        planner = self._requests.planner
+        if (planner.surface.unheard, planner.rig.unheard) != (surface, rig):
+            planner.surface.unheard, planner.rig.unheard = surface, rig
+            self._enqueue(self._requests.take_snapshot)
 
     def plan(self, request: Request) -> None:
         """Queue a request."""

@@ -108,7 +108,7 @@ class RequestPlanner:
         """Process the inputs received, and prepare to record a run on them."""
         settings = self._host.settings()
         self.planner.digest(settings.optics)
-        self._take_snapshot()
+        self.take_snapshot()
         if settings.recording.directory is not None:
             self.recorder.prepare(settings.recording.directory, self._inputs())
 
@@ -229,7 +229,7 @@ class RequestPlanner:
     ) -> None:
         seconds = time.perf_counter() - request.arrived
         kept = None if plan is None else without_problem(plan)
-        self._take_snapshot(LastRun(request.plan_id, message, kept, seconds))
+        self.take_snapshot(LastRun(request.plan_id, message, kept, seconds))
 
     def _progress_callback(self, request: Request, plan_request: PlanRequest) -> ProgressCallback:
         feedback = Feedback(plan_request.time_budget)
@@ -242,7 +242,8 @@ class RequestPlanner:
 
         return on_progress
 
-    def _take_snapshot(self, last_run: LastRun | None = None) -> None:
+    def take_snapshot(self, last_run: LastRun | None = None) -> None:
+        """Replace the snapshot by one of the inputs as they are now."""
         surface, rig = self.planner.surface.state, self.planner.rig.state
         self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run)
 

@@ -31,7 +31,8 @@ from focus_planner.messages.reading import (
 from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize
 from focus_planner.parameters.planner import Settings
 from focus_planner.ros.conversions import type_name_of
-from focus_planner.runtime.inputs import Arrival
+from focus_planner.ros.publishers import unheard_publishers
+from focus_planner.runtime.inputs import Arrival, Unheard
 
 # A burst of messages is kept: if the newest is refused, an older one may be valid.
 _DEPTH = 4
@@ -59,9 +60,11 @@ class _Received:
 
 @dataclass(frozen=True)
 class _Input:
-    """A subscription, and the receiver of its messages."""
+    """A subscription, the kind and type of its messages, and their receiver."""
 
     subscription: Subscription
+    kind: str
+    type_name: str
     receive: Callable[[bytes], None]
 
     def take(self) -> list[_Received]:
@@ -101,6 +104,8 @@ class Subscriptions:
         Returns the rig, or raises ``InputError`` if this node cannot plan for it.
     surface, rig : callable
         Called with what arrives.
+    unheard : callable
+        Called with the publishers of surfaces and of rigs that are not received.
 
     Raises
     ------
@@ -116,20 +121,38 @@ class Subscriptions:
         check: Callable[[Rig], Rig],
         surface: Callable[[Arrival[Any]], None],
         rig: Callable[[Arrival[Any]], None],
+        unheard: Callable[[Unheard, Unheard], None],
     ) -> None:
         self._node = node
         self._group = group
         self._settings = settings
         self._check = check
+        self._keep = {"surface": surface, "rig": rig}
+        self._unheard = unheard
+        self._received: set[str] = set()
         self._inputs: list[_Input] = []
-        self._add(Mesh, "~/mesh", surface, self._read_mesh)
-        self._add(PointCloud2, "~/cloud", surface, self._read_cloud)
-        self._add(PoseArray, "~/camera_poses", rig, self._read_poses)
-        self._add(CameraRig, "~/rig", rig, self._read_rig)
+        self._add(Mesh, "~/mesh", "surface", self._read_mesh)
+        self._add(PointCloud2, "~/cloud", "surface", self._read_cloud)
+        self._add(PoseArray, "~/camera_poses", "rig", self._read_poses)
+        self._add(CameraRig, "~/rig", "rig", self._read_rig)
 
     def take_all(self) -> None:
         """Receive all messages that have arrived, such as those sent just before a request."""
         self._take_all([])
+        self.check_publishers()
+
+    def check_publishers(self) -> None:
+        """Find the publishers whose messages do not arrive."""
+        found = {
+            each: unheard_publishers(
+                self._node,
+                each.subscription,
+                each.type_name,
+                received=each.subscription.topic_name in self._received,
+            )
+            for each in self._inputs
+        }
+        self._unheard(*(_of_kind(found, kind) for kind in ("surface", "rig")))
 
     def destroy(self) -> None:
         """Unsubscribe."""
@@ -137,18 +160,19 @@ class Subscriptions:
             self._node.destroy_subscription(each.subscription)
         self._inputs = []
 
-    def _add(
-        self, message_type: type, topic: str, keep: Callable[[Arrival[Any]], None], read: Read
-    ) -> None:
+    def _add(self, message_type: type, topic: str, kind: str, read: Read) -> None:
         name, type_name = self._node.resolve_topic_name(topic), type_name_of(message_type)
+        keep = self._keep[kind]
 
         def receive(payload: bytes) -> None:
+            self._received.add(name)
             keep(Arrival(name, type_name, payload, partial(read, payload)))
 
         def take(payload: bytes, info: dict[str, int]) -> None:
             self._take_all([_Received(info["received_timestamp"], payload, receive)])
 
-        self._inputs.append(_Input(self._subscribe(message_type, topic, take), receive))
+        subscription = self._subscribe(message_type, topic, take)
+        self._inputs.append(_Input(subscription, kind, type_name, receive))
 
     def _subscribe(self, message_type: type, topic: str, take: Callable[..., None]) -> Subscription:
         try:
@@ -201,3 +225,11 @@ class Subscriptions:
         self._settings().limits.check_rig(payload)
         message = deserialize(RIG, payload)
         return self._check(rig_from_message(message, optics, self._settings().frame_id))
+
+
+def _of_kind(found: dict[_Input, Unheard], kind: str) -> Unheard:
+    parts = [unheard for each, unheard in found.items() if each.kind == kind]
+    return Unheard(
+        tuple(text for part in parts for text in part.never),
+        tuple(text for part in parts for text in part.missed),
+    )

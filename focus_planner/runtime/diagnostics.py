@@ -100,7 +100,7 @@ def diagnose_planner(state: str, planning: str, waiting: int) -> Diagnosis:
 def diagnose_input(state: InputState, now: datetime, max_age: float) -> Diagnosis:
     """Return where an input came from, how old it is, and whether a newer one was refused."""
     age = age_of(state, now)
-    values = {"topic": state.topic, "refused": state.refused}
+    values = {"topic": state.topic, "refused": state.refused, "not received": state.unheard}
     if state.received:
         seconds, nanoseconds = state.stamp
         values |= {
@@ -110,8 +110,11 @@ def diagnose_input(state: InputState, now: datetime, max_age: float) -> Diagnosi
         }
     if not state.received:
         level, message = Level.WARN, "none that can be used" if state.refused else "none yet"
+        message += f"; not received: {state.unheard}" if state.unheard else ""
     elif state.refused:
         level, message = Level.WARN, f"a newer one was refused: {state.refused}"
+    elif state.unheard:
+        level, message = Level.WARN, f"from {state.topic}; not received: {state.unheard}"
     elif age > max_age:
         level, message = Level.WARN, f"{age:.1f} s old, more than max_input_age ({max_age:g} s)"
     else:

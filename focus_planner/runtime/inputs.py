@@ -66,6 +66,22 @@ class AcceptedInput(Generic[Content, Value]):
 
 
 @dataclass(frozen=True)
+class Unheard:
+    """Publishers of an input whose messages do not arrive, and what to do about each.
+
+    Attributes
+    ----------
+    never : tuple of str
+        Those whose messages will never arrive.
+    missed : tuple of str
+        Those of which none has arrived so far.
+    """
+
+    never: tuple[str, ...] = ()
+    missed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class InputState:
     """What is reported of an input.
 
@@ -79,6 +95,8 @@ class InputState:
         Its header's stamp, seconds and nanoseconds; zero without a header.
     refused : str
         Why a newer one is not in force; empty if there is none.
+    unheard : str
+        Which publishers' messages do not arrive, and what to do; empty if there are none.
     """
 
     name: str
@@ -86,6 +104,7 @@ class InputState:
     received: datetime | None = None
     stamp: tuple[int, int] = (0, 0)
     refused: str = ""
+    unheard: str = ""
 
 
 class InputSlot(Generic[Content, Value]):
@@ -106,12 +125,15 @@ class InputSlot(Generic[Content, Value]):
     in_force : AcceptedInput or None
     misfit : AcceptedInput or None
         The newest one, if it was refused only because it does not fit the other input.
+    unheard : Unheard
+        Publishers that are not received; any thread may replace it.
     """
 
     def __init__(self, name: str, sources: str, make: Callable[[Content], Value], log: Log) -> None:
         self.name = name
         self.in_force: AcceptedInput[Content, Value] | None = None
         self.misfit: AcceptedInput[Content, Value] | None = None
+        self.unheard = Unheard()
         self._sources = sources
         self._make = make
         self._log = log
@@ -175,7 +197,7 @@ class InputSlot(Generic[Content, Value]):
         one stays in force, the next caller is told, once.
         """
         if self.in_force is None:
-            return str(InputError(self.name, self._sources, self._missing()))
+            return str(InputError(self.name, self._sources, self._missing(), self._unheard()))
         if self._refused is None or self._objected:
             return None
         self._objected = True
@@ -196,19 +218,28 @@ class InputSlot(Generic[Content, Value]):
         return [self.in_force.arrival, *refused]
 
     def reminder(self) -> str | None:
-        """Return what a caller is told along with a plan that ignores a refused newer input."""
-        if self.in_force is None or self._refused is None:
+        """Return what a caller is told along with a plan that may ignore newer inputs."""
+        if self.in_force is None:
             return None
-        return f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
+        refused = self._refused and (
+            f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
+        )
+        never = "; ".join(self.unheard.never)
+        unheard = never and f"not received for the {self.name}: {never}"
+        return "; ".join(filter(None, (refused, unheard))) or None
 
     @property
     def state(self) -> InputState:
         """What is in force, and why a newer one is not."""
-        refused = str(self._refused[1]) if self._refused else ""
+        refused, unheard = str(self._refused[1]) if self._refused else "", self._unheard()
         if self.in_force is None:
-            return InputState(self.name, refused=refused)
+            return InputState(self.name, refused=refused, unheard=unheard)
         arrival = self.in_force.arrival
-        return InputState(self.name, arrival.topic, arrival.at, arrival.stamp, refused)
+        return InputState(self.name, arrival.topic, arrival.at, arrival.stamp, refused, unheard)
+
+    def _unheard(self) -> str:
+        missed = () if self.in_force or self._refused else self.unheard.missed
+        return "; ".join((*self.unheard.never, *missed))
 
     def _missing(self) -> str:
         if self._refused is None:

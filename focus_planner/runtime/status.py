@@ -100,6 +100,7 @@ def input_to_fields(state: InputState, now: datetime) -> Fields:
         "stamp": time_to_fields(state.stamp),
         "age": age_of(state, now),
         "refused": state.refused,
+        "unheard": state.unheard,
     }
 
 

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from geometry_msgs.msg import PoseArray
 from rcl_interfaces.msg import ParameterType
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
@@ -17,7 +18,7 @@ from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
 from testing.forked import run_forked
-from testing.ros.calls import until
+from testing.ros.calls import WAITING, until
 from testing.ros.parameter_services import described, listed
 from testing.ros.planner_process import PlannerProcess
 
@@ -127,6 +128,58 @@ def test_a_latched_mesh_is_not_received_without(make_node, body, rig):
         assert planner.stop() == 0
     assert not answer.success
     assert "surface" in answer.message
+    assert (
+        "/here latches /volatile/mesh, and what it sent before the planner subscribed is not"
+        " received; publish again, or start the planner with"
+        " -p qos_overrides./volatile/mesh.subscription.durability:=transient_local"
+    ) in answer.message
+
+
+def test_publishers_that_are_not_received_are_named(make_node, body, rig):
+    node = make_node()
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    told = [
+        "/here publishes /deaf/cloud best effort, and the planner asks for reliable; publish"
+        " reliably, or start the planner with"
+        " -p qos_overrides./deaf/cloud.subscription.reliability:=best_effort",
+        "/here does not latch /deaf/mesh (volatile), and the planner asks for latched; latch it"
+        " (transient local), or start the planner with"
+        " -p qos_overrides./deaf/mesh.subscription.durability:=volatile",
+    ]
+    other_type = (
+        "/here publishes shape_msgs/msg/Mesh on /deaf/rig, where focus_planner_msgs/msg/CameraRig"
+        " is expected; publish that, or on another topic"
+    )
+    not_latched = "/here does not latch /deaf/camera_poses (volatile), and has sent nothing"
+    node.create_publisher(PointCloud2, "/deaf/cloud", best_effort)
+    mesh = node.create_publisher(Mesh, "/deaf/mesh", 1)
+    node.create_publisher(Mesh, "/deaf/rig", LATCHED)
+    node.create_publisher(PoseArray, "/deaf/camera_poses", 1)
+    planner = PlannerProcess(
+        "deaf", *WAITING, "-p", "qos_overrides./deaf/mesh.subscription.durability:=transient_local"
+    )
+    try:
+        with PlannerClient("/deaf") as client:
+            without = until(lambda: says(client, [*told, other_type, not_latched]))
+            assert not without.success
+            status = client.status()
+            assert all(text in status.surface.unheard for text in told)
+            assert other_type in status.rig.unheard
+            node.create_publisher(Mesh, "/deaf/mesh", LATCHED).publish(mesh_to_bytes(body))
+            client.publish_rig(rig)
+            planned = until(lambda: says(client, [*told, other_type], success=True))
+            assert not_latched not in planned.message
+            node.destroy_publisher(mesh)
+            until(lambda: told[1] not in client.plan(method="em", samples=200).message)
+    finally:
+        assert planner.stop() == 0
+
+
+def says(client, texts, success=False):
+    """Return an answer that has all of these in its message; None if it lacks one."""
+    answer = client.plan(method="em", samples=200)
+    found = answer.success == success and all(text in answer.message for text in texts)
+    return answer if found else None
 
 
 @pytest.mark.parametrize(
