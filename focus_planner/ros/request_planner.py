@@ -150,11 +150,13 @@ class RequestPlanner:
     def _failure(
         self, request: Request, reason: Reason, message: str, recorder: RunRecorder | None
     ) -> Outcome:
-        self._host.get_logger().info(f"no plan: {message}")
-        self._note_last_run(request, message)
+        told = "; ".join(filter(None, (message, self._unheard())))
+        self._host.get_logger().info(f"no plan: {told}")
+        self._note_last_run(request, told)
         if recorder is None:
-            return Outcome(reason, message)
-        return Outcome(reason, message, on_sent=partial(recorder.finish, False, message))
+            return Outcome(reason, told)
+        # A replay hears no publishers.
+        return Outcome(reason, told, on_sent=partial(recorder.finish, False, message))
 
     def _plan(self, request: Request, recorder: RunRecorder | None) -> Outcome:
         settings = request.settings
@@ -197,7 +199,7 @@ class RequestPlanner:
         if published:
             self._host.publish(message)
         failure = f"not recorded: {recorder.failure}" if recorder and recorder.failure else ""
-        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, failure]
+        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, self._unheard(), failure]
         summary = "; ".join(part for part in parts if part)
         self._host.get_logger().info(f"{request.plan_id}: {summary}")
         self._log_notes(plan.notes)
@@ -206,6 +208,11 @@ class RequestPlanner:
             return Outcome(reason, summary, message)
         finish = partial(recorder.finish, True, summary, plan, rig, stamp)
         return Outcome(reason, summary, message, finish)
+
+    def _unheard(self) -> str:
+        slots = self.planner.surface, self.planner.rig
+        unheard = "; ".join(filter(None, (slot.warning() for slot in slots)))
+        return f"not received: {unheard}" if unheard else ""
 
     def _log_notes(self, notes: tuple[Note, ...]) -> None:
         """Log the notes that the last plan did not have."""

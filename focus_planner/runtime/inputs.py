@@ -197,7 +197,7 @@ class InputSlot(Generic[Content, Value]):
         one stays in force, the next caller is told, once.
         """
         if self.in_force is None:
-            return str(InputError(self.name, self._sources, self._missing(), self._unheard()))
+            return str(InputError(self.name, self._sources, self._missing()))
         if self._refused is None or self._objected:
             return None
         self._objected = True
@@ -218,28 +218,24 @@ class InputSlot(Generic[Content, Value]):
         return [self.in_force.arrival, *refused]
 
     def reminder(self) -> str | None:
-        """Return what a caller is told along with a plan that may ignore newer inputs."""
-        if self.in_force is None:
+        """Return what a caller is told along with a plan that ignores a refused newer input."""
+        if self.in_force is None or self._refused is None:
             return None
-        refused = self._refused and (
-            f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
-        )
-        never = "; ".join(self.unheard.never)
-        unheard = never and f"not received for the {self.name}: {never}"
-        return "; ".join(filter(None, (refused, unheard))) or None
+        return f"on the {self.name} {self.in_force.arrival}, as a newer one was refused"
+
+    def warning(self) -> str:
+        """Return what a caller is told of publishers that are not received; empty if all are."""
+        missed = () if self.in_force or self._refused else self.unheard.missed
+        return "; ".join((*self.unheard.never, *missed))
 
     @property
     def state(self) -> InputState:
         """What is in force, and why a newer one is not."""
-        refused, unheard = str(self._refused[1]) if self._refused else "", self._unheard()
+        refused, unheard = str(self._refused[1]) if self._refused else "", self.warning()
         if self.in_force is None:
             return InputState(self.name, refused=refused, unheard=unheard)
         arrival = self.in_force.arrival
         return InputState(self.name, arrival.topic, arrival.at, arrival.stamp, refused, unheard)
-
-    def _unheard(self) -> str:
-        missed = () if self.in_force or self._refused else self.unheard.missed
-        return "; ".join((*self.unheard.never, *missed))
 
     def _missing(self) -> str:
         if self._refused is None:

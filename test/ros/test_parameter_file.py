@@ -138,21 +138,23 @@ def test_a_latched_mesh_is_not_received_without(make_node, body, rig):
 def test_publishers_that_are_not_received_are_named(make_node, body, rig):
     node = make_node()
     best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-    told = [
+    cloud = (
         "/here publishes /deaf/cloud best effort, and the planner asks for reliable; publish"
         " reliably, or start the planner with"
-        " -p qos_overrides./deaf/cloud.subscription.reliability:=best_effort",
+        " -p qos_overrides./deaf/cloud.subscription.reliability:=best_effort"
+    )
+    mesh = (
         "/here does not latch /deaf/mesh (volatile), and the planner asks for latched; latch it"
         " (transient local), or start the planner with"
-        " -p qos_overrides./deaf/mesh.subscription.durability:=volatile",
-    ]
+        " -p qos_overrides./deaf/mesh.subscription.durability:=volatile"
+    )
     other_type = (
         "/here publishes shape_msgs/msg/Mesh on /deaf/rig, where focus_planner_msgs/msg/CameraRig"
         " is expected; publish that, or on another topic"
     )
     not_latched = "/here does not latch /deaf/camera_poses (volatile), and has sent nothing"
     node.create_publisher(PointCloud2, "/deaf/cloud", best_effort)
-    mesh = node.create_publisher(Mesh, "/deaf/mesh", 1)
+    not_latching = node.create_publisher(Mesh, "/deaf/mesh", 1)
     node.create_publisher(Mesh, "/deaf/rig", LATCHED)
     node.create_publisher(PoseArray, "/deaf/camera_poses", 1)
     planner = PlannerProcess(
@@ -160,17 +162,17 @@ def test_publishers_that_are_not_received_are_named(make_node, body, rig):
     )
     try:
         with PlannerClient("/deaf") as client:
-            without = until(lambda: says(client, [*told, other_type, not_latched]))
+            without = until(lambda: says(client, [cloud, mesh, other_type, not_latched]))
             assert not without.success
             status = client.status()
-            assert all(text in status.surface.unheard for text in told)
+            assert all(text in status.surface.unheard for text in (cloud, mesh))
             assert other_type in status.rig.unheard
             node.create_publisher(Mesh, "/deaf/mesh", LATCHED).publish(mesh_to_bytes(body))
             client.publish_rig(rig)
-            planned = until(lambda: says(client, [*told, other_type], success=True))
+            planned = until(lambda: says(client, [cloud, mesh, other_type], success=True))
             assert not_latched not in planned.message
-            node.destroy_publisher(mesh)
-            until(lambda: told[1] not in client.plan(method="em", samples=200).message)
+            node.destroy_publisher(not_latching)
+            until(lambda: mesh not in client.plan(method="em", samples=200).message)
     finally:
         assert planner.stop() == 0
 

@@ -121,12 +121,22 @@ def test_the_age_of_an_input():
     assert values == {
         "topic": "/planner/mesh",
         "refused": "",
+        "not received": "",
         "received": "2025-01-01T12:00:07.500000+00:00",
         "age [s]": "2.500",
         "stamp [s]": "12.000000034",
     }
     assert diagnose_input(replace(SURFACE, stamp=(0, 0)), NOW, 60.0).values["stamp [s]"] == ""
-    assert diagnose_input(NOTHING, NOW, 60.0).values == {"topic": "", "refused": ""}
+    without = {"topic": "", "refused": "", "not received": ""}
+    assert diagnose_input(NOTHING, NOW, 60.0).values == without
+
+
+def test_a_publisher_that_is_not_received():
+    unheard = "/scanner publishes best effort"
+    diagnosis = diagnose_input(replace(NOTHING, unheard=unheard), NOW, 60.0)
+    assert reported(diagnosis) == (Level.WARN, f"none yet; not received: {unheard}")
+    diagnosis = diagnose_input(replace(SURFACE, unheard=unheard), NOW, 60.0)
+    assert reported(diagnosis) == (Level.WARN, f"from /planner/mesh; not received: {unheard}")
 
 
 # --- the last run ------------------------------------------------------------------------------

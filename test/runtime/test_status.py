@@ -18,7 +18,7 @@ from testing.problems import around, torus
 
 RECEIVED = datetime(1970, 1, 1, 0, 1, 40, 250_000, tzinfo=timezone.utc)
 NOW = RECEIVED + timedelta(seconds=3)
-STATE = InputState("rig", "/planner/rig", RECEIVED, (7, 8), "a bad one")
+STATE = InputState("rig", "/planner/rig", RECEIVED, (7, 8), "a bad one", "a deaf one")
 
 
 def test_the_age_of_an_input_is_since_it_was_received():
@@ -34,6 +34,7 @@ def test_an_input_is_reported_with_its_times():
         "stamp": {"sec": 7, "nanosec": 8},
         "age": 3.0,
         "refused": "a bad one",
+        "unheard": "a deaf one",
     }
 
 
