@@ -193,7 +193,7 @@ def _colmap(options: argparse.Namespace) -> int:
             f"a COLMAP model has no unit; if it is metres, the cameras span {span:.3g} m;"
             " otherwise give the metres per unit with --scale"
         )
-    return _print(rig, options)
+    return _print(rig, options, with_images=True)
 
 
 def _rig_from_model(options: argparse.Namespace) -> Similarity:
@@ -305,8 +305,7 @@ def _add_image(parser: Any) -> None:
 
 
 def _has_image(options: argparse.Namespace) -> bool:
-    # The parser of COLMAP models, which bring their images, has none of these options.
-    given = (getattr(options, name, None) for name in ("camera_info", *_IMAGE_OPTIONS))
+    given = (getattr(options, name) for name in ("camera_info", *_IMAGE_OPTIONS))
     return any(value is not None for value in given)
 
 
@@ -360,8 +359,14 @@ def _lens(options: argparse.Namespace) -> Lens:
     )
 
 
-def _print(rig: Rig, options: argparse.Namespace) -> int:
-    """Print a rig, and tell what of it nothing tells."""
+def _print(rig: Rig, options: argparse.Namespace, *, with_images: bool = False) -> int:
+    """Print a rig, and what nothing tells of it.
+
+    Parameters
+    ----------
+    with_images : bool
+        Whether the images came with the poses; else those that are not the default did.
+    """
     from dataclasses import replace
 
     from focus_planner.core.rig.camera import CameraIntrinsics
@@ -369,7 +374,8 @@ def _print(rig: Rig, options: argparse.Namespace) -> int:
     from focus_planner.io.rigs import rig_to_yaml
 
     lens = [name for name in _LENS_OPTIONS if getattr(options, name) is not None]
-    images = (_has_image(options) or c.intrinsics != CameraIntrinsics() for c in rig.cameras)
+    with_images = with_images or _has_image(options)
+    images = (with_images or c.intrinsics != CameraIntrinsics() for c in rig.cameras)
     defaults = notes_on_defaults(
         (Described(lens, _IMAGE_KEYS if image else ()) for image in images),
         "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"

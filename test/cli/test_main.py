@@ -188,6 +188,48 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
     assert seen == [expected, PlanRequest()]
 
 
+def test_a_body_that_lies_on_its_side_is_told_and_turned(here: Path, capsys: Any) -> None:
+    standing = trimesh.load_mesh(body("arms_down"), process=False)
+    standing.export("standing.ply")
+    x, y, z = standing.vertices.T
+    trimesh.Trimesh(np.column_stack([x, z, -y]), standing.faces, process=False).export("lying.ply")
+    save_rig(cylinder_rig(4, 8, radius=1.2), Path("wide.yaml"))
+    options = ["--method", "em", "--samples", "300", "--bound", "none"]
+    assert plan(*options, surface="lying.ply", rig="wide.yaml") == 0
+    out, err = capsys.readouterr()
+    (note,) = (each for each in json.loads(out)["notes"] if each["code"] == "up_axis")
+    assert f"focus_planner: note: {note['text']}\n" in err
+    assert "--up y" in note["text"]
+    assert plan(*options, "--quiet", surface="lying.ply", rig="wide.yaml") == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert note in json.loads(out)["notes"]
+    assert plan(*options, "--up", "y", surface="lying.ply", rig="wide.yaml") == 0
+    turned, err = capsys.readouterr()
+    assert (json.loads(turned)["notes"], err) == ([], "")
+    assert plan(*options, surface="standing.ply", rig="wide.yaml") == 0
+    stood, _ = capsys.readouterr()
+    assert json.loads(turned)["cameras"] == json.loads(stood)["cameras"]
+
+
+def test_a_lens_that_nothing_tells_is_told(here: Path, capsys: Any) -> None:
+    assert cli.main(["rig", "cylinder", "--rows", "3", "--columns", "8"]) == 0
+    Path("made.yaml").write_text(capsys.readouterr().out)
+    options = ["--method", "em", "--samples", "300", "--bound", "none", "--record", "runs"]
+    assert plan(*options, rig="made.yaml") == 0
+    notes = json.loads(capsys.readouterr().out)["notes"]
+    assert [note["code"] for note in notes] == ["default_lens", "default_image"]
+    assert "under lens in made.yaml" in notes[0]["text"]
+    # What was read is what a replay is told of; it reads no file.
+    assert cli.main(["replay", "runs", "--json"]) == 0
+    (replay,) = json.loads(capsys.readouterr().out)
+    assert replay["now"]["notes"] == replay["recorded"]["notes"] == notes
+    text = Path("made.yaml").read_text()
+    Path("made.yaml").write_text(text.replace("defaults: [image, lens]", "defaults: []"))
+    assert plan(*options[:-2], rig="made.yaml") == 0
+    assert json.loads(capsys.readouterr().out)["notes"] == []
+
+
 def test_a_bound_is_written_unless_it_is_not_wanted(here: Path, capsys: Any) -> None:
     gaps = {}
     for options in ("", "--bound none", "--bound tight", "--method optimal --gap 0.001"):

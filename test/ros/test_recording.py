@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import resource
 import shutil
 import signal
@@ -175,6 +176,28 @@ def test_the_plan_is_recorded_as_it_was_answered_and_published(ready, folder, pl
     assert run.path.name == run.beginning.run_id == answer.plan.plan_id
     assert run.beginning.planner == planner.name
     assert_reproduced(run)
+
+
+def test_notes_are_answered_logged_diagnosed_and_recorded(ready, folder, planner, body, rig):
+    x, y, z = body.vertices.T
+    ready.publish_mesh(replace(body, vertices=np.column_stack([x, z, -y])))
+    try:
+        ready.publish_poses(rig)
+        answer, run = recorded(ready, folder, method="em", samples=300)
+        assert answer.success, answer.message
+        notes = {note.code: note.text for note in answer.plan.notes}
+        assert {"up_axis", "default_lens", "default_image"} <= notes.keys()
+        assert "the lens of 32 of 32 cameras" in notes["default_lens"]
+        assert "set the parameters lens.focal_length" in notes["default_lens"]
+        assert f"see its notes: {', '.join(notes)}" in answer.message
+        assert {note.code: note.text for note in run.ending.plan.notes} == notes
+        for code, text in notes.items():
+            planner.wait_for_log(re.escape(f"note ({code}): {text}"))
+        replayed = plan_run(run)
+        assert replayed.plan.notes == run.ending.plan.notes
+    finally:
+        ready.publish_mesh(body)
+        ready.publish_rig(rig)
 
 
 def test_a_run_is_a_rosbag2_folder(ready, folder, planner):

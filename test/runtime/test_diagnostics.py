@@ -148,6 +148,7 @@ def test_the_last_run():
     assert reported(diagnosis) == (Level.OK, "em, cost 1.0")
     assert diagnosis.values["seconds"] == "1.250"
     assert diagnosis.values["cost"] == f"{PLAN.cost:.3f}"
+    assert diagnosis.values["note: winding"] == "half of it"
     assert diagnosis.values["gap"] == ""
     assert diagnosis.values["converged"] == "true"
     near = replace(PLAN, cost=4.0, lower_bound=3.0, converged=False)

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+from focus_planner.core.rig.defaults import Described, described, notes_on_defaults
+
+LENS = {"focal_length": 0.05, "hyperfocal_distance": 10.0}
+IMAGE = {"width": 580, "height": 870, "fx": 1190.732, "fy": 1190.732, "cx": 284.813, "cy": 434.44}
+
+
+def codes(*cameras: Described) -> list[str]:
+    return [note.code for note in notes_on_defaults(cameras, "tell it", "tell that")]
+
+
+def test_what_is_given_is_told_even_if_it_is_the_default() -> None:
+    assert codes(described(LENS, IMAGE, ())) == []
+    assert codes(described({}, {}, ())) == ["default_lens", "default_image"]
+
+
+def test_doubted_values_tell_something_if_they_are_not_the_default() -> None:
+    assert codes(described(LENS, IMAGE, ["lens"])) == ["default_lens"]
+    assert codes(described(LENS, IMAGE, ["image"])) == ["default_image"]
+    own = {"focal_length": 0.035, "hyperfocal_distance": 5.0}
+    assert codes(described(own, IMAGE, ["lens"])) == []
+    assert codes(described({"focal_length": 0.05, "f_number": 8}, IMAGE, ["lens"])) == [
+        "default_lens"
+    ]
+
+
+def test_the_note_names_what_is_assumed_and_for_how_many() -> None:
+    cameras = [described(LENS, IMAGE, ())] * 3 + [described({"focal_length": 0.035}, IMAGE, ())]
+    (note,) = notes_on_defaults(cameras, "tell it", "tell that")
+    assert note.text == (
+        "nothing tells the lens of 1 of 4 cameras: hyperfocal distance 10 m is assumed, as in the"
+        " paper, and the plan holds for nothing else; tell it"
+    )
+    *_, note = notes_on_defaults([described(LENS, {}, ())], "tell it", "tell that")
+    assert note.text == (
+        "nothing tells the image of 1 of 1 cameras: 580 x 870 pixels, focal length 1190.73 pixels"
+        " and principal point 284.813, 434.44 are assumed, as in the paper, and the plan holds for"
+        " nothing else; tell that"
+    )
+
+
+def test_an_aperture_tells_the_hyperfocal_distance() -> None:
+    assert codes(described({"focal_length": 0.05, "f_number": 8}, IMAGE, ())) == []
