@@ -98,7 +98,7 @@ def run(
     save_rig(rig, output_directory / "rig.yaml")
     best = results[_BEST].plan
     save_plan(best, output_directory / "plan.json")
-    sheet = lens_sheet(best, rig, surface=path.name, rig_file="rig.yaml", notes=best.notes)
+    sheet = lens_sheet(best, rig, surface=path.name, rig_file="rig.yaml")
     save_lens_sheet(sheet, output_directory / "sheet.html")
     _show_next_steps(console, output_directory, path)
     return 0

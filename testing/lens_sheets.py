@@ -60,6 +60,7 @@ def plan(*cameras):
         in_focus_standard_error=0.01,
         solve_seconds=0.1,
         total_seconds=0.9,
+        notes=NOTES,
         cameras=cameras or _of_every_kind(),
     )
 

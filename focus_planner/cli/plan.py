@@ -258,7 +258,6 @@ def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) 
         surface=options.surface.name,
         rig_file=options.rig.name,
         made=datetime.now().astimezone(),
-        notes=plan.notes,
     )
     for path in _sheets(options):
         save_lens_sheet(sheet, path)

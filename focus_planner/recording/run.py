@@ -456,8 +456,8 @@ def _read_noted_surface(
 ) -> Surface:
     """Return a surface with the notes on the file that it was read from."""
     surface = _read_surface(message, data, beginning.settings, limits, optics)
-    notes = beginning.input_notes
-    return replace(surface, notes=(*notes, *surface.notes)) if notes else surface
+    # What there was to note in a file is no longer in the message that was made from it.
+    return replace(surface, notes=beginning.input_notes) if beginning.input_notes else surface
 
 
 def _read_surface(

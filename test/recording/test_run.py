@@ -76,10 +76,8 @@ def same_bits(one, other):
 
 def same_surface(one, other):
     names = [field.name for field in fields(one) if field.name != "notes"]
-    return (
-        type(one) is type(other)
-        and one.notes == other.notes
-        and all(same_bits(getattr(one, name), getattr(other, name)) for name in names)
+    return type(one) is type(other) and all(
+        same_bits(getattr(one, name), getattr(other, name)) for name in names
     )
 
 

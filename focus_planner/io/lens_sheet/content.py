@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import Enum
 
-from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -118,7 +117,6 @@ def lens_sheet(
     surface: str = "",
     rig_file: str = "",
     made: datetime | None = None,
-    notes: Sequence[Note] = (),
 ) -> LensSheet:
     """Return the lens sheet of a plan.
 
@@ -131,8 +129,6 @@ def lens_sheet(
         Names of the files that it was made from.
     made : datetime, optional
         When it was made.
-    notes : sequence of Note, optional
-        To print above the table.
 
     Raises
     ------
@@ -154,7 +150,7 @@ def lens_sheet(
         title=f"Lens sheet for {_counted(len(rig), 'camera')}",
         facts=tuple(_facts(plan, rig, surface, rig_file, made)),
         measures=tuple(_measures(plan, rig)),
-        notes=tuple(note.text for note in notes),
+        notes=tuple(note.text for note in plan.notes),
         columns=tuple(column for column, _ in fields),
         rows=tuple(rows),
     )

@@ -51,7 +51,9 @@ def test_a_surface_that_lies_on_its_side() -> None:
 def test_cameras_that_see_nothing(blind: int) -> None:
     # Of four a quarter is not remarkable, two are.
     cameras = around(4, 1.2).cameras
-    away = [looking_at(c.name, c.position, np.add(c.position, (0, 0, 3))) for c in cameras[:blind]]
+    away = [
+        looking_at(c.name, c.position, np.add(c.position, (0.5, 0, 3))) for c in cameras[:blind]
+    ]
     notes = notes_of(sphere(0.4), Rig((*away, *cameras[blind:])))
     if blind == 1:
         assert "unseen_cameras" not in notes

@@ -107,7 +107,7 @@ def test_distances_have_the_digits_that_the_depth_of_field_asks_for(depth, print
 
 def test_the_head_tells_what_was_planned_and_how_it_is_measured():
     made = datetime(2026, 11, 26, 22, 30)  # noqa: DTZ001 - as a clock on the wall shows it
-    sheet = lens_sheet(plan(), RIG, surface="a.ply", rig_file="rig.yaml", made=made, notes=NOTES)
+    sheet = lens_sheet(plan(), RIG, surface="a.ply", rig_file="rig.yaml", made=made)
     assert sheet.title == "Lens sheet for 6 cameras"
     assert dict(sheet.facts) == {
         "surface": "a.ply",
@@ -125,7 +125,7 @@ def test_the_head_tells_what_was_planned_and_how_it_is_measured():
 
 
 def test_what_is_not_known_is_not_in_the_head():
-    sheet = lens_sheet(plan(), RIG)
+    sheet = lens_sheet(replace(plan(), notes=()), RIG)
     assert {"surface", "planned"}.isdisjoint(dict(sheet.facts))
     assert dict(sheet.facts)["rig"] == "frame world"
     assert sheet.notes == ()

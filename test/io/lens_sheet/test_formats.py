@@ -92,7 +92,7 @@ class Page(HTMLParser):
 
 @pytest.mark.parametrize(("planned", "rig"), PLANS)
 def test_html_has_every_row_in_order(planned, rig):
-    sheet = lens_sheet(planned, rig, notes=NOTES)
+    sheet = lens_sheet(planned, rig)
     page = Page(sheet_to_html(sheet))
     assert page.rows[1:] == [[cell.text for cell in row.cells] for row in sheet.rows]
     assert len(page.names) == len(sheet.rows)
@@ -100,7 +100,7 @@ def test_html_has_every_row_in_order(planned, rig):
 
 
 def test_html_needs_nothing_else():
-    page = sheet_to_html(lens_sheet(plan(), RIG, notes=NOTES))
+    page = sheet_to_html(lens_sheet(plan(), RIG))
     assert not {"href", "src", "srcset", "data", "action"} & {n for n, _ in Page(page).attributes}
     assert not re.search(r"url\(|@import|https?:|<script|<link|<img", page)
 
@@ -119,7 +119,7 @@ def test_html_repeats_the_head_of_the_table_and_breaks_no_row():
 
 
 def test_html_escapes_names():
-    page = sheet_to_html(lens_sheet(plan(), RIG, surface="<a> & b.ply", notes=NOTES))
+    page = sheet_to_html(lens_sheet(plan(), RIG, surface="<a> & b.ply"))
     assert "&lt;a&gt; &amp; b.ply" in page
     assert "paper&#x27;s lens &lt;50 mm&gt; &amp; no table" in page
     assert "<a>" not in page
@@ -163,7 +163,7 @@ def test_pdf_has_every_camera_once_in_order_and_the_head_on_every_page():
 
 
 def test_pdf_prints_what_the_sheet_says():
-    (text,) = pages(plan(), RIG, surface="körper <1>.ply", notes=NOTES)
+    (text,) = pages(plan(), RIG, surface="körper <1>.ply")
     for word in ("Lens sheet for 6 cameras", "0.447", "∞", "303.0 ± 3.5", "körper <1>.ply", "m²"):
         assert word in text
     for note in NOTES:
