@@ -309,10 +309,12 @@ def wrong_frame(message):
 
 
 BAD_INPUTS = {
-    "a mesh with NaN": (mesh(with_nan), r"NaN or infinity in 1 of \d+ \(first: vertex 5\)"),
+    "a mesh of NaN": (
+        mesh(lambda v, t: (np.nan * v, t)),
+        r"NaN or infinity in \d+ of \d+ \(first: vertex 0\)",
+    ),
     "no triangles": (mesh(lambda v, t: (v, t[:0])), "mesh: expected at least one triangle"),
     "indices out of range": (mesh(out_of_range), "mesh triangles: expected vertex indices from"),
-    "degenerate triangles": (mesh(degenerate), r"1 of \d+ degenerate \(first: 9\)"),
     "millimetres": (mesh(lambda v, t: (1000 * v, t)), "surface is probably in millimetres"),
     "inverted normals": (mesh(lambda v, t: (v, t[:, ::-1])), "normals are probably inverted"),
     "half a mesh": (lambda body, _: ("mesh", mesh_to_bytes(body)[:-5]), "the message is truncated"),
@@ -350,6 +352,24 @@ def test_bad_input_is_told_once_and_the_last_good_one_is_planned_for(ready, body
     # Nothing was published in place of the last good plan.
     assert ready.latched_plan().plan_id == before.plan_id
     assert what_counts(planned(ready)) == what_counts(before)
+
+
+@pytest.mark.parametrize(
+    ("damage", "telling"),
+    [
+        (with_nan, r"left out: \d of \d+ triangles, with corners that are not finite"),
+        (degenerate, r"left out: 1 of \d+ triangles, which have no area"),
+    ],
+    ids=["NaN", "degenerate"],
+)
+def test_a_mesh_is_planned_for_without_its_bad_triangles(ready, body, rig, damage, telling):
+    try:
+        ready.publish(*mesh(damage)(body, rig))
+        (note,) = planned(ready).notes
+        assert note.code == "left_out"
+        assert re.match(telling, note.text), note.text
+    finally:
+        ready.publish_mesh(body)
 
 
 @pytest.mark.parametrize(
