@@ -218,7 +218,7 @@ def test_a_lens_that_nothing_tells_is_told(here: Path, capsys: Any) -> None:
     options = ["--method", "em", "--samples", "300", "--bound", "none", "--record", "runs"]
     assert plan(*options, rig="made.yaml") == 0
     notes = json.loads(capsys.readouterr().out)["notes"]
-    assert [note["code"] for note in notes] == ["default_lens", "default_image"]
+    assert [note["code"] for note in notes][:2] == ["default_lens", "default_image"]
     assert "under lens in made.yaml" in notes[0]["text"]
     # What was read is what a replay is told of; it reads no file.
     assert cli.main(["replay", "runs", "--json"]) == 0
@@ -227,7 +227,7 @@ def test_a_lens_that_nothing_tells_is_told(here: Path, capsys: Any) -> None:
     text = Path("made.yaml").read_text()
     Path("made.yaml").write_text(text.replace("defaults: [image, lens]", "defaults: []"))
     assert plan(*options[:-2], rig="made.yaml") == 0
-    assert json.loads(capsys.readouterr().out)["notes"] == []
+    assert json.loads(capsys.readouterr().out)["notes"] == notes[2:]
 
 
 def test_a_bound_is_written_unless_it_is_not_wanted(here: Path, capsys: Any) -> None:

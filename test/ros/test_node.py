@@ -357,8 +357,8 @@ def test_bad_input_is_told_once_and_the_last_good_one_is_planned_for(ready, body
 @pytest.mark.parametrize(
     ("damage", "telling"),
     [
-        (with_nan, r"left out: \d of \d+ triangles, with corners that are not finite"),
-        (degenerate, r"left out: 1 of \d+ triangles, which have no area"),
+        (with_nan, r"left out: \d of 27,420 triangles, with corners that are not finite"),
+        (degenerate, r"left out: 1 of 27,420 triangles, which have no area"),
     ],
     ids=["NaN", "degenerate"],
 )
