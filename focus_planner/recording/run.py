@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta, timezone
 from enum import IntEnum
@@ -419,7 +420,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             run_id=run.run_id,
             planner=run.planner,
             settings=Settings.from_values(
-                _WITHOUT_LIMITS | _importance_field(messages) | values, run.lens_tables
+                _WITHOUT_LIMITS | _importance_field(values, messages) | values, run.lens_tables
             ),
             asked=fields_of(asked),
             at=run.stamp.sec * _NANO + run.stamp.nanosec,
@@ -433,9 +434,16 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     )
 
 
-def _importance_field(messages: dict[str, list[BagMessage]]) -> dict[str, Value]:
+def _importance_field(
+    values: Mapping[str, Value | None], messages: dict[str, list[BagMessage]]
+) -> dict[str, Value]:
     """Return the parameter of runs that are older than it: a field weight counted by itself."""
-    fields = {field.name for cloud in messages.get(CLOUD, []) for field in cloud.read().fields}
+    if "importance_field" in values:
+        return {}
+    fields = set()
+    for cloud in messages.get(CLOUD, []):
+        with suppress(InputError):  # refused then, and refused again when it is planned with
+            fields |= {field.name for field in cloud.read().fields}
     by_weight = "weight" in fields and IMPORTANCE not in fields
     return {"importance_field": "weight"} if by_weight else {}
 

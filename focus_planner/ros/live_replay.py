@@ -24,6 +24,7 @@ from focus_planner.parameters.planner import DECLARATIONS, Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.run import VERTEX_DATA, Ending, Run
 from focus_planner.ros.client import PlannerClient
+from focus_planner.runtime.inputs import without_unheard
 
 _TOPICS = {MESH: "mesh", CLOUD: "cloud", POSES: "camera_poses", RIG: "rig"}
 # The part of a message that depends on a node's name and clock.
@@ -93,8 +94,9 @@ def _payload_now(message: BagMessage) -> bytes:
 
 
 def _failure(recorded: Ending, message: str) -> Ending:
-    """Return a failure; as recorded if it differs only in topics and times of arrival."""
-    now, then = (_RECEIVED.sub("received", text) for text in (message, recorded.message))
+    """Return a failure; as recorded if it differs only in topics, times and strangers."""
+    texts = without_unheard(message), recorded.message
+    now, then = (_RECEIVED.sub("received", text) for text in texts)
     return Ending(False, recorded.message if now == then else message)
 
 

@@ -32,6 +32,7 @@ from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime.feedback import Feedback
+from focus_planner.runtime.inputs import with_unheard
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import MESSAGES, Outcome, Request
@@ -150,7 +151,7 @@ class RequestPlanner:
     def _failure(
         self, request: Request, reason: Reason, message: str, recorder: RunRecorder | None
     ) -> Outcome:
-        told = "; ".join(filter(None, (message, self._unheard())))
+        told = with_unheard(message, self._unheard())
         self._host.get_logger().info(f"no plan: {told}")
         self._note_last_run(request, told)
         if recorder is None:
@@ -199,8 +200,8 @@ class RequestPlanner:
         if published:
             self._host.publish(message)
         failure = f"not recorded: {recorder.failure}" if recorder and recorder.failure else ""
-        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, self._unheard(), failure]
-        summary = "; ".join(part for part in parts if part)
+        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, failure]
+        summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
         self._host.get_logger().info(f"{request.plan_id}: {summary}")
         self._log_notes(plan.notes)
         self._note_last_run(request, summary, plan)
@@ -211,8 +212,7 @@ class RequestPlanner:
 
     def _unheard(self) -> str:
         slots = self.planner.surface, self.planner.rig
-        unheard = "; ".join(filter(None, (slot.warning() for slot in slots)))
-        return f"not received: {unheard}" if unheard else ""
+        return "; ".join(filter(None, (slot.warning() for slot in slots)))
 
     def _log_notes(self, notes: tuple[Note, ...]) -> None:
         """Log the notes that the last plan did not have."""

@@ -22,6 +22,8 @@ from focus_planner.runtime.log import Log, ThrottledLog
 _BACKLOG = 4
 _WITHOUT_HEADER = "shape_msgs/msg/Mesh"
 
+_NOT_RECEIVED = "; not received: "
+
 Content = TypeVar("Content")
 Value = TypeVar("Value")
 
@@ -79,6 +81,16 @@ class Unheard:
 
     never: tuple[str, ...] = ()
     missed: tuple[str, ...] = ()
+
+
+def with_unheard(message: str, unheard: str) -> str:
+    """Return what a caller is told, with the publishers that are not received."""
+    return f"{message}{_NOT_RECEIVED}{unheard}" if unheard else message
+
+
+def without_unheard(message: str) -> str:
+    """Return what a caller was told, without what depends on who else is on the graph."""
+    return message.partition(_NOT_RECEIVED)[0]
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
@@ -198,6 +196,10 @@ def _complete_point_normals(
         return normals, []
     if missing.all():
         return None, [_no_normals("points", len(points), "estimates from the points")]
+    # Here, as they take a second to load: surfaces are also read where nothing is planned.
+    import open3d as o3d  # noqa: PLC0415
+    from scipy.spatial import KDTree  # noqa: PLC0415
+
     shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points.copy()))
     shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(min(_NEIGHBOURS, len(points))))
     estimated = np.asarray(shape.normals)[missing]
