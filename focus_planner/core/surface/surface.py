@@ -150,19 +150,24 @@ class Samples:
     weights : (N,) array
         Each sample's weight in the cost: its area times its importance relative to the greatest,
         square metres.
+    patches : (N,) array of int32, or None
+        If it is unknown which side of the surface is outside: the patch that each sample belongs
+        to. All normals of a patch have the same sign, which may be the wrong one.
     """
 
     points: FloatArray
     normals: FloatArray
     areas: FloatArray
     weights: FloatArray
+    patches: IntArray | None = None
 
     def __len__(self) -> int:
         return len(self.points)
 
     def take(self, which: slice | NDArray[np.int64]) -> Samples:
         """Return the selected samples."""
-        return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
+        parts = (getattr(self, part.name) for part in fields(self))
+        return Samples(*(None if part is None else part[which] for part in parts))
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:

@@ -41,7 +41,7 @@ def same(a, b):
 
 def test_a_cloud_without_noise_is_left_alone():
     for normals in (True, False):
-        points, directions = ball(0.2 * SPACING)
+        points, directions = ball(0.1 * SPACING)
         cloud = PointCloud(points, directions if normals else None)
         prepared = prepare_cloud(cloud)
         assert prepared.cloud is cloud
