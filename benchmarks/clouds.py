@@ -152,7 +152,7 @@ def _row(cloud: PointCloud, true_scene: Scene, fresh: Problem, best: float) -> t
         o3d.io.write_point_cloud(str(path), written)
         reading, surface = timed(lambda: load_surface(path))
     preparing, scene = timed(lambda: Scene(surface))
-    plan = _plan(scene, 1)
+    plan = plan_focus(scene, rig(), PlanRequest(samples=4096, fresh_samples=_FRESH))
     cost = fresh.cost(_focus(plan))
     used = len(scene.sample(0, 0))
     return (

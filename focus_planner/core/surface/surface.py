@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -166,8 +166,10 @@ class Samples:
 
     def take(self, which: slice | NDArray[np.int64]) -> Samples:
         """Return the selected samples."""
-        parts = (getattr(self, part.name) for part in fields(self))
-        return Samples(*(None if part is None else part[which] for part in parts))
+        patches = None if self.patches is None else self.patches[which]
+        return Samples(
+            self.points[which], self.normals[which], self.areas[which], self.weights[which], patches
+        )
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:
