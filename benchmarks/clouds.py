@@ -125,11 +125,15 @@ def _noise(console: Console) -> None:
         title=f"Clouds sampled from {name}, with noise",
     )
     whole, holed = scene.surface, _with_hole(scene.surface)
-    for mesh, what in ((whole, ""), (whole, "strays"), (holed, "a hole")):
+    for mesh, what, sizes in (
+        (whole, "", _SIZES),
+        (whole, "strays", _SIZES[1:2]),
+        (holed, "a hole", _SIZES[1:2]),
+    ):
         true_scene = Scene(mesh)
         fresh = problem(true_scene, _FRESH, 999)
         best = fresh.cost(_focus(_plan(true_scene, 1)))
-        for points in _SIZES:
+        for points in sizes:
             for noise in _NOISES if what == "" else (_NOISES[0], _NOISES[-1]):
                 for given in (True, False):
                     cloud = _scan(mesh, points, noise, given=given, strays=what == "strays")
@@ -148,7 +152,7 @@ def _row(cloud: PointCloud, true_scene: Scene, fresh: Problem, best: float) -> t
         o3d.io.write_point_cloud(str(path), written)
         reading, surface = timed(lambda: load_surface(path))
     preparing, scene = timed(lambda: Scene(surface))
-    plan = _plan(scene, 1)
+    plan = plan_focus(scene, rig(), PlanRequest(samples=4096, fresh_samples=_FRESH))
     cost = fresh.cost(_focus(plan))
     used = len(scene.sample(0, 0))
     return (

@@ -59,6 +59,7 @@ from focus_planner.core.kernels.lagrangian import (
 )
 from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
+from focus_planner.core.kernels.orientation import agreement, join, refine
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.point_grid import PointGrid
 from focus_planner.core.kernels.problem import (
@@ -109,6 +110,7 @@ __all__ = [
     "PriceDescent",
     "Views",
     "activate",
+    "agreement",
     "assign",
     "base_costs",
     "best_cameras",
@@ -131,6 +133,7 @@ __all__ = [
     "gains_by_sample",
     "gather",
     "improve_tuples",
+    "join",
     "keep_imaged",
     "keep_seen",
     "list_gains",
@@ -142,6 +145,7 @@ __all__ = [
     "project",
     "rank_cameras",
     "reassign",
+    "refine",
     "residuals",
     "sort_by_camera",
     "sort_by_sample",

@@ -34,7 +34,7 @@ def project(grid, averages, places, facing, radius, curved, few, moved, turned, 
 
 
 @kernel
-def thin(grid, normals, distance, oriented):
+def thin(grid, normals, distance, signed):
     """Return (M,) which points to keep, so that none has another of its sheet within a distance.
 
     The distance is at most a cube's side. Points are taken in the grid's order.
@@ -49,7 +49,7 @@ def thin(grid, normals, distance, oriented):
             for j in range(work[run, 0], min(work[run, 1], i)):
                 if kept[j] and _near(grid.points, i, j, distance):
                     cosine = _cosine(normals, i, j)
-                    if cosine > 0 or not oriented:
+                    if cosine > 0 or not signed:
                         free = False
                         break
             if not free:
@@ -76,7 +76,7 @@ def _cosine(normals, i, j):
 
 
 @parallel_kernel
-def cell_areas(grid, normals, first, second, rims, reach, oriented, areas):
+def cell_areas(grid, normals, first, second, rims, reach, areas):
     """Fill the areas of points' Voronoi cells, within ``reach``, in their tangent planes.
 
     ``first`` and ``second`` are (M, 3) tangents, ``rims`` the way to the rim of the surface, which
@@ -103,8 +103,7 @@ def cell_areas(grid, normals, first, second, rims, reach, oriented, areas):
             for i in range(work[run, 0], work[run, 1]):
                 if i == p:
                     continue
-                cosine = _cosine(normals, p, i)
-                if (cosine if oriented else abs(cosine)) < _MIN_COSINE:
+                if _cosine(normals, p, i) < _MIN_COSINE:
                     continue
                 u = v = height = 0.0
                 for a in range(3):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.surface.orientation import find_patches, refine_normals
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 
@@ -26,9 +27,10 @@ class CloudShape:
     Attributes
     ----------
     normals : (M, 3) array
-        The cloud's own, outward; or estimated, and then of unknown sign.
-    oriented : bool
-        Whether the normals point outward.
+        The cloud's own, outward; or estimated.
+    patches : (M,) array of int32, or None
+        The patch that each point belongs to, from 0, if normals are estimated: they point outward
+        all over a patch, or inward all over it. None if all point outward.
     areas : (M,) array
         The surface area that each point represents, square metres.
     importance : (M,) array
@@ -38,10 +40,15 @@ class CloudShape:
     """
 
     normals: FloatArray
-    oriented: bool
+    patches: IntArray | None
     areas: FloatArray
     importance: FloatArray
     spacing: float
+
+    @property
+    def oriented(self) -> bool:
+        """Whether the normals are known to point outward."""
+        return self.patches is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +110,13 @@ def cloud_shape(cloud: PointCloud, neighbours: Neighbours | None = None) -> Clou
         raise InputError("cloud", "distinct points", repeated)
     importance = relative_importance(cloud, areas)
     if cloud.normals is not None:
-        return CloudShape(cloud.normals, True, areas, importance, spacing)
+        return CloudShape(cloud.normals, None, areas, importance, spacing)
     shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points.copy()))
     shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(neighbours.count + 1))
-    return CloudShape(np.asarray(shape.normals).copy(), False, areas, importance, spacing)
+    patches = find_patches(cloud.points, np.asarray(shape.normals).copy(), neighbours.index)
+    normals, on_sheet = refine_normals(cloud.points, patches.normals, neighbours.index)
+    areas = areas * (neighbours.count / on_sheet)
+    return CloudShape(normals, patches.labels, areas, importance, spacing)
 
 
 def relative_importance(cloud: PointCloud, areas: FloatArray) -> FloatArray:

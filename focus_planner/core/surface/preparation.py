@@ -18,6 +18,8 @@ from focus_planner.core.surface.surface import PointCloud
 # Of the spacing: with more noise than this, neighbours lie in front of and behind one another. The
 # areas that they tell are then 3 % too large, and soon more.
 _TOLERABLE_NOISE = 1 / 3
+# Normals estimated from points that scatter are wrong before areas are.
+_TOLERABLE_NOISE_WITHOUT_NORMALS = 1 / 6
 #: A cloud of more points is averaged even if there is no noise.
 MAX_POINTS_AS_GIVEN = 1_000_000
 
@@ -32,7 +34,7 @@ class PreparedCloud:
         The one given, or what was made of it.
     shape : CloudShape
     notes : tuple of Note
-        If points were averaged because of noise, or strays left out.
+        If points were averaged because of noise or their number, or strays left out.
     """
 
     cloud: PointCloud
@@ -59,11 +61,13 @@ def prepare_cloud(
     on_progress(0.0)
     scatter = estimate_scatter(cloud.points)
     on_progress(0.1)
-    noisy = scatter.noise > _TOLERABLE_NOISE * scatter.spacing
+    tolerable = _TOLERABLE_NOISE_WITHOUT_NORMALS if cloud.normals is None else _TOLERABLE_NOISE
+    noisy = scatter.noise > tolerable * scatter.spacing
     if noisy or (len(cloud.points) > MAX_POINTS_AS_GIVEN and scatter.spacing > 0):
         smoothed = smooth(cloud, scatter, lambda share: on_progress(0.1 + 0.9 * share))
-        notes = _noise_notes(scatter, smoothed) if noisy else ()
-        notes += _stray_notes(smoothed.strays, len(cloud.points))
+        count = len(cloud.points)
+        note = _noise_note(scatter, smoothed) if noisy else _density_note(count, smoothed)
+        notes = (note, *_stray_notes(smoothed.strays, count))
         return PreparedCloud(smoothed.cloud, smoothed.shape, notes)
     return _as_given(cloud, on_progress)
 
@@ -93,15 +97,22 @@ def _kept(cloud: PointCloud, which: NDArray[np.bool_]) -> PointCloud:
     )
 
 
-def _noise_notes(scatter: Scatter, smoothed: SmoothCloud) -> tuple[Note, ...]:
-    return (
-        Note(
-            "noise",
-            f"the cloud's points scatter by {_millimetres(scatter.noise)} about the surface, at a"
-            f" spacing of {_millimetres(scatter.spacing)}: they were averaged to"
-            f" {len(smoothed.cloud.points):,} points {_millimetres(smoothed.shape.spacing)} apart,"
-            " and detail near that size is lost; scan with less noise, or give a mesh",
-        ),
+def _noise_note(scatter: Scatter, smoothed: SmoothCloud) -> Note:
+    return Note(
+        "noise",
+        f"the cloud's points scatter by {_millimetres(scatter.noise)} about the surface, at a"
+        f" spacing of {_millimetres(scatter.spacing)}: they were averaged to"
+        f" {len(smoothed.cloud.points):,} points {_millimetres(smoothed.shape.spacing)} apart,"
+        " and detail near that size is lost; scan with less noise, or give a mesh",
+    )
+
+
+def _density_note(count: int, smoothed: SmoothCloud) -> Note:
+    return Note(
+        "noise",
+        f"the cloud's {count:,} points lie closer than planning needs: they were averaged to"
+        f" {len(smoothed.cloud.points):,} points {_millimetres(smoothed.shape.spacing)} apart;"
+        f" give at most {MAX_POINTS_AS_GIVEN:,} points to have them used as they are",
     )
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray
+from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.surface.cloud_shape import CloudShape, normalised, tangents
 from focus_planner.core.surface.surface import Mesh, PointCloud, Samples
 
@@ -84,10 +84,11 @@ def sample_cloud(
         # Copies, because kernels would be compiled anew for read-only arrays.
         kept = np.flatnonzero(importance > 0) if by == "importance" else np.arange(len(points))
         areas = shape.areas[kept]
-        return Samples(points[kept], normals[kept], areas, areas * importance[kept])
+        patches = _patches(shape, kept)
+        return Samples(points[kept], normals[kept], areas, areas * importance[kept], patches)
     random = np.random.default_rng(seed)
     chosen, areas, weights = _draw_points(cloud, shape, count, random, by)
-    return Samples(points[chosen], normals[chosen], areas, weights)
+    return Samples(points[chosen], normals[chosen], areas, weights, _patches(shape, chosen))
 
 
 def sample_around_cloud(
@@ -114,7 +115,11 @@ def sample_around_cloud(
     along = side[:, None] * (random.random((count, 2)) - 0.5)
     first, second = tangents(normals)
     points = cloud.points[chosen] + along[:, :1] * first + along[:, 1:] * second
-    return Samples(points, normals, areas, weights)
+    return Samples(points, normals, areas, weights, _patches(shape, chosen))
+
+
+def _patches(shape: CloudShape, chosen: NDArray[np.int64]) -> IntArray | None:
+    return None if shape.patches is None else shape.patches[chosen]
 
 
 def _draw_points(

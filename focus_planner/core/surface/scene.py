@@ -7,13 +7,14 @@ built once per surface and used for every plan.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import get_args
 
 import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray
+from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.cloud_shape import surfels
 from focus_planner.core.surface.preparation import PreparedCloud, prepare_cloud
@@ -35,6 +36,9 @@ _STOP_SHORT_OF_MESH = 1e-4  # of the scene's diagonal
 # target's neighbourhood.
 _STOP_SHORT_OF_CLOUD = 2.5  # spacings
 _SURFEL_RADIUS = 1.5  # spacings; leaves hardly any holes between random points
+# Points of a cloud that tell its outer sides, and the least of each patch, if it has as many.
+_VOTERS = 2048
+_VOTERS_OF_PATCH = 16
 
 
 class Scene:
@@ -98,6 +102,24 @@ class Scene:
     def oriented(self) -> bool:
         """Whether samples' normals point outward; else their sign is unknown."""
         return self._prepared is None or self._prepared.shape.oriented
+
+    @cached_property
+    def voters(self) -> Samples:
+        """Some of a cloud's own points, several of each patch, to tell its outer side by.
+
+        Evenly spaced in the cloud's order within each patch; none if the scene is oriented.
+        """
+        if self._prepared is None or self._prepared.shape.patches is None:
+            return self.sample(1, 0).take(slice(0))
+        labels = self._prepared.shape.patches
+        order = np.argsort(labels, kind="stable")
+        sizes = np.bincount(labels)
+        voters = np.minimum(np.maximum(_VOTERS * sizes // len(labels), _VOTERS_OF_PATCH), sizes)
+        patch = np.repeat(np.arange(len(sizes)), voters)
+        rank = np.arange(len(patch)) - np.repeat(np.cumsum(voters) - voters, voters)
+        first = np.cumsum(sizes) - sizes
+        chosen = order[first[patch] + rank * sizes[patch] // voters[patch]]
+        return self.sample(0, 0, "area").take(chosen)
 
     @property
     def centre(self) -> FloatArray:
@@ -176,6 +198,26 @@ class Scene:
             o3d.core.Tensor.from_numpy(rays), 0.0, 1.0
         ).numpy()
         return hits
+
+    def patches_hit(self, rays: NDArray[np.float32]) -> IntArray:
+        """Return (n,) the patch that each ray first hits, of a cloud that is not oriented.
+
+        It may be hit beyond the ray's end; -1 if nothing is.
+
+        Parameters
+        ----------
+        rays : (n, 6) array of float32
+            Origin relative to ``centre``, and a vector of any length.
+        """
+        assert self._prepared is not None
+        labels = self._prepared.shape.patches
+        assert labels is not None
+        hits = self._raycasting.cast_rays(o3d.core.Tensor.from_numpy(rays))
+        hit = np.isfinite(hits["t_hit"].numpy())
+        # Two triangles per point: the first of all points, then the second.
+        point = hits["primitive_ids"].numpy().astype(np.int64) % len(labels)
+        patches: IntArray = np.where(hit, labels[np.where(hit, point, 0)], -1).astype(np.int32)
+        return patches
 
     def first_hits(
         self, origins: FloatArray, directions: FloatArray

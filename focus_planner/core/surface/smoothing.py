@@ -14,11 +14,18 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
-from focus_planner.core.surface.cloud_shape import CloudShape, relative_importance, tangents
+from focus_planner.core.surface.cloud_shape import (
+    CloudShape,
+    nearest_neighbours,
+    relative_importance,
+    tangents,
+)
 from focus_planner.core.surface.noise import Scatter
+from focus_planner.core.surface.orientation import find_patches
 from focus_planner.core.surface.point_grid import cubes, point_grid, runs
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
@@ -79,7 +86,6 @@ class _Averaged:
 
     grid: kernels.PointGrid
     averages: kernels.Averages
-    oriented: bool
 
     def moved(
         self,
@@ -135,38 +141,42 @@ def smooth(
         _RADIUS_OF_SPACING * spacing,
     )
     averaged = _averaged(cloud, cube, radius)
-    on_progress(0.2)
-    averages, oriented = averaged.averages, averaged.oriented
+    on_progress(0.15)
+    if cloud.normals is None:
+        averaged = _with_signs(averaged, cube, radius, _stage(on_progress, 0.15, 0.4))
+    averages = averaged.averages
     some = _some(len(averages.counts))
     places, normals = averaged.grid.points[some], averages.normals[some]
     # What is far off the surface comes near it first.
-    for stage in ((0.2, 0.35), (0.35, 0.5)):
-        facing = normals if oriented else np.zeros_like(normals)
+    for stage in ((0.4, 0.5), (0.5, 0.6)):
         tell = _stage(on_progress, *stage)
-        places, normals, found = averaged.moved(places, facing, radius, tell, curved=False)
+        places, normals, found = averaged.moved(places, normals, radius, tell, curved=False)
     on_surface = found[:, 0] >= _FEW
     strays = round(averages.counts[some][~on_surface].sum() * len(averages.counts) / len(some))
     if not on_surface.any():
         raise _no_surface()
     places, normals, _ = _thinned(
-        places[on_surface], normals[on_surface], found[on_surface], _FIRST_DISTANCE * cube, oriented
+        places[on_surface], normals[on_surface], found[on_surface], _FIRST_DISTANCE * cube
     )
-    facing = normals if oriented else np.zeros_like(normals)
-    tell = _stage(on_progress, 0.55, 0.9)
-    places, normals, found = averaged.moved(places, facing, radius, tell, curved=True)
+    tell = _stage(on_progress, 0.65, 0.9)
+    places, normals, found = averaged.moved(places, normals, radius, tell, curved=True)
     on_surface = (found[:, 0] >= _FEW) & (_aside(found) < _ASIDE[0] * radius)
     if on_surface.sum() < PointCloud.MIN_POINTS:
         raise _no_surface()
     places, normals, found = _thinned(
-        places[on_surface], normals[on_surface], found[on_surface], _LAST_DISTANCE * cube, oriented
+        places[on_surface], normals[on_surface], found[on_surface], _LAST_DISTANCE * cube
     )
     reach = max(_REACH_OF_CUBE * cube, _REACH_OF_SPACING * spacing)
-    places, normals, found, areas = _with_areas(places, normals, found, radius, reach, oriented)
+    places, normals, found, areas = _with_areas(places, normals, found, radius, reach)
     on_progress(1.0)
     importance = None if cloud.importance is None else found[:, 1]
-    smoothed = PointCloud(places, normals if oriented else None, importance)
+    smoothed = PointCloud(places, None if cloud.normals is None else normals, importance)
     relative = relative_importance(smoothed, areas)
-    shape = CloudShape(normals, oriented, areas, relative, float(np.sqrt(np.median(areas))))
+    patches = None
+    if cloud.normals is None:
+        joined = find_patches(places, normals, nearest_neighbours(places).index)
+        normals, patches = joined.normals, joined.labels
+    shape = CloudShape(normals, patches, areas, relative, float(np.sqrt(np.median(areas))))
     return SmoothCloud(smoothed, shape, strays)
 
 
@@ -195,7 +205,32 @@ def _averaged(cloud: PointCloud, cube: float, radius: float) -> _Averaged:
     if cloud.importance is not None:
         importance = mean(cloud.importance)
     averages = kernels.Averages(counts[place], normals[place], importance[place])
-    return _Averaged(grid, averages, cloud.normals is not None)
+    return _Averaged(grid, averages)
+
+
+def _with_signs(
+    averaged: _Averaged, cube: float, radius: float, on_progress: Callable[[float], object]
+) -> _Averaged:
+    """Give averages the normals of the surface near them, so that close sheets stay apart."""
+    some = _some(len(averaged.averages.counts))
+    places, any_way = averaged.grid.points[some], np.zeros((len(some), 3))
+    for stage in ((0.0, 0.4), (0.4, 0.8)):
+        tell = _stage(on_progress, *stage)
+        places, normals, found = averaged.moved(places, any_way, radius, tell, curved=False)
+    on_surface = found[:, 0] >= _FEW
+    if on_surface.sum() < PointCloud.MIN_POINTS:
+        raise _no_surface()
+    places, normals, _ = _thinned(
+        places[on_surface],
+        normals[on_surface],
+        found[on_surface],
+        _FIRST_DISTANCE * cube,
+        signed=False,
+    )
+    normals = find_patches(places, normals, nearest_neighbours(places).index).normals
+    _, nearest = cKDTree(places).query(averaged.grid.points, workers=-1)
+    averages = averaged.averages._replace(normals=normals[nearest])
+    return _Averaged(averaged.grid, averages)
 
 
 def _stage(
@@ -214,12 +249,17 @@ def _some(count: int) -> NDArray[np.int64]:
 
 
 def _thinned(
-    places: FloatArray, normals: FloatArray, found: FloatArray, distance: float, oriented: bool
+    places: FloatArray,
+    normals: FloatArray,
+    found: FloatArray,
+    distance: float,
+    *,
+    signed: bool = True,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the places, with what belongs to them, that remain at a distance of one another."""
     grid, order = point_grid(places, distance)
     normals = normals[order]
-    kept = kernels.thin(grid, normals, distance, oriented)
+    kept = kernels.thin(grid, normals, distance, signed)
     return grid.points[kept], normals[kept], found[order[kept]]
 
 
@@ -229,14 +269,13 @@ def _with_areas(
     found: FloatArray,
     radius: float,
     reach: float,
-    oriented: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the places, with what belongs to them, in another order, and their areas."""
     grid, order = point_grid(places, 2 * reach)
     normals = normals[order]
     first, second = tangents(normals)
     areas, found = np.empty(len(order)), found[order]
-    kernels.cell_areas(grid, normals, first, second, _rims(found, radius), reach, oriented, areas)
+    kernels.cell_areas(grid, normals, first, second, _rims(found, radius), reach, areas)
     return grid.points, normals, found, areas
 
 

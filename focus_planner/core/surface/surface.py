@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -150,19 +150,26 @@ class Samples:
     weights : (N,) array
         Each sample's weight in the cost: its area times its importance relative to the greatest,
         square metres.
+    patches : (N,) array of int32, or None
+        If it is unknown which side of the surface is outside: the patch that each sample belongs
+        to. All normals of a patch have the same sign, which may be the wrong one.
     """
 
     points: FloatArray
     normals: FloatArray
     areas: FloatArray
     weights: FloatArray
+    patches: IntArray | None = None
 
     def __len__(self) -> int:
         return len(self.points)
 
     def take(self, which: slice | NDArray[np.int64]) -> Samples:
         """Return the selected samples."""
-        return Samples(*(getattr(self, part.name)[which] for part in fields(self)))
+        patches = None if self.patches is None else self.patches[which]
+        return Samples(
+            self.points[which], self.normals[which], self.areas[which], self.weights[which], patches
+        )
 
 
 def _frozen(array: NDArray[np.int32]) -> IntArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -80,9 +80,9 @@ def visible_pairs(
     :mod:`focus_planner.core.rig.distortion` for how far off its axis a camera with distortion
     sees.
 
-    Normals of unknown sign (those estimated for a cloud) are flipped towards the cameras that have
-    an unobstructed view of the sample, by a majority weighted with the cosine of incidence.
-    Occlusion does not depend on the signs of normals.
+    Normals of unknown sign (those estimated for a cloud) are turned, patch by patch, towards the
+    cameras that have an unobstructed view of the patch's points, by a majority weighted with the
+    cosine of incidence. Occlusion does not depend on the signs of normals.
 
     Parameters
     ----------
@@ -103,13 +103,14 @@ def visible_pairs(
     Visibility
     """
     views = _views(rig)
+    samples = _turned(scene, views, samples)
     order = np.arange(len(samples)) if order is None else order
     parts = []
     low, size = 0, len(samples) if keep_going is None else _FIRST_SAMPLES
     while True:
         taken = order[low : low + size]
         with kernels.threads_for(len(taken) * len(rig) // _PAIRS_PER_VISIBLE):
-            part, rays = _find_visible(scene, views, samples, taken)
+            part, rays = _find_visible(scene, views, samples, taken, facing=True)
         parts.append(part)
         low += size
         if low >= len(samples) or (keep_going is not None and not keep_going()):
@@ -158,7 +159,7 @@ def _projections(rig: Rig) -> FloatArray | None:
 
 
 def _find_visible(
-    scene: Scene, views: _Views, all_samples: Samples, taken: NDArray[np.int64]
+    scene: Scene, views: _Views, all_samples: Samples, taken: NDArray[np.int64], *, facing: bool
 ) -> tuple[Visibility, int]:
     """Return the visible pairs of the samples taken, and how many rays were cast.
 
@@ -166,7 +167,6 @@ def _find_visible(
     samples are tested one by one.
     """
     samples = all_samples.take(taken)
-    facing = scene.oriented
     order = _spatial_order(samples, facing)
     near = samples.take(order)
     blocks = kernels.bound_blocks(near.points, near.normals)
@@ -201,9 +201,7 @@ def _find_visible(
         cast += len(rays)
     seen_from = _offsets(np.concatenate(counts))
     visibility = Visibility(seen_from, np.concatenate(found), samples.normals, taken)
-    return visibility if facing else _orient_normals(
-        visibility, views.views.positions, samples
-    ), cast
+    return visibility, cast
 
 
 def _spatial_order(samples: Samples, facing: bool) -> NDArray[np.int64]:
@@ -226,18 +224,33 @@ def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:
     yield slice(low, len(most))
 
 
-def _orient_normals(seen: Visibility, positions: FloatArray, samples: Samples) -> Visibility:
-    """Flip normals towards the cameras that see the samples; return the pairs that remain."""
-    camera_index = np.repeat(np.arange(len(positions)), np.diff(seen.camera_offsets))
-    sample_index = seen.sample_index
-    towards = positions[camera_index] - samples.points[sample_index]
+def _turned(scene: Scene, views: _Views, samples: Samples) -> Samples:
+    """Return samples of a scene of unknown sign with the normals of whole patches turned outward.
+
+    Outward is towards the cameras that have an unobstructed view, by a majority of a patch's
+    points weighted with the cosine of incidence. A ray that meets another patch just before its
+    point passes through something thin, and the point is on the far side of it: it counts against.
+    """
+    if scene.oriented:
+        return samples
+    assert samples.patches is not None
+    voters = scene.voters
+    assert voters.patches is not None
+    with kernels.threads_for(len(voters) * len(views.views.positions) // _PAIRS_PER_VISIBLE):
+        seen, _ = _find_visible(scene, views, voters, np.arange(len(voters)), facing=False)
+    camera = np.repeat(np.arange(len(views.views.positions)), np.diff(seen.camera_offsets))
+    towards = views.views.positions[camera] - voters.points[seen.sample_index]
     towards /= np.sqrt((towards**2).sum(axis=1))[:, None]
-    cosine = (samples.normals[sample_index] * towards).sum(axis=1)
-    votes = np.bincount(sample_index, weights=cosine, minlength=len(samples))
-    normals = np.where(votes < 0, -1.0, 1.0)[:, None] * samples.normals
-    facing = (normals[sample_index] * towards).sum(axis=1) > 0
-    counts = np.bincount(camera_index[facing], minlength=len(positions))
-    return Visibility(_offsets(counts), sample_index[facing], normals, seen.taken)
+    cosine = (voters.normals[seen.sample_index] * towards).sum(axis=1)
+    rays = np.empty((len(towards), 6), dtype=np.float32)
+    rays[:, :3] = views.views.positions[camera] - scene.centre
+    rays[:, 3:] = voters.points[seen.sample_index] - views.views.positions[camera]
+    through = scene.patches_hit(rays) != voters.patches[seen.sample_index]
+    cosine = np.where(through, -cosine, cosine)
+    patches = int(samples.patches.max(initial=voters.patches.max())) + 1
+    votes = np.bincount(voters.patches[seen.sample_index], weights=cosine, minlength=patches)
+    inward = votes[samples.patches] < 0
+    return replace(samples, normals=np.where(inward[:, None], -samples.normals, samples.normals))
 
 
 def _concatenated(parts: list[Visibility]) -> Visibility:

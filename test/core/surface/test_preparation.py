@@ -41,7 +41,7 @@ def same(a, b):
 
 def test_a_cloud_without_noise_is_left_alone():
     for normals in (True, False):
-        points, directions = ball(0.2 * SPACING)
+        points, directions = ball(0.1 * SPACING)
         cloud = PointCloud(points, directions if normals else None)
         prepared = prepare_cloud(cloud)
         assert prepared.cloud is cloud
@@ -160,12 +160,18 @@ def test_the_same_cloud_is_averaged_to_the_same_bits_on_any_number_of_threads():
     assert same(first.shape, second.shape)
 
 
-def test_a_cloud_denser_than_plans_can_use_is_averaged_without_a_note(monkeypatch):
+def test_a_cloud_denser_than_plans_can_use_is_averaged(monkeypatch):
     monkeypatch.setattr(preparation, "MAX_POINTS_AS_GIVEN", 20_000)
     points, directions = ball(0.0)
     prepared = prepare_cloud(PointCloud(points, directions))
     assert len(prepared.cloud.points) < COUNT
-    assert prepared.notes == ()
+    (note,) = prepared.notes
+    assert note.code == "noise"
+    assert note.text.startswith(
+        "the cloud's 30,000 points lie closer than planning needs: they were averaged to"
+        f" {len(prepared.cloud.points):,} points"
+    )
+    assert note.text.endswith("give at most 20,000 points to have them used as they are")
     assert prepared.shape.areas.sum() == pytest.approx(4 * np.pi * RADIUS**2, rel=0.02)
     off = np.linalg.norm(prepared.cloud.points, axis=1) - RADIUS
     assert np.abs(off).max() < 1e-3

@@ -394,7 +394,7 @@ def test_samples_around_points_fill_each_points_own_square():
     random = np.random.default_rng(0)
     normals = random.standard_normal((16, 3))
     cloud = PointCloud(100.0 * np.arange(48).reshape(16, 3), normals)
-    shape = CloudShape(cloud.normals, True, np.arange(1.0, 17.0), np.ones(16), 3.0)
+    shape = CloudShape(cloud.normals, None, np.arange(1.0, 17.0), np.ones(16), 3.0)
     samples = sample_around_cloud(cloud, shape, 68_000, 4)
     assert samples.weights == pytest.approx(136 / 68_000)
     point = np.abs(samples.points[:, None] - cloud.points[None]).sum(axis=2).argmin(axis=1)

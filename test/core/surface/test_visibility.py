@@ -187,8 +187,8 @@ def test_a_dense_cloud_is_seen_like_its_mesh(mesh, oriented):
     # The same points, with the estimated normals of the nearest points of the cloud.
     if not oriented:
         _, nearest = cKDTree(dense.points).query(samples.points)
-        normals = scene.sample(0, 0).normals[nearest]
-        samples = replace(samples, normals=normals)
+        own = scene.sample(0, 0).take(nearest)
+        samples = replace(samples, normals=own.normals, patches=own.patches)
     seen_cloud = pairs_of(visible_pairs(scene, rig, samples))
     assert len(seen ^ seen_cloud) < 0.04 * len(seen)
 
@@ -377,7 +377,8 @@ def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing, images):
     normals = random.standard_normal((3000, 3)) * 0.4 + [1.0, 0.5, 0.0]
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     points, ones = offset + size * random.standard_normal((3000, 3)), np.ones(3000)
-    samples = Samples(points, normals, ones, ones)
+    patches = None if facing else np.zeros(3000, dtype=np.int32)
+    samples = Samples(points, normals, ones, ones, patches)
     cameras = []
     for i in range(60):
         q = random.standard_normal(4)
@@ -393,7 +394,7 @@ def test_blocks_of_samples_lose_none_and_add_none(size, offset, facing, images):
     some = 0
     for c, camera in enumerate(cameras):
         expected = in_view(camera, samples, facing)
-        if not facing:  # turned to where most cameras are, which not all of them are
+        if not facing:  # all turned together, or none
             turned = replace(samples, normals=found.normals)
             expected = np.intersect1d(expected, in_view(camera, turned, True))
         part = slice(found.camera_offsets[c], found.camera_offsets[c + 1])
