@@ -54,10 +54,10 @@ def read_obj(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no obj file, has no faces, or has surface that is not polygons.
     """
-    content = path.read_bytes()
-    finished = content.endswith((b"\n", b"\r"))
     try:
-        statements = _statements(path, without_byte_order_mark(content))
+        content = without_byte_order_mark(path.read_bytes())
+        finished = content.endswith((b"\n", b"\r"))
+        statements = _statements(path, content)
         counts = _corner_counts(statements, finished)
         points, vectors = _vectors(statements.vertices), _vectors(statements.normals)
         corners, of_normals = _corners(statements, counts)

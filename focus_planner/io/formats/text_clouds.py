@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
+from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
     THE_REST,
@@ -43,8 +45,34 @@ _EMPTY = (b",,", b";;", b", ,", b"; ;", b"\n,", b"\n;", b"\t,", b"\t;")
 _UNIT = re.compile(r"[\[(][^\])]*[\])]|[^a-z0-9_:,;\s]")
 _TITLES = 50  # lines that may stand above the first point
 _LAST_LINES = 20
-_POINT = (("x", "y", "z"), ("points:0", "points:1", "points:2"))
-_NORMAL = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
+# Three titles are those of the point, or of the normal, if one of these finds x, y, z in them, or
+# 0, 1, 2. What programs write: X, "Points:0", Points_0, pos_x, x_coord, "Point X", x_m.
+_POINT = (
+    re.compile(
+        r"(?:(?:points?|pos|position|coord|coordinate)[_:.]?)?([xyz])(?:_?(?:coord|pos|m))?"
+    ),
+    re.compile(r"(?:points?|position)s?[_:.]([012])"),
+)
+_NORMAL = (
+    re.compile(r"(?:n|normals?[_:.]?)([xyz])"),
+    re.compile(r"normals?[_:.]([012])"),
+)
+_SURVEY = {"easting": "x", "northing": "y", "elevation": "z", "height": "z", "altitude": "z"}
+
+
+# A comment with one of these is titles too, of columns in an order that is not known.
+_OTHERS = {
+    *("id", "index", "time", "timestamp", "t", "intensity", "label", "class", "scan", "ring"),
+    *("r", "theta", "phi", "rho", "lat", "lon", "latitude", "longitude", "range", "azimuth"),
+    *("g", "b", "red", "green", "blue", "nx", "ny", "nz"),
+}
+
+
+class _Titles(NamedTuple):
+    """The titles in the line above the points; those of a comment may be anything."""
+
+    names: list[str]
+    comment: bool
 
 
 class _Columns(NamedTuple):
@@ -53,6 +81,7 @@ class _Columns(NamedTuple):
     points: Sequence[int]
     normals: Sequence[int]
     numbers: dict[str, int]
+    understood: bool = True
 
 
 def read_text_cloud(path: Path) -> SurfaceContents:
@@ -63,21 +92,24 @@ def read_text_cloud(path: Path) -> SurfaceContents:
     Raises
     ------
     InputError
-        If it is truncated, has other points than announced, or is no such text.
+        If it is truncated, has other points than announced, or is no such text; or if its titles do
+        not say which columns are x, y and z.
     """
     kind = path.suffix.lower().removeprefix(".")
     content = path.read_bytes()
     try:
-        text = without_byte_order_mark(content)
+        text = whole = without_byte_order_mark(content)
         if b"\n" not in text:
             text = text.replace(b"\r", b"\n")
         titles, text = _without_titles(with_usual_nan(text))
         text = _separated(_COMMENT.sub(b"", text) if b"#" in text or b"//" in text else text)
         scans, counted = _scans(path, kind, text)
-        if not counted and not content.endswith((b"\n", b"\r")):
+        if not counted and not whole.endswith((b"\n", b"\r")):
             _check_last_digits(text)
-        columns = _columns(kind, titles, min((words for words, _ in scans), default=3))
+        columns = _columns(path, kind, titles, min((words for words, _ in scans), default=3))
         tables = [_table(lines, words, columns) for words, lines in scans]
+    except InputError:
+        raise
     except ValueError as error:
         raise unreadable(path, kind, str(error)) from None
     table = np.concatenate(tables) if tables else np.empty((0, 3 + len(columns.normals)))
@@ -87,24 +119,34 @@ def read_text_cloud(path: Path) -> SurfaceContents:
         for i, title in enumerate(columns.numbers, start=3 + len(columns.normals))
         if i < table.shape[1]
     }
-    notes = unfinished_line(path, content, DIGITS if counted else THE_REST)
+    notes = unfinished_line(path, whole, DIGITS if counted else THE_REST)
+    if not columns.understood:
+        notes += (_not_understood(path, titles),)
     return SurfaceContents(table[:, :3], None, normals, numbers, notes=notes)
 
 
-def _without_titles(text: bytes) -> tuple[list[str], bytes]:
+def _not_understood(path: Path, titles: _Titles) -> Note:
+    return Note(
+        "left_out",
+        f"{path}: the comment above its points, {' '.join(titles.names)!r}, is not understood as"
+        " titles: the first three columns are taken for x, y and z; if they are others, name the"
+        " columns x, y and z",
+    )
+
+
+def _without_titles(text: bytes) -> tuple[_Titles, bytes]:
     """Return the titles above the first line of numbers, and the text without them."""
-    titles, start, above = list[str](), 0, list[bytes]()
+    titles, start, above = _Titles([], comment=False), 0, list[bytes]()
     for _ in range(_TITLES):
         end = text.find(b"\n", start) + 1 or len(text)
         line = text[start:end].strip()
         words = re.split(rb"[\s,;]+", line)
-        if line and is_number(words[0]):
-            break
-        if sum(map(is_number, words)) >= 3:  # below a name of the point
+        # Three numbers may follow the name of a point.
+        numbers = bool(line) and (is_number(words[0]) or sum(map(is_number, words)) >= 3)
+        if numbers and not _are_ordinals(words, text[end:]):
             break
         if line:
-            names = _UNIT.sub("", line.decode("utf-8", "replace").lower())
-            titles = re.split(r"\s*[,;]\s*|\s+", names.strip())
+            titles = _Titles(_names(line), comment=bool(_COMMENT.match(line)))
             above.append(line)
         start = end
     else:
@@ -115,6 +157,21 @@ def _without_titles(text: bytes) -> tuple[list[str], bytes]:
         if b"\n" + line in body:
             body = re.sub(rb"(?m)^[ \t]*" + re.escape(line) + rb"[ \t\r]*$", b"", body)
     return titles, body
+
+
+def _are_ordinals(words: list[bytes], below: bytes) -> bool:
+    """Return whether a line is 0, 1, 2, ... above numbers with decimals: pandas' titles."""
+    next_line = below.partition(b"\n")[0]
+    ordinals = [str(i).encode() for i in range(len(words))]
+    return len(words) > 2 and words == ordinals and next_line.count(b".") > 2
+
+
+def _names(line: bytes) -> list[str]:
+    """Return the titles in a line, in lower case and without units."""
+    text = _UNIT.sub("", line.decode("utf-8", "replace").lower()).strip()
+    if re.search(r"[,;]", text):
+        return ["_".join(name.split()) for name in re.split(r"[,;]", text)]
+    return text.split()
 
 
 def _separated(text: bytes) -> bytes:
@@ -172,25 +229,44 @@ def _width(words: NDArray[np.int64], above: int) -> int:
     return width
 
 
-def _columns(kind: str, titles: list[str], width: int) -> _Columns:
-    points, normals = _titled(titles, _POINT), _titled(titles, _NORMAL)
-    if not points or (kind == "xyzn" and not normals):
-        normals = (3, 4, 5) if kind == "xyzn" else ()
-        if normals and width < 6:
-            raise ValueError(f"{width} numbers per line, where the normal follows the point")
-        return _Columns((0, 1, 2), normals, {})
-    if len(titles) != width:
-        if tuple(points) != (0, 1, 2):
-            raise ValueError(f"{len(titles)} titles of {width} columns")
-        return _Columns(points, (), {})
-    taken = {*points, *normals}
-    return _Columns(points, normals, {title: i for i, title in enumerate(titles) if i not in taken})
+def _columns(path: Path, kind: str, titles: _Titles, width: int) -> _Columns:
+    """Return what is in which column; the point in the first three where there are no titles."""
+    names = titles.names
+    points, normals = _titled(names, _POINT), _titled(names, _NORMAL)
+    if points and len(names) == width and (kind != "xyzn" or normals):
+        taken = {*points, *normals}
+        others = {name: i for i, name in enumerate(names) if i not in taken}
+        return _Columns(points, normals, others)
+    if points and tuple(points) != (0, 1, 2):
+        raise ValueError(f"{len(names)} titles of {width} columns")
+    ordinals = names == [str(i) for i in range(width)]
+    understood = bool(points) or len(names) != width or ordinals
+    if titles.comment:
+        understood = understood or _OTHERS.isdisjoint(names)
+    elif not understood:
+        raise InputError(
+            str(path),
+            "titles that say which columns are x, y and z",
+            ", ".join(names),
+            "name them x, y and z, or delete the line if the first three are",
+        )
+    if kind != "xyzn":
+        return _Columns((0, 1, 2), (), {}, understood)
+    if width < 6:
+        raise ValueError(f"{width} numbers per line, where the normal follows the point")
+    return _Columns((0, 1, 2), (3, 4, 5), {}, understood)
 
 
-def _titled(titles: list[str], choices: Sequence[tuple[str, ...]]) -> Sequence[int]:
-    for names in choices:
-        if set(names) <= set(titles):
-            return [titles.index(name) for name in names]
+def _titled(titles: list[str], choices: Sequence[re.Pattern[str]]) -> Sequence[int]:
+    """Return the columns whose titles are x, y and z by the first of the choices that finds all."""
+    for pattern in choices:
+        found: dict[str, int] = {}
+        for i, title in enumerate(titles):
+            match = pattern.fullmatch(_SURVEY.get(title, title))
+            if match:
+                found.setdefault(match[1], i)
+        if len(found) == 3:
+            return [found[axis] for axis in sorted(found)]
     return ()
 
 
@@ -206,8 +282,13 @@ def _table(lines: bytes, words: int, columns: _Columns) -> FloatArray:
 
 
 def _check_last_digits(text: bytes) -> None:
-    """Raise if the last number has fewer decimals than all others of its column."""
+    """Raise if the last number has fewer decimals than all others of its column.
+
+    Only where the program wrote the same number of decimals in every line: one that drops zeros at
+    the end would end so by chance.
+    """
     lines = text[-10_000:].split(b"\n")[-_LAST_LINES - 1 :]
-    *before, last = (len(words[-1].partition(b".")[2]) for line in lines if (words := line.split()))
-    if len(before) == _LAST_LINES and len(set(before)) == 1 and last < before[0]:
-        raise ValueError(f"a last number of {last} decimals, where others have {before[0]}")
+    *before, last = ([len(word.partition(b".")[2]) for word in line.split()] for line in lines)
+    same = all(decimals == before[0] for decimals in before)
+    if len(before) == _LAST_LINES and same and last[-1:] < before[0][-1:] and last:
+        raise ValueError(f"a last number of {last[-1]} decimals, where others have {before[0][-1]}")

@@ -138,3 +138,69 @@ def test_a_last_line_without_a_newline_is_told(tmp_path: Path, text: str, lacks:
     (note,) = contents.notes
     assert note.code == "left_out"
     assert lacks in note.text
+
+
+@pytest.mark.parametrize(
+    "titles",
+    [
+        "id,x_coord,y_coord,z_coord",
+        "id,pos_x,pos_y,pos_z",
+        "id,Point X,Point Y,Point Z",
+        "id,x_m,y_m,z_m",
+        "id,Easting,Northing,Elevation",
+        '"id","Points_0","Points_1","Points_2"',
+        '"id","Points:0","Points:1","Points:2"',
+        "id;X [m];Y [m];Z [m]",
+    ],
+)
+def test_titles_that_programs_write(tmp_path: Path, titles: str) -> None:
+    rows = [f"{i},{row.replace(' ', ',')}" for i, row in enumerate(ROWS)]
+    contents = read(tmp_path / "a.csv", "\n".join([titles, *rows, ""]))
+    np.testing.assert_array_equal(contents.points, POINTS)
+
+
+def test_normals_are_not_taken_for_points(tmp_path: Path) -> None:
+    titles = ",".join(f'"{name}_{k}"' for name in ("Normals", "Points") for k in range(3))
+    rows = ["0,0,1," + row.replace(" ", ",") for row in ROWS]
+    contents = read(tmp_path / "a.csv", "\n".join([titles, *rows, ""]))
+    np.testing.assert_array_equal(contents.points, POINTS)
+    np.testing.assert_array_equal(contents.normals, [[0, 0, 1]] * len(POINTS))
+
+
+@pytest.mark.parametrize("titles", ["r,theta,phi", "lat lon alt", "time,a,b", "u;v;w"])
+def test_titles_of_other_columns_are_refused(tmp_path: Path, titles: str) -> None:
+    with pytest.raises(InputError, match="expected titles that say which columns are x, y and z"):
+        read(tmp_path / "a.txt", titles + "\n" + PLAIN)
+
+
+def test_a_comment_that_may_be_titles_is_told(tmp_path: Path) -> None:
+    contents = read(tmp_path / "a.txt", "# r theta phi\n" + PLAIN)
+    np.testing.assert_array_equal(contents.points, POINTS)
+    assert (
+        "the comment above its points, 'r theta phi', is not understood" in contents.notes[0].text
+    )
+    assert read(tmp_path / "b.txt", "# written by hand on a Sunday\n" + PLAIN).notes == ()
+    assert read(tmp_path / "c.txt", "//X Y Z\n" + PLAIN).notes == ()
+
+
+def test_numbers_for_titles_are_no_point(tmp_path: Path) -> None:
+    contents = read(tmp_path / "a.csv", "0,1,2\n" + PLAIN.replace(" ", ","))
+    np.testing.assert_array_equal(contents.points, POINTS)
+
+
+def test_a_wrong_count_is_told_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="30 points of the 31 announced") as caught:
+        read(tmp_path / "a.pts", "31\n" + PLAIN)
+    assert str(caught.value).count("expected") == 1
+
+
+def test_a_last_number_may_have_fewer_decimals_where_others_have(tmp_path: Path) -> None:
+    rows = [" ".join(repr(round(v, 3)) for v in row) for row in POINTS.tolist()]
+    text = "\n".join([*rows, "0.125 0.5 0.25"])
+    assert len(read(tmp_path / "a.xyz", text).points) == len(POINTS) + 1
+
+
+def test_utf_16_ends_in_a_newline_too(tmp_path: Path) -> None:
+    path = tmp_path / "a.xyz"
+    path.write_bytes(PLAIN.encode("utf-16"))
+    assert read_text_cloud(path).notes == ()
