@@ -380,7 +380,7 @@ def _print(rig: Rig, options: argparse.Namespace, *, with_images: bool = False) 
         (Described(lens, _IMAGE_KEYS if image else ()) for image in images),
         "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
         " or edit the rig's file",
-        "use --camera-info or --image, or edit the rig's file",
+        "use --camera-info, or --image with --fx, or edit the rig's file",
     )
     for note in (*rig.notes, *defaults):
         show_note(note.text)

@@ -61,7 +61,8 @@ def load_rig(path: str | PathLike[str]) -> Rig:
 
     ``image`` and ``lens`` apply to all cameras; a camera may override any of their keys. Missing
     keys default to the paper's values. A lens has a ``hyperfocal_distance``, or ``f_number`` and
-    ``circle_of_confusion``; a camera that gives either form overrides the shared one. The same
+    ``circle_of_confusion``; a camera that gives either form overrides the shared one. ``fy``
+    defaults to ``fx``. The same
     goes for ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
     converts distances to the driver's values
     (:class:`~focus_planner.core.rig.lens_table.LensTable`); null for none. ``grid`` describes the
@@ -182,9 +183,10 @@ def _camera(where: str, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
             raise InputError(f"{where}.{key}", "a value", "none")
     own_image = _values(f"{where}.image", data.get("image", {}), _IMAGE_KEYS)
     own_lens = _values(f"{where}.lens", data.get("lens", {}), _LENS_KEYS)
-    optics = _Optics(
-        {**shared.image, **own_image}, {**_without_replaced(shared.lens, own_lens), **own_lens}
-    )
+    image = {**shared.image, **own_image}
+    if "fx" in image:
+        image.setdefault("fy", image["fx"])  # square pixels, unless it says otherwise
+    optics = _Optics(image, {**_without_replaced(shared.lens, own_lens), **own_lens})
     with errors_within(where):
         x, y, z = vector(f"{where}.position", data["position"], 3)
         qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
@@ -209,7 +211,7 @@ def _without_replaced(shared: Values, own: Values) -> Values:
 
 
 def _defaults(where: str, top: Values) -> list[str]:
-    listed = top.get("defaults") or []
+    listed = top.get("defaults", [])
     if not isinstance(listed, list) or not all(name in _DEFAULTS for name in listed):
         raise InputError(where, "a list of " + ", ".join(_DEFAULTS), abbreviated(listed))
     return listed

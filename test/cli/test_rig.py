@@ -163,7 +163,9 @@ def test_guesses_are_told(here: Path, capsys: Any) -> None:
         " else; use --focal-length, and --f-number with --circle-of-confusion, or"
         " --hyperfocal-distance, or edit the rig's file"
     )
-    assert image.startswith("focus_planner: note: nothing tells the image of 12 of 12 cameras: 580")
+    assert image.startswith(
+        "focus_planner: note: nothing tells the image of 12 of 12 cameras: width 580"
+    )
     assert [note.code for note in rig.notes] == ["default_lens", "default_image"]
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
     options = ["--convention", "optical", "--image", "640x480", "--fx", "500", *LENS_OPTIONS]

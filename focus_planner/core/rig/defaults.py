@@ -11,7 +11,7 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 
 _LENS, _IMAGE = Lens(), CameraIntrinsics()
-# Each with the keys of which one has to be given.
+# What has to be told, each with the keys of which one tells it.
 _LENS_VALUES = (
     (f"focal length {1e3 * _LENS.focal_length:g} mm", ("focal_length",)),
     (
@@ -19,10 +19,9 @@ _LENS_VALUES = (
         ("hyperfocal_distance", "f_number"),
     ),
 )
-_IMAGE_VALUES = (
-    (f"{_IMAGE.width} x {_IMAGE.height} pixels", ("width", "height")),
-    (f"focal length {_IMAGE.fx:g} pixels", ("fx", "fy")),
-    (f"principal point {_IMAGE.cx:g}, {_IMAGE.cy:g}", ("cx", "cy")),
+_IMAGE_VALUES = tuple(
+    (f"{name} {getattr(_IMAGE, name):g} pixels", (name,))
+    for name in ("width", "height", "fx", "fy", "cx", "cy")
 )
 
 

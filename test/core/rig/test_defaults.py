@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import pytest
+
 from focus_planner.core.rig.defaults import Described, described, notes_on_defaults
 
 LENS = {"focal_length": 0.05, "hyperfocal_distance": 10.0}
@@ -34,11 +36,20 @@ def test_the_note_names_what_is_assumed_and_for_how_many() -> None:
     )
     *_, note = notes_on_defaults([described(LENS, {}, ())], "tell it", "tell that")
     assert note.text == (
-        "nothing tells the image of 1 of 1 cameras: 580 x 870 pixels, focal length 1190.73 pixels"
-        " and principal point 284.813, 434.44 are assumed, as in the paper, and the plan holds for"
+        "nothing tells the image of 1 of 1 cameras: width 580 pixels, height 870 pixels, fx"
+        " 1190.73 pixels, fy 1190.73 pixels, cx 284.813 pixels and cy 434.44 pixels"
+        " are assumed, as in the paper, and the plan holds for"
         " nothing else; tell that"
     )
 
 
 def test_an_aperture_tells_the_hyperfocal_distance() -> None:
     assert codes(described({"focal_length": 0.05, "f_number": 8}, IMAGE, ())) == []
+
+
+@pytest.mark.parametrize("missing", IMAGE)
+def test_every_value_of_an_image_has_to_be_told(missing: str) -> None:
+    some = {name: value for name, value in IMAGE.items() if name != missing}
+    (note,) = notes_on_defaults([described(LENS, some, ())], "tell it", "tell that")
+    assert note.code == "default_image"
+    assert f": {missing} {IMAGE[missing]:g} pixels is assumed" in note.text
