@@ -156,11 +156,12 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
     InputError
         If it cannot be written.
     """
-    path = path.resolve()
-    if path.exists() and not path.is_file():  # /dev/stdout, a named pipe
+    # Before resolving: what /dev/stdout leads to has no path if it is a pipe.
+    if path.exists() and not path.is_file():
         with _reporting(path), path.open("wb") as file:
             yield file
         return
+    path = path.resolve()
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with _reporting(path):

@@ -48,14 +48,19 @@ def choose_importance(
     """
     if name in names:
         used = f"{argument}: {name} is used as the importance of the surface"
-        return name, (Note("importance", f"{used}; rename it if it is something else"),)
+        why = "; rename it if it is something else" if name == IMPORTANCE else ", as asked"
+        return name, (Note("importance", used + why),)
     if name != IMPORTANCE:
         got = first_few(names) or "none"
         raise InputError(argument, f"{name}, which {option} asks for, among its numbers", got)
     if _SIMILAR not in names:
         return None, ()
     unused = f"{argument}: {_SIMILAR} is not used, since scanners call their confidence so"
-    return None, (Note("importance", f"{unused}; if it is the importance, set {option}"),)
+    return None, (
+        Note(
+            "importance", f"{unused}; if it is the importance, give {option} the value {_SIMILAR}"
+        ),
+    )
 
 
 def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], tuple[Note, ...]]:

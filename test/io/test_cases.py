@@ -73,8 +73,8 @@ def test_normals_that_are_none_are_as_if_there_were_none() -> None:
     assert cloud.normals is None
     (text,) = texts(cloud.notes)
     assert text == (
-        "left out: the normals of all 4,000 points, which are zero or not finite; estimates from"
-        " the points are used instead"
+        "left out: the normals of all 4,000 points, which are missing, zero or not finite;"
+        " estimates from the points are used instead"
     )
     mesh = load_surface(CASES / "06_zero_normals/mesh_one_unreferenced.ply")
     assert isinstance(mesh, Mesh)
@@ -83,8 +83,8 @@ def test_normals_that_are_none_are_as_if_there_were_none() -> None:
     assert len(mesh.vertices) == len(mesh.vertex_normals) == 8
     (text,) = texts(mesh.notes)
     assert text == (
-        "left out: the normals of 1 of 9 vertices, which are zero or not finite; no triangle has"
-        " these vertices"
+        "left out: the normals of 1 of 9 vertices, which are missing, zero or not finite;"
+        " no triangle has these vertices"
     )
 
 
@@ -149,7 +149,7 @@ def test_a_scanners_confidence_is_no_importance() -> None:
     (text,) = texts(cloud.notes, "importance")
     assert text == (
         f"{path}: weight is not used, since scanners call their confidence so; if it is the"
-        " importance, set --importance-property"
+        " importance, give --importance-property the value weight"
     )
     asked = load_surface(path, importance_property="weight")
     assert isinstance(asked, PointCloud)

@@ -62,3 +62,15 @@ def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
         check_readable(tmp_path, "a plan")
     with pytest.raises(InputError, match="too long"):
         check_readable(tmp_path / ("x" * 300), "a plan")
+
+
+def test_a_pipe_is_written_directly() -> None:
+    ours, theirs = os.pipe()
+    try:
+        check_writable(Path(f"/dev/fd/{theirs}"))
+        with atomic_write(Path(f"/dev/fd/{theirs}")) as file:
+            file.write(b"a plan")
+        assert os.read(ours, 100) == b"a plan"
+    finally:
+        os.close(ours)
+        os.close(theirs)

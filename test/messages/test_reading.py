@@ -164,7 +164,7 @@ def test_only_importance_counts_by_itself():
     assert note == Note(
         "importance",
         "cloud: weight is not used, since scanners call their confidence so; if it is the"
-        " importance, set parameter importance_field",
+        " importance, give parameter importance_field the value weight",
     )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.planning.suspicions import seen_from_behind, suspect_frames
+from focus_planner.core.planning.suspicions import blind_cameras, seen_from_behind, suspect_frames
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
@@ -72,7 +72,9 @@ def _fit(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> Iterator[N
     if suspicion:
         yield Note(suspicion.code, str(suspicion))
     if blind.mean() > _BLIND:
-        yield _unseen_cameras(rig, blind)
+        blind &= blind_cameras(scene, rig)  # others see surface of no importance
+    if blind.mean() > _BLIND:
+        yield _unseen_cameras(rig, blind, explained=suspicion is not None)
     if share_unseen > _FROM_BEHIND and scene.oriented:
         behind = seen_from_behind(scene, rig)
         if behind > _FROM_BEHIND:
@@ -85,13 +87,13 @@ def _sees(problem: Problem) -> NDArray[np.bool_]:
     return sees
 
 
-def _unseen_cameras(rig: Rig, blind: NDArray[np.bool_]) -> Note:
+def _unseen_cameras(rig: Rig, blind: NDArray[np.bool_], *, explained: bool) -> Note:
+    remedy = "" if explained else ", or leave these cameras out"
     names = first_few(rig.cameras[c].name for c in np.flatnonzero(blind))
     return Note(
         "unseen_cameras",
         f"{blind.sum()} of {len(rig)} cameras see nothing ({names}): they look past the surface, or"
-        " something of it hides the rest; check its frame and size and the camera poses, or leave"
-        " these cameras out",
+        f" something of it hides the rest; check its frame and size and the camera poses{remedy}",
     )
 
 
@@ -115,10 +117,10 @@ def _winding(scene: Scene, share: float) -> Note:
 
 
 def _importance(scene: Scene) -> Iterator[Note]:
-    """Yield a note if the surface has an importance of its own, and none on it yet."""
+    """Yield a note if the surface has an importance of its own."""
     surface = scene.surface
     given = surface.vertex_importance if isinstance(surface, Mesh) else surface.importance
-    if given is None or any(note.code == "importance" for note in surface.notes):
+    if given is None:
         return
     none = float((given == 0).mean())
     what = "vertices" if isinstance(surface, Mesh) else "points"

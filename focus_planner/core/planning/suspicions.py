@@ -27,9 +27,13 @@ from focus_planner.core.surface.visibility import Visibility, visible_pairs
 
 _TRIAL_SAMPLES = 300
 _TRIAL_CAMERAS = 64
+_BLIND_SAMPLES = 4096
 # What is suspected must bring at least so much into view, and so many times what is seen now.
 _SEEN_ENOUGH = 0.2
 _FAR_BETTER = 2.0
+# It must also bring more of the surface into view: cameras that see nothing of a subject that is
+# small or flat are no mistake.
+_MORE = 1.1
 
 
 Found = TypeVar("Found")
@@ -130,10 +134,18 @@ def suspect_frames(scene: Scene, rig: Rig) -> Suspicion | None:
     best, least = None, max(_SEEN_ENOUGH, _FAR_BETTER * now.score)
     for trial in _trials():
         sight = _sight(scene, _posed(few, trial.correct(poses)), samples)
-        if sight.score > least:
+        if sight.score > least and sight.surface > _MORE * now.surface:
             best = Suspicion(trial.code, trial.assumption, sight, now, trial.meaning)
             least = sight.score
     return best
+
+
+@_remembered
+def blind_cameras(scene: Scene, rig: Rig) -> NDArray[np.bool_]:
+    """Return (C,) whether each camera sees nothing of the surface, whatever its importance."""
+    samples = scene.sample(_BLIND_SAMPLES, 0, by="area")
+    blind: NDArray[np.bool_] = np.diff(visible_pairs(scene, rig, samples).camera_offsets) == 0
+    return blind
 
 
 @_remembered

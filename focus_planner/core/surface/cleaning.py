@@ -220,14 +220,16 @@ def _unused_normals(normals: FloatArray, used: _Mask) -> list[Note]:
     bad = int((~have_direction(normals) & ~used).sum())
     if not bad:
         return []
-    what = f"the normals of {bad:,} of {len(used):,} vertices, which are zero or not finite"
+    what = (
+        f"the normals of {bad:,} of {len(used):,} vertices, which are missing, zero or not finite"
+    )
     return [_left_out(what, "no triangle has these vertices")]
 
 
 def _no_normals(what: str, count: int, instead: str) -> Note:
     return Note(
         "left_out",
-        f"left out: the normals of all {count:,} {what}, which are zero or not finite;"
+        f"left out: the normals of all {count:,} {what}, which are missing, zero or not finite;"
         f" {instead} are used instead",
     )
 
@@ -235,6 +237,6 @@ def _no_normals(what: str, count: int, instead: str) -> Note:
 def _some_normals(missing: _Mask, what: str, how: str) -> Note:
     return Note(
         "left_out",
-        f"left out: the normals of {missing.sum():,} of {len(missing):,} {what}, which are zero or"
-        f" not finite; they are {how} instead",
+        f"left out: the normals of {missing.sum():,} of {len(missing):,} {what}, which are"
+        f" missing, zero or not finite; they are {how} instead",
     )

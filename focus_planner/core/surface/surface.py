@@ -276,5 +276,5 @@ def _check_areas(mesh: Mesh) -> None:
             "mesh triangles",
             "triangles with an area",
             f"{len(degenerate)} of {len(mesh.triangles)} degenerate (first: {degenerate[0]})",
-            "remove them, for instance with trimesh's nondegenerate_faces",
+            "remove them; load_surface leaves them out, with a note",
         )

@@ -62,6 +62,20 @@ def test_cameras_that_see_nothing(blind: int) -> None:
         assert notes["unseen_cameras"].startswith(f"2 of 4 cameras see nothing ({names}): ")
 
 
+def test_cameras_that_see_what_does_not_count_see_something() -> None:
+    importance = (BODY.vertices[:, 2] > 1.4).astype(float)
+    notes = notes_of(replace(BODY, vertex_importance=importance), cylinder_rig(7, 8))
+    assert set(notes) == {"importance"}
+
+
+def test_cameras_are_not_to_be_left_out_where_a_mistake_explains_them() -> None:
+    notes = notes_of(
+        replace(BODY, vertices=BODY.vertices @ [[1, 0, 0], [0, 0, -1], [0, 1, 0]]), cylinder_rig()
+    )
+    assert "up_axis" in notes
+    assert notes["unseen_cameras"].endswith("check its frame and size and the camera poses")
+
+
 @pytest.mark.parametrize("kind", ["turned", "both sides", "cloud"])
 def test_triangles_and_normals_that_face_both_ways(kind: str) -> None:
     wrong = np.random.default_rng(0).random(len(BODY.triangles)) < 0.5
@@ -86,9 +100,6 @@ def test_an_importance_that_counts() -> None:
     assert notes["importance"].startswith(
         "the surface has an importance, from 0 to 2.5, 0 at 25% of its vertices: "
     )
-    told = Note("importance", "from a file")
-    notes = notes_of(replace(BODY, vertex_importance=importance, notes=(told,)))
-    assert notes == {"importance": "from a file"}
 
 
 def test_samples_that_a_time_budget_left_out() -> None:

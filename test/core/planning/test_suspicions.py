@@ -13,6 +13,7 @@ from focus_planner import (
     Camera,
     InputError,
     Mesh,
+    PointCloud,
     Rig,
     Scene,
     cylinder_rig,
@@ -97,6 +98,20 @@ def test_wrong_poses_are_suspected(mistake: str, body: str) -> None:
     assert suspicion is not None
     assert telling in str(suspicion)
     assert suspicion.code == (mistake if "_" in mistake else "camera_axes")
+
+
+def test_nothing_is_suspected_because_a_subject_is_small_or_flat() -> None:
+    small = [
+        replace(mesh, vertices=0.1 * mesh.vertices + place)
+        for mesh in BODIES.values()
+        for place in np.random.default_rng(1).uniform((-0.3, -0.3, 0.1), (0.3, 0.3, 1.5), (8, 3))
+    ]
+    x, y = (0.4 * (np.mgrid[:21, :21].reshape(2, -1) / 20 - 0.5)).round(6)
+    plate = PointCloud(np.column_stack([x, y, np.full(len(x), 0.5)]))
+    for surface in (*small, plate):
+        suspicion = suspect_frames(Scene(surface), RIG)
+        assert suspicion is None or suspicion.sight.surface > 1.1 * suspicion.now.surface
+        assert suspicion is None or suspicion.code == "up_axis"
 
 
 def test_no_plan_that_a_mistake_explains_says_which() -> None:

@@ -91,8 +91,8 @@ def test_some_normals_of_vertices_are_computed_by_area(bad: FloatArray) -> None:
     np.testing.assert_array_equal(mesh.vertex_normals[1:], normals[1:])
     (note,) = mesh.notes
     assert note.text == (
-        "left out: the normals of 1 of 5 vertices, which are zero or not finite; they are computed"
-        " from the triangles around instead"
+        "left out: the normals of 1 of 5 vertices, which are missing, zero or not finite;"
+        " they are computed from the triangles around instead"
     )
 
 
@@ -102,12 +102,12 @@ def test_normals_that_are_all_none_are_as_if_there_were_none() -> None:
     assert mesh.vertex_normals is cloud.normals is None
     (of_mesh,), (of_cloud,) = mesh.notes, cloud.notes
     assert of_mesh.text == (
-        "left out: the normals of all 4 vertices, which are zero or not finite; those of the"
-        " triangles are used instead"
+        "left out: the normals of all 4 vertices, which are missing, zero or not finite;"
+        " those of the triangles are used instead"
     )
     assert of_cloud.text == (
-        "left out: the normals of all 400 points, which are zero or not finite; estimates from the"
-        " points are used instead"
+        "left out: the normals of all 400 points, which are missing, zero or not finite;"
+        " estimates from the points are used instead"
     )
 
 
