@@ -155,8 +155,7 @@ def test_a_scanners_confidence_is_no_importance() -> None:
     assert isinstance(asked, PointCloud)
     assert asked.importance is not None
     (text,) = texts(asked.notes, "importance")
-    assert text.endswith("weight is used as the importance of the surface; rename it if it is"
-                         " something else")  # fmt: skip
+    assert text.endswith("weight is used as the importance of the surface, as asked")
 
 
 def test_bytes_after_the_end_are_told() -> None:
