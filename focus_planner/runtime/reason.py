@@ -15,3 +15,4 @@ class Reason(IntEnum):
     PREEMPTED = 6
     SHUTTING_DOWN = 7
     INTERNAL = 8
+    TIME_LIMIT = 9
