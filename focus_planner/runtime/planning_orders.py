@@ -51,24 +51,6 @@ class Digest:
 
 
 @dataclass(frozen=True)
-class Refuse:
-    """Refuse an input that ended the process before; the result is :class:`Done`.
-
-    Attributes
-    ----------
-    kind : str
-        "surface" or "rig".
-    arrival : Arrival
-        Without its payload.
-    why : str
-    """
-
-    kind: str
-    arrival: Arrival[Any]
-    why: str
-
-
-@dataclass(frozen=True)
 class Plan:
     """Plan on the inputs in force; the result is :class:`Planned`, :class:`NoPlan` or an error.
 

@@ -126,14 +126,6 @@ class PlanningProcess:
         )
 
     @_do.register
-    def _refuse(self, order: orders.Refuse) -> orders.Result:
-        planner = self._planner
-        slot = planner.surface if order.kind == planner.surface.name else planner.rig
-        error = InputError(slot.name, "one that can be read here", order.why, "see the log")
-        slot.refuse(order.arrival, error)
-        return orders.Done()
-
-    @_do.register
     def _plan(self, order: orders.Plan) -> orders.Result:
         feedback = Feedback(order.request.time_budget)
         looked, stopped = time.monotonic(), False

@@ -8,9 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
 from enum import Enum
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
+from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import BACKLOG, Arrival, InputState, Unheard
@@ -184,8 +186,8 @@ class RemotePlanner:
         PlanningEnded
             If that was not to be waited for; the inputs are kept for the next time.
         """
-        restored = self._ready(wish)
         while True:
+            restored = self._ready(wish)
             surfaces, rigs = self.surface.take(), self.rig.take()
             taken = datetime.now(timezone.utc)
             if restored:
@@ -202,8 +204,7 @@ class RemotePlanner:
                     inbox.forget_all_new()
                 raise
             except PlanningDied as error:
-                self._refuse(error, wish)
-                restored = True
+                self._refuse(error)
         assert isinstance(result, orders.Digested), result
         self._note(result)
         self.taken = taken
@@ -327,16 +328,17 @@ class RemotePlanner:
             self.close()
             raise PlanningDied("it took more memory than parameter max_memory allows")
 
-    def _refuse(self, how: PlanningDied, wish: Callable[[], Wish]) -> None:
-        """Start the process anew, and have it refuse the input that ended the last one."""
+    def _refuse(self, how: PlanningDied) -> None:
+        """Have the input that ended the process refused by the next one."""
         for inbox in (self.surface, self.rig):
-            guilty = inbox.known.pop(self._reading, None)
-            if guilty:
-                self.load(wish)
+            guilty = inbox.known.get(self._reading)
+            if guilty and len(guilty.payload) > _STAMP:
                 why = f"one that ended the planning process ({how})"
+                read = partial(_refuse, inbox.kind, why)
                 # Its stamp is told, not its content.
-                refused = replace(guilty, payload=guilty.payload[:_STAMP], read=_unreadable)
-                self._ask(orders.Refuse(inbox.kind, refused, why), wish)
+                inbox.known[guilty.number] = replace(
+                    guilty, payload=guilty.payload[:_STAMP], read=read
+                )
                 return
         raise how
 
@@ -358,5 +360,5 @@ class _Patience:
         return used >= _SECONDS_TO_STOP or elapsed >= _SECONDS_TO_STOP_AT_ALL
 
 
-def _unreadable(_: Optics) -> Any:
-    raise NotImplementedError
+def _refuse(kind: str, why: str, _: Optics) -> Any:
+    raise InputError(kind, "one that can be read here", why, "see the log")
