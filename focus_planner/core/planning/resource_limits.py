@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.problem.problem import Problem
 from focus_planner.core.validation import InputError
+
+if TYPE_CHECKING:
+    # Its import takes seconds, and a node, which has planning done elsewhere, does without.
+    from focus_planner.core.problem.problem import Problem
 
 # Bytes of a pair at the peak of planning, measured on a body in the paper's rig and rounded up
 # (docs/results.md). Every shot has its own pairs.
