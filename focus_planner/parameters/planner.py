@@ -260,14 +260,6 @@ DECLARATIONS = (
         high=MAX_INTEGER,
     ),
     Declaration(
-        "max_planning_time",
-        600.0,
-        "Longest time that planning for a request may take, in seconds: it is then ended with its"
-        " best plan so far, or without one if that takes another second. 0 for no limit."
-        + _NEXT_CALL,
-        plans=False,
-    ),
-    Declaration(
         "record_directory",
         "",
         "Folder in which every run is recorded, each in a folder of its own; '' to record none. It"
@@ -328,6 +320,14 @@ DECLARATIONS = (
         " answered that the planner is busy, further goals are rejected." + _NEXT_CALL,
         low=1,
         high=100_000,
+        plans=False,
+    ),
+    Declaration(
+        "max_planning_time",
+        600.0,
+        "Longest time that planning for a request may take, in seconds: it is then ended with its"
+        " best plan so far, or without one if that takes another second. 0 for no limit."
+        + _NEXT_CALL,
         plans=False,
     ),
     Declaration(

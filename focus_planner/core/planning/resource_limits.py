@@ -54,10 +54,10 @@ class ResourceLimits:
         for what, count in (("samples", samples), ("fresh_samples", request.fresh_samples)):
             size = count * request.shots * cameras
             if size > self.max_problem_size:
-                each = request.shots * cameras
+                fits = math.floor(self.max_problem_size / (request.shots * cameras))
                 raise InputError(
                     what,
-                    f"at most {self.max_problem_size / each:,.0f} for {_counted(request, cameras)}"
+                    f"at most {fits:,} for {_counted(request, cameras)}"
                     f" (parameter max_problem_size, {self.max_problem_size:,.0f})",
                     f"{count:,}",
                     "take fewer, or raise the parameter",
