@@ -306,6 +306,6 @@ class Bench:
     def plan(self):
         """Return the plan, retrying once as a caller would that is told to."""
         try:
-            return self.planner.plan(SETTINGS.request, SETTINGS.optics)[0]
+            return self.planner.plan(SETTINGS.request)[0]
         except NotReady:
-            return self.planner.plan(SETTINGS.request, SETTINGS.optics)[0]
+            return self.planner.plan(SETTINGS.request)[0]

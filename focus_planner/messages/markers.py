@@ -12,8 +12,6 @@ from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import Fields, Stamp, header_fields
 
-#: Type of the message.
-MARKERS = "visualization_msgs/msg/MarkerArray"
 _POINT_SIZE = 0.006  # metres
 _LINE_WIDTH = 0.001
 # Red, green, blue; distinguishable by the colour-blind.

@@ -26,6 +26,7 @@ from focus_planner.messages.reading import Message
 from focus_planner.messages.writing import Fields
 
 PACKAGE = "focus_planner_msgs"
+MARKERS = "visualization_msgs/msg/MarkerArray"
 MESH, CLOUD = "shape_msgs/msg/Mesh", "sensor_msgs/msg/PointCloud2"
 POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
 PLAN, LENS_STATE = f"{PACKAGE}/msg/FocusPlan", f"{PACKAGE}/msg/LensState"

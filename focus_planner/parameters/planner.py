@@ -11,6 +11,7 @@ from typing import Any
 
 from focus_planner.core.planning.field_spec import SpecifiedField, specified_fields
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import MAX_HIATUS, Lens
@@ -245,6 +246,20 @@ DECLARATIONS = (
         high=_MAX_COUNT,
     ),
     Declaration(
+        "max_problem_size",
+        1_000_000_000,
+        "Greatest product of samples, shots and cameras that a request may amount to; a larger one"
+        " is refused before it is planned. 0 for no limit." + _NEXT_CALL,
+        high=MAX_INTEGER,
+    ),
+    Declaration(
+        "max_memory",
+        4_000_000_000,
+        "Memory that planning may take, in bytes, beyond some 300 MB for its programs. A request"
+        " that needs more is refused; so is a surface. 0 for no limit." + _NEXT_CALL,
+        high=MAX_INTEGER,
+    ),
+    Declaration(
         "record_directory",
         "",
         "Folder in which every run is recorded, each in a folder of its own; '' to record none. It"
@@ -295,16 +310,24 @@ DECLARATIONS = (
         "service_max_wait",
         5.0,
         "Longest time that a call of ~/plan_focus waits for its turn, in seconds; then the answer"
-        " is that the planner is busy." + _NEXT_CALL,
+        " is that the planner is busy. Calls and goals take turns." + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
         "max_waiting",
         100,
-        "Greatest number of requests that may wait for their turn; further calls are answered that"
-        " the planner is busy, further goals are rejected." + _NEXT_CALL,
+        "Greatest number of calls that may wait for their turn, and of goals; further calls are"
+        " answered that the planner is busy, further goals are rejected." + _NEXT_CALL,
         low=1,
         high=100_000,
+        plans=False,
+    ),
+    Declaration(
+        "max_planning_time",
+        600.0,
+        "Longest time that planning for a request may take, in seconds: it is then ended with its"
+        " best plan so far, or without one if that takes another second. 0 for no limit."
+        + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
@@ -364,6 +387,10 @@ class Serving:
         Seconds between two reports.
     max_input_age : float
         Age from which an input is reported as old, seconds.
+    max_planning_time : float
+        How long planning for a request may take, seconds.
+    max_memory : int
+        Bytes that planning may take; 0 for no limit.
     """
 
     autostart: bool = True
@@ -372,6 +399,8 @@ class Serving:
     max_waiting: int = 100
     status_period: float = 1.0
     max_input_age: float = math.inf
+    max_planning_time: float = math.inf
+    max_memory: int = 0
 
     def __post_init__(self) -> None:
         check_choice("overlap", self.overlap, OVERLAPS)
@@ -395,6 +424,8 @@ class Settings:
     model : CostModel
     limits : Limits
         How large messages may be.
+    resources : ResourceLimits
+        What a plan may take.
     recording : Recording
     serving : Serving
     values : tuple
@@ -409,6 +440,7 @@ class Settings:
     optics: Optics
     model: CostModel
     limits: Limits
+    resources: ResourceLimits
     recording: Recording
     serving: Serving
     values: tuple[tuple[str, Value], ...]
@@ -457,6 +489,10 @@ class Settings:
                 max_triangles=values["max_triangles"] or math.inf,
                 max_cameras=values["max_cameras"] or math.inf,
             ),
+            resources=ResourceLimits(
+                max_problem_size=values["max_problem_size"] or math.inf,
+                max_memory=values["max_memory"] or math.inf,
+            ),
             recording=Recording(
                 directory=_path("record_directory", "a folder", values["record_directory"]),
                 markers=values["record_markers"],
@@ -470,6 +506,8 @@ class Settings:
                 max_waiting=values["max_waiting"],
                 status_period=values["status_period"],
                 max_input_age=values["max_input_age"] or math.inf,
+                max_planning_time=values["max_planning_time"] or math.inf,
+                max_memory=values["max_memory"],
             ),
             values=tuple((d.name, _plain(values[d.name])) for d in DECLARATIONS),
         )

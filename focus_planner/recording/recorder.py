@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock
 
-from focus_planner.core.planning.fingerprint import fingerprints
-from focus_planner.core.planning.plan import SolvedPlan
+from focus_planner.core.planning.plan import FocusPlan, SolvedPlan
+from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import Stamp
@@ -36,6 +36,7 @@ from focus_planner.recording.run import (
     stamp_of,
 )
 from focus_planner.runtime.log import Log
+from focus_planner.runtime.planning_orders import Description
 
 _SECONDS_BETWEEN_WRITES = 1.0
 # Leaves the processor to the caller, probably on this machine, while it reads its response.
@@ -275,8 +276,48 @@ class RunRecorder:
             The plan's stamp, seconds and nanoseconds; now by default.
         """
         at = time.time_ns()
-        ending = Ending(success, message, plan, stamp=stamp or stamp_of(at))
-        return self._do(lambda: self._finish(ending, plan, rig, at))
+        if plan is None or rig is None:
+            ending = Ending(success, message, stamp=stamp or stamp_of(at))
+            return self._do(lambda: self._finish(ending, at))
+
+        def describe() -> Description:
+            # What plans loads it anyway; a node, which has that done elsewhere, does not.
+            from focus_planner.runtime.description import describe_plan  # noqa: PLC0415
+
+            return describe_plan(plan, rig, self.markers_stamp(at))
+
+        return self.finish_planned(message, plan, plan.stop_log, describe, at, stamp)
+
+    def markers_stamp(self, at: int) -> Stamp | None:
+        """Return the stamp of the run's markers; None if it is to have none."""
+        return stamp_of(at) if self._options.markers else None
+
+    def finish_planned(
+        self,
+        message: str,
+        plan: FocusPlan,
+        stop_log: StopLog,
+        describe: Callable[[], Description],
+        at: int,
+        stamp: Stamp | None = None,
+    ) -> Future[None]:
+        """Write the end of a run with a plan, in the background.
+
+        Parameters
+        ----------
+        message : str
+            The response's message.
+        plan : FocusPlan
+        stop_log : StopLog
+        describe : callable
+            Returns the plan's description; may wait for it, and raises if there is none.
+        at : int
+            When it was planned, nanoseconds since the epoch.
+        stamp : tuple of int, optional
+            The plan's stamp, seconds and nanoseconds; ``at`` by default.
+        """
+        ending = Ending(True, message, plan, stop_log, stamp=stamp or stamp_of(at))
+        return self._do(lambda: self._finish(ending, at, describe))
 
     def give_up(self) -> None:
         """Leave the run partial, without an end."""
@@ -338,7 +379,9 @@ class RunRecorder:
             self._bag.add(message)
             self._bag.flush()
 
-    def _finish(self, ending: Ending, plan: SolvedPlan | None, rig: Rig | None, at: int) -> None:
+    def _finish(
+        self, ending: Ending, at: int, describe: Callable[[], Description] | None = None
+    ) -> None:
         if not self._recorder.busy:
             time.sleep(_SECONDS_TO_DELIVER)
         if self._plan_written is not None:
@@ -347,10 +390,11 @@ class RunRecorder:
             return
         self._write_steps()
         assert self._bag is not None
-        if plan is not None:
-            if rig is not None and self._options.markers:
-                self._bag.add(markers_message(self._beginning, plan, rig, at))
-            ending = replace(ending, stop_log=plan.stop_log, fingerprints=fingerprints(plan))
+        if describe is not None:
+            description = describe()
+            if description.markers is not None:
+                self._bag.add(markers_message(self._beginning, description.markers, at))
+            ending = replace(ending, fingerprints=description.fingerprints)
         if self._plan_written is not None:
             ending = replace(ending, plan=None)
         for message in ending_messages(self._beginning, ending, at):

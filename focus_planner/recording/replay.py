@@ -85,11 +85,11 @@ def plan_run(
     try:
         plan, rig, _ = planner.plan(
             beginning.request,
-            settings.optics,
             settings.model,
             record_step,
             warm_start=beginning.warm_start is not None,
             stop_log=stop_log,
+            limits=run.resources,
         )
     except (InputError, NotReady) as error:
         return Replayed(Ending(False, str(error)), tuple(progress))
@@ -131,6 +131,7 @@ def _feed(planner: Planner, run: Run) -> None:
         *((k, a.at, partial(planner.surface.receive, a)) for k, a in enumerate(run.surfaces())),
         *((k, a.at, partial(planner.rig.receive, a)) for k, a in enumerate(run.rigs())),
     ]
+    planner.digest(run.beginning.settings.optics)
     for _, _, receive in sorted(arrivals, key=lambda arrival: arrival[:2]):
         receive()
         planner.digest(run.beginning.settings.optics)

@@ -17,8 +17,9 @@ import numpy as np
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
-from focus_planner.core.planning.plan import FocusPlan, SolvedPlan, WarmStart
+from focus_planner.core.planning.plan import FocusPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
@@ -27,7 +28,6 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.importance import IMPORTANCE
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.limits import Limits
-from focus_planner.messages.markers import MARKERS, markers_to_fields
 from focus_planner.messages.reading import (
     Message,
     Optics,
@@ -45,6 +45,7 @@ from focus_planner.messages.requests import (
 )
 from focus_planner.messages.typestore import (
     CLOUD,
+    MARKERS,
     MESH,
     PACKAGE,
     PLAN,
@@ -77,7 +78,13 @@ _PARAMETER = "rcl_interfaces/msg/Parameter"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
 # Plans for files have no limits; nor had nodes before limits were introduced.
-_WITHOUT_LIMITS = {"max_points": 0, "max_triangles": 0, "max_cameras": 0}
+_WITHOUT_LIMITS = {
+    "max_points": 0,
+    "max_triangles": 0,
+    "max_cameras": 0,
+    "max_problem_size": 0,
+    "max_memory": 0,
+}
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
@@ -208,6 +215,12 @@ class Run:
         ]
 
     @property
+    def resources(self) -> ResourceLimits:
+        """The limits on the plan; none for a run with a plan, which kept to them."""
+        planned = self.ending is not None and self.ending.success
+        return ResourceLimits() if planned else self.beginning.settings.resources
+
+    @property
     def _limits(self) -> Limits:
         """The limits on inputs; none for a run with a plan, whose inputs were accepted."""
         planned = self.ending is not None and self.ending.success
@@ -335,10 +348,9 @@ def plan_message(beginning: Beginning, payload: bytes, *, published: bool) -> Ba
     return BagMessage(f"{beginning.planner}/{topic}", PLAN, payload, time.time_ns())
 
 
-def markers_message(beginning: Beginning, plan: SolvedPlan, rig: Rig, at: int) -> BagMessage:
-    """Return the message with a plan's 3D markers."""
-    fields = markers_to_fields(plan, rig, stamp_of(at))
-    return _message(beginning, "markers", MARKERS, fields, at)
+def markers_message(beginning: Beginning, markers: bytes, at: int) -> BagMessage:
+    """Return the message of a plan's serialized 3D markers."""
+    return BagMessage(f"{beginning.planner}/markers", MARKERS, markers, at)
 
 
 def _message(

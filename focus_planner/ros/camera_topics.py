@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 from focus_planner_msgs.msg import CameraFocus, FocusPlan
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
-from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError
+from focus_planner.core.rig.camera import MAX_NAME
 from focus_planner.ros.qos import LATCHED
 
 # Every default callback is one more entity per camera for the executor to wait on.
@@ -24,23 +24,16 @@ class CameraTopics:
         self._node = node
         self._publishers: dict[str, Any] = {}
 
-    def check(self, rig: Rig) -> Rig:
-        """Return the rig.
-
-        Raises
-        ------
-        InputError
-            If a camera's name cannot be part of a topic's name.
-        """
-        longest = max((camera.name for camera in rig.cameras), key=len)
-        try:
-            # Only the length is left to check: the core checks the characters.
-            self._node.resolve_topic_name(_topic(longest))
-        except RuntimeError as error:
-            raise InputError(
-                "camera name", "part of a topic's name", f"{longest!r} ({error})"
-            ) from None
-        return rig
+    @cached_property
+    def longest_name(self) -> int:
+        """The most characters that a camera's name may have to be part of a topic's name."""
+        for length in range(MAX_NAME, 0, -1):
+            try:
+                self._node.resolve_topic_name(_topic("a" * length))
+            except RuntimeError:
+                continue
+            return length
+        return 0
 
     def follow(self, names: Sequence[str]) -> None:
         """Create missing publishers, and destroy those of cameras no longer in the rig."""

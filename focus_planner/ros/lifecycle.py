@@ -59,13 +59,13 @@ class ManagedNode(LifecycleNode):
         """Whether it has been shut down."""
         return self.state == _FINAL
 
-    def start_up(self) -> None:
-        """Configure and activate, unless somebody else has begun to."""
+    def start_up(self) -> bool:
+        """Configure and activate, unless somebody else has begun to; return False on failure."""
+        done = TransitionCallbackReturn.SUCCESS
         with self._transition:
             if self.state != _INITIAL:
-                return
-            if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
-                self.trigger_activate()
+                return True
+            return self.trigger_configure() is done and self.trigger_activate() is done
 
     def shut_down(self) -> None:
         """Go to the final state."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
 from typing import Protocol
@@ -12,7 +13,6 @@ from focus_planner_msgs.msg import FocusPlan
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.typestore import fields_of
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.ros.camera_topics import CameraTopics
@@ -67,11 +67,11 @@ class PlanPublisher:
         if self._publisher:
             self._node.destroy_publisher(self._publisher)
 
-    def follow(self, rig: Rig) -> None:
-        """Create and destroy camera topics for a new rig."""
+    def follow(self, names: Sequence[str]) -> None:
+        """Create and destroy topics for the cameras of a new rig."""
         with self._lock:
             self._repeats.clear()
-            self._cameras.follow([camera.name for camera in rig.cameras])
+            self._cameras.follow(names)
 
     def publish(self, plan: FocusPlan, *, from_record: bool = False) -> None:
         """Put a plan in force."""

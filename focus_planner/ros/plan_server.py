@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from focus_planner_msgs.srv import PlanFocus
 from rclpy.callback_groups import CallbackGroup
@@ -18,13 +18,14 @@ from focus_planner.recording.naming import new_run_id
 from focus_planner.ros.action import PlanAction, write_outcome
 from focus_planner.ros.conversions import fields_from_ros
 from focus_planner.ros.lifecycle import ManagedNode
+from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.qos import ALL_CALLS
+from focus_planner.ros.subscriptions import Subscriptions
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Outcome, Request, Requests
 
-if TYPE_CHECKING:
-    from focus_planner.ros.planning_thread import PlanningThread
-    from focus_planner.ros.subscriptions import Subscriptions
+# The executor takes a few steps to send an answer, and clients ask for results once goals ended.
+_TICKS_TO_SEND = 10
 
 
 class PlanServer:
@@ -68,6 +69,7 @@ class PlanServer:
         self._service: Service | None = None
         self._action: PlanAction | None = None
         self._calls: set[Future] = set()
+        self._ticks_to_close = 0
         self._unfinished: deque[Callable[[], object]] = deque()
 
     def open(self, planning: PlanningThread, inputs: Subscriptions) -> None:
@@ -81,6 +83,9 @@ class PlanServer:
             Emptied before each request, which is to be planned with what was sent before it.
         """
         self._planning, self._inputs = planning, inputs
+        self._ticks_to_close = 0
+        if self._service:
+            return
         self._service = self._node.create_service(
             PlanFocus,
             "~/plan_focus",
@@ -90,8 +95,24 @@ class PlanServer:
         )
         self._action = PlanAction(self._node, self._group, self)
 
+    def close_when_answered(self) -> None:
+        """Destroy the service and the action once all callers have their answers.
+
+        The executor, which sends those, may be busy with a transition now.
+        """
+        self._planning = self._inputs = None
+        self._ticks_to_close = _TICKS_TO_SEND
+
+    def close_if_answered(self) -> None:
+        """Do what is left of :meth:`close_when_answered`; to be called now and then."""
+        if self._ticks_to_close and not self.is_busy:
+            self._ticks_to_close -= 1
+            if not self._ticks_to_close:
+                self.close()
+
     def close(self) -> None:
         """Destroy the service and the action."""
+        self._ticks_to_close = 0
         if self._service:
             self._node.destroy_service(self._service)
         if self._action:

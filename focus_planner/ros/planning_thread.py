@@ -1,19 +1,13 @@
-"""The planning thread: parses inputs and answers requests, in order of arrival.
-
-Importing this module loads the solvers, which takes seconds: the node does so when configured.
-"""
+"""The planning thread: hands inputs and requests to the planning process, in order of arrival."""
 
 from __future__ import annotations
 
-import threading
 import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
-from functools import partial
 
-from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.typestore import RIG, serialize
@@ -22,12 +16,13 @@ from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
 from focus_planner.runtime.inputs import Arrival, Unheard
 from focus_planner.runtime.log import Log
 from focus_planner.runtime.reason import Reason
-from focus_planner.runtime.requests import Request
+from focus_planner.runtime.remote_planner import PlanningDied, PlanningEnded, Wish
+from focus_planner.runtime.requests import Request, Turns
 from focus_planner.runtime.status import Snapshot
 
 
 class PlanningThread:
-    """One thread that parses inputs and plans; no other thread enters kernels.
+    """One thread that waits for the planning process, so that no other has to.
 
     Parameters
     ----------
@@ -36,10 +31,11 @@ class PlanningThread:
 
     def __init__(self, host: PlanningHost) -> None:
         self._log: Log = host.get_logger()
-        self._stopping = threading.Event()
-        self._requests = RequestPlanner(host, self._stopping.is_set)
+        self._wished = Wish.GO_ON
+        self._requests = RequestPlanner(host, lambda: self._wished)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
+        self._turns = Turns()
         self._is_warm = False
 
     def load(self) -> bool:
@@ -63,22 +59,35 @@ class PlanningThread:
         planner = self._requests.planner
         if (planner.surface.unheard, planner.rig.unheard) != (surface, rig):
             planner.surface.unheard, planner.rig.unheard = surface, rig
-            self._enqueue(self._requests.take_snapshot)
+            self._enqueue(self._requests.digest)
 
     def plan(self, request: Request) -> None:
         """Queue a request."""
-        if not self._enqueue(partial(self._requests.answer, request)):
+        self._turns.add(request)
+        if not self._enqueue(self._answer_next):
             request.abort(Reason.SHUTTING_DOWN)
 
+    def resume(self) -> None:
+        """Work, after :meth:`pause`."""
+        if self._wished is Wish.STOP:
+            self._wished = Wish.GO_ON
+            self._enqueue(self._requests.digest)
+
+    def pause(self) -> None:
+        """End what is being done within a second; inputs are kept."""
+        if self._wished is Wish.GO_ON:
+            self._wished = Wish.STOP
+
     def stop(self) -> None:
-        """Drop queued jobs, and stop the current one at the solver's next step."""
-        self._stopping.set()
+        """Drop queued jobs, and end the planning process."""
+        self._wished = Wish.END
         self._thread.shutdown(wait=False, cancel_futures=True)
 
     def finish(self, timeout: float) -> bool:
         """Wait, after :meth:`stop`, until planning and recording end; return False on timeout."""
         until = time.monotonic() + timeout
         ended = not wait(self._jobs.copy(), timeout).not_done
+        self._requests.planner.close()
         recorded = self._requests.recorder.close(max(until - time.monotonic(), 0.0))
         if not recorded:
             self._log.error("some runs are only partly recorded: writing them took too long")
@@ -88,6 +97,11 @@ class PlanningThread:
     def snapshot(self) -> Snapshot:
         """The inputs and the last run, as of now."""
         return self._requests.snapshot
+
+    @property
+    def pid(self) -> int | None:
+        """The planning process; None while there is none."""
+        return self._requests.planner.pid
 
     @property
     def recording_failure(self) -> str:
@@ -115,9 +129,19 @@ class PlanningThread:
         except Exception:  # noqa: BLE001 - no message may end the node
             self._log.error(traceback.format_exc())
 
+    def _answer_next(self) -> None:
+        request = self._turns.next()
+        if request is not None:
+            self._requests.answer(request)
+
     def _warm_up(self) -> None:
         # The first calls take some time.
         software()
         serialize(RIG, {})
-        precompile(lambda: not self._stopping.is_set())
-        self._is_warm = not self._stopping.is_set()
+        try:
+            self._requests.planner.load(lambda: self._wished)
+            self._is_warm = True
+        except PlanningEnded:
+            pass
+        except PlanningDied as error:
+            self._log.error(f"the planning process does not start: {error}")

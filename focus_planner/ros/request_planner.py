@@ -1,15 +1,12 @@
-"""Answers requests on the planning thread: plans, publishes and records.
-
-Importing this module loads the solvers, which takes seconds.
-"""
+"""Answers requests on the planning thread: has them planned, publishes and records."""
 
 from __future__ import annotations
 
 import time
 import traceback
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
-from datetime import datetime, timezone
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -18,10 +15,9 @@ from focus_planner_msgs.msg import FocusPlan
 from rclpy.serialization import serialize_message
 
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.plan import SolvedPlan
-from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.progress import Progress, ProgressCallback
-from focus_planner.core.rig.rig import Rig
+from focus_planner.core.planning.plan import FocusPlan as Plan
+from focus_planner.core.planning.plan import WarmStart
+from focus_planner.core.progress import Progress
 from focus_planner.core.validation import InputError
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import Stamp, plan_to_fields
@@ -31,17 +27,33 @@ from focus_planner.recording.recorder import Recorder, RunRecorder
 from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
-from focus_planner.runtime.feedback import Feedback
+from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import with_unheard
-from focus_planner.runtime.planner import NotReady, Planner, internal_error
 from focus_planner.runtime.reason import Reason
-from focus_planner.runtime.requests import MESSAGES, Outcome, Request
-from focus_planner.runtime.status import LastRun, Snapshot, plan_input_to_fields, without_problem
+from focus_planner.runtime.remote_planner import (
+    PlanningDied,
+    PlanningEnded,
+    RemotePlanner,
+    Wish,
+    Worker,
+)
+from focus_planner.runtime.requests import ENDED_MESSAGES, MESSAGES, Outcome, Request
+from focus_planner.runtime.status import LastRun, Snapshot, plan_input_to_fields
 
 _PREFIXES = {
     Reason.CANCELLED: "cancelled, the best plan found by then",
     Reason.PREEMPTED: "preempted by a newer goal, the best plan found by then, not published",
+    Reason.TIME_LIMIT: "ended by parameter max_planning_time, the best plan found by then",
 }
+_GIGA = 1e9
+
+
+class NoPlan(Exception):  # noqa: N818 - mostly the caller's doing
+    """There is no plan; its text is fit for the caller."""
+
+    def __init__(self, reason: Reason, why: str) -> None:
+        super().__init__(why)
+        self.reason = reason
 
 
 @dataclass(frozen=True)
@@ -62,41 +74,48 @@ class PlanningHost:
         Called with every rig that comes into force.
     publish : callable
         Puts a plan in force.
+    start : callable
+        Starts a planning process.
     """
 
     name: str
     get_logger: Callable[[], Any]
     settings: Callable[[], Settings]
     now: Callable[[], Stamp]
-    on_rig: Callable[[Rig], None]
+    on_rig: Callable[[orders.RigInForce], None]
     publish: Callable[[FocusPlan], None]
+    start: Callable[[], Worker]
 
 
 class RequestPlanner:
-    """Plans for one request at a time, and keeps what the next one builds on.
+    """Has one request at a time planned, and keeps what the next one builds on.
+
+    Inputs are taken once for a request, when its turn has come: the plan, its record, the ages that
+    it tells and the status are about these, whatever arrives meanwhile.
 
     Apart from receiving inputs and reading attributes, it is for the planning thread only.
 
     Parameters
     ----------
     host : PlanningHost
-    is_stopping : callable
-        Returns whether the current plan is to stop at the solver's next step, and be discarded.
+    wish : callable
+        Returns what the node wants of whatever is being done.
 
     Attributes
     ----------
-    planner : Planner
+    planner : RemotePlanner
     recorder : Recorder
     snapshot : Snapshot
         Replaced as a whole whenever something changes, so any thread may read it.
     """
 
-    def __init__(self, host: PlanningHost, is_stopping: Callable[[], bool]) -> None:
-        self.planner = Planner(host.get_logger(), host.on_rig)
+    def __init__(self, host: PlanningHost, wish: Callable[[], Wish]) -> None:
+        self.planner = RemotePlanner(host.start, host.get_logger(), host.on_rig)
         self.recorder = Recorder(host.get_logger())
         self.snapshot = Snapshot(self.planner.surface.state, self.planner.rig.state)
         self._host = host
-        self._is_stopping = is_stopping
+        self._wish = wish
+        self._warm_start: WarmStart | None = None
         self._last_recorder: RunRecorder | None = None
         self._logged_notes: tuple[Note, ...] = ()
 
@@ -108,29 +127,50 @@ class RequestPlanner:
     def digest(self) -> None:
         """Process the inputs received, and prepare to record a run on them."""
         settings = self._host.settings()
-        self.planner.digest(settings.optics)
-        self.take_snapshot()
+        try:
+            self._digest(settings)
+        except PlanningEnded:
+            return  # what was received is kept
+        except PlanningDied as error:
+            self._host.get_logger().error(f"the inputs could not be read: {error}")
+            return
         if settings.recording.directory is not None:
             self.recorder.prepare(settings.recording.directory, self._inputs())
 
     def answer(self, request: Request) -> None:
         """Plan, publish and record as a request asks, unless it has been answered already."""
-        if not request.begin():
+        if request.is_answered:
             return
-        recorder = None
+        run = None
+        description: Future[orders.Description] = Future()
         try:
-            self.planner.digest(request.settings.optics)
-            recorder = self._last_recorder = self._begin_recording(request)
-            outcome = self._plan(request, recorder)
-        except NotReady as error:
-            outcome = self._failure(request, Reason.NOT_READY, str(error), recorder)
+            self._digest(request.settings)
+            if not request.begin():
+                return
+            run = self._last_recorder = self._begin_recording(request)
+            outcome = self._plan(request, run, description)
+        except NoPlan as error:
+            outcome = self._failure(request, error.reason, str(error), run)
         except InputError as error:
-            outcome = self._failure(request, Reason.BAD_REQUEST, str(error), recorder)
+            outcome = self._failure(request, Reason.BAD_REQUEST, str(error), run)
+        except PlanningEnded:
+            outcome = self._ended(request, run)
+        except PlanningDied as error:
+            why = f"the planning process has gone, and is started anew: {error}"
+            outcome = self._failure(request, Reason.INTERNAL, why, run)
         except Exception as error:  # noqa: BLE001 - answered; the log has the details
             self._host.get_logger().error(traceback.format_exc())
-            outcome = self._failure(request, Reason.INTERNAL, internal_error(error), recorder)
+            outcome = self._failure(request, Reason.INTERNAL, _internal(error), run)
         if not request.finish(outcome):
             outcome.on_sent()
+        if run is not None and outcome.plan is not None:
+            self._describe(run, description)
+
+    def _digest(self, settings: Settings) -> None:
+        try:
+            self.planner.digest(settings.optics, settings.serving.max_memory, self._wish)
+        finally:
+            self.take_snapshot()
 
     def _begin_recording(self, request: Request) -> RunRecorder | None:
         """Begin to record a run, if runs are to be recorded."""
@@ -144,75 +184,154 @@ class RequestPlanner:
             asked=request.asked,
             at=request.at,
             software=software(),
-            warm_start=self.planner.warm_start if settings.warm_start else None,
+            warm_start=self._warm_start if settings.warm_start else None,
         )
         return self.recorder.begin(settings.recording, self._inputs(), beginning)
 
     def _failure(
-        self, request: Request, reason: Reason, message: str, recorder: RunRecorder | None
+        self, request: Request, reason: Reason, message: str, run: RunRecorder | None
     ) -> Outcome:
         told = with_unheard(message, self._unheard())
         self._host.get_logger().info(f"no plan: {told}")
         self._note_last_run(request, told)
-        if recorder is None:
+        if run is None:
             return Outcome(reason, told)
         # A replay hears no publishers.
-        return Outcome(reason, told, on_sent=partial(recorder.finish, False, message))
+        return Outcome(reason, told, on_sent=partial(run.finish, False, message))
 
-    def _plan(self, request: Request, recorder: RunRecorder | None) -> Outcome:
+    def _ended(self, request: Request, run: RunRecorder | None) -> Outcome:
+        """Return the answer to a caller whose plan was ended before there was any."""
+        reason = request.commit()
+        if reason is Reason.NONE:
+            reason = Reason.SHUTTING_DOWN if self._wish() is Wish.END else Reason.INACTIVE
+        return self._without_plan(request, reason, ENDED_MESSAGES[reason], run)
+
+    def _without_plan(
+        self, request: Request, reason: Reason, why: str, run: RunRecorder | None
+    ) -> Outcome:
+        """Return the answer to a caller who gets no plan; its record stays partial."""
+        self._host.get_logger().info(f"{request.plan_id}: {why}")
+        self._note_last_run(request, why)
+        if run is None:
+            return Outcome(reason, why)
+        return Outcome(reason, why, on_sent=run.give_up)
+
+    def _plan(
+        self,
+        request: Request,
+        run: RunRecorder | None,
+        description: Future[orders.Description],
+    ) -> Outcome:
         settings = request.settings
         plan_request = request_from_message(SimpleNamespace(**request.asked), settings.request)
         self._host.get_logger().debug(f"planning: {plan_request}")
-        on_progress = self._progress_callback(request, plan_request)
-        plan, rig, reminder = self.planner.plan(
+        wish = partial(self._wish_of, request, time.monotonic())
+
+        def go_on(_: Progress) -> bool:
+            return wish() is Wish.GO_ON
+
+        order = orders.Plan(
             plan_request,
-            settings.optics,
             settings.model,
-            recorder.wrap_callback(on_progress) if recorder else on_progress,
-            warm_start=settings.warm_start,
+            settings.resources,
+            self._warm_start if settings.warm_start else None,
+            keep_warm=settings.warm_start,
+            is_recorded=run is not None,
         )
+        on_step = run.wrap_callback(go_on) if run else go_on
+        result = self.planner.plan(order, on_step, request.send_feedback, wish)
+        planned = self._planned(result, settings)
+        self._warm_start = planned.warm_start
         reason = request.commit()
-        if self._is_stopping():
-            # The solver may have been stopped before the request has been aborted.
+        if self._wish() is Wish.END:
+            # It may have been stopped before the request has been aborted.
             reason = Reason.SHUTTING_DOWN
         if reason in {Reason.SHUTTING_DOWN, Reason.INACTIVE}:
-            return _without_plan(reason, recorder)
-        plan = replace(plan, total_seconds=time.perf_counter() - request.arrived)
-        return self._outcome(request, reason, plan, rig, recorder, reminder)
+            return self._without_plan(request, reason, MESSAGES[reason], run)
+        plan = replace(planned.plan, total_seconds=time.perf_counter() - request.arrived)
+        return self._outcome(request, reason, replace(planned, plan=plan), run, description)
+
+    def _planned(self, result: orders.Result, settings: Settings) -> orders.Planned:
+        """Return the result if it is a plan; raise what it is instead."""
+        match result:
+            case orders.Planned():
+                return result
+            case orders.NotReadyYet(why):
+                raise NoPlan(Reason.NOT_READY, why)
+            case orders.Refused(why):
+                raise NoPlan(Reason.BAD_REQUEST, why)
+            case orders.OutOfMemory():
+                most = settings.serving.max_memory / _GIGA
+                error = InputError(
+                    "samples",
+                    f"a request that fits in {most:.3g} GB of memory (parameter max_memory)",
+                    "one that does not",
+                    "take fewer samples or shots, or raise the parameter",
+                )
+                raise NoPlan(Reason.BAD_REQUEST, str(error))
+            case orders.Failed(why, details):
+                self._host.get_logger().error(details)
+                raise NoPlan(Reason.INTERNAL, why)
+        raise AssertionError(result)
 
     def _outcome(
         self,
         request: Request,
         reason: Reason,
-        plan: SolvedPlan,
-        rig: Rig,
-        recorder: RunRecorder | None,
-        reminder: str,
+        planned: orders.Planned,
+        run: RunRecorder | None,
+        description: Future[orders.Description],
     ) -> Outcome:
         """Publish a plan, and return the answer to its caller."""
+        plan = planned.plan
         stamp = self._host.now()
-        inputs = self._plan_inputs(request)
-        fields = plan_to_fields(plan, rig.frame_id, stamp, request.plan_id, inputs)
+        inputs = self._plan_inputs()
+        fields = plan_to_fields(plan, self.planner.frame_id, stamp, request.plan_id, inputs)
         message = message_to_ros(FocusPlan, fields)
         published = reason is not Reason.PREEMPTED
-        if recorder:
-            recorder.keep_plan(serialize_message(message), published=published)
+        if run:
+            run.keep_plan(serialize_message(message), published=published)
         if published:
             self._host.publish(message)
-        failure = f"not recorded: {recorder.failure}" if recorder and recorder.failure else ""
-        parts = [_PREFIXES.get(reason, ""), plan.summary(), reminder, failure]
+        failure = f"not recorded: {run.failure}" if run and run.failure else ""
+        parts = [_PREFIXES.get(reason, ""), plan.summary(), planned.reminder, failure]
         summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
         self._host.get_logger().info(f"{request.plan_id}: {summary}")
         self._log_notes(plan.notes)
         self._note_last_run(request, summary, plan)
-        if recorder is None:
+        if run is None:
             return Outcome(reason, summary, message)
-        finish = partial(recorder.finish, True, summary, plan, rig, stamp)
+        finish = partial(
+            run.finish_planned,
+            summary,
+            plan,
+            planned.stop_log,
+            description.result,
+            time.time_ns(),
+            stamp,
+        )
         return Outcome(reason, summary, message, finish)
 
+    def _describe(self, run: RunRecorder, description: Future[orders.Description]) -> None:
+        """Have the plan described for its record, after its caller has been answered."""
+        stamp = run.markers_stamp(time.time_ns())
+        try:
+            description.set_result(self.planner.describe(orders.Describe(stamp), self._wish))
+        except (PlanningEnded, PlanningDied) as error:
+            description.set_exception(error)
+
+    def _wish_of(self, request: Request, began: float) -> Wish:
+        """Return what is wanted of the plan for a request."""
+        wish = self._wish()
+        if wish is not Wish.GO_ON:
+            return wish
+        if time.monotonic() - began > request.settings.serving.max_planning_time:
+            request.stop(Reason.TIME_LIMIT)
+        return Wish.STOP if request.stop_requested else Wish.GO_ON
+
     def _unheard(self) -> str:
-        slots = self.planner.surface, self.planner.rig
-        return "; ".join(filter(None, (slot.warning() for slot in slots)))
+        inboxes = self.planner.surface, self.planner.rig
+        return "; ".join(filter(None, (inbox.state.unheard for inbox in inboxes)))
 
     def _log_notes(self, notes: tuple[Note, ...]) -> None:
         """Log the notes that the last plan did not have."""
@@ -221,33 +340,18 @@ class RequestPlanner:
                 self._host.get_logger().warning(f"note ({note.code}): {note.text}")
         self._logged_notes = notes
 
-    def _plan_inputs(self, request: Request) -> dict[str, Any]:
-        requested = datetime.fromtimestamp(request.at / 1e9, timezone.utc)
+    def _plan_inputs(self) -> dict[str, Any]:
         surface, rig = self.planner.surface.in_force, self.planner.rig.in_force
         assert surface is not None
         assert rig is not None
         return {
-            "surface": plan_input_to_fields(surface.arrival, requested),
-            "rig": plan_input_to_fields(rig.arrival, requested),
+            "surface": plan_input_to_fields(surface, self.planner.taken),
+            "rig": plan_input_to_fields(rig, self.planner.taken),
         }
 
-    def _note_last_run(
-        self, request: Request, message: str, plan: SolvedPlan | None = None
-    ) -> None:
+    def _note_last_run(self, request: Request, message: str, plan: Plan | None = None) -> None:
         seconds = time.perf_counter() - request.arrived
-        kept = None if plan is None else without_problem(plan)
-        self.take_snapshot(LastRun(request.plan_id, message, kept, seconds))
-
-    def _progress_callback(self, request: Request, plan_request: PlanRequest) -> ProgressCallback:
-        feedback = Feedback(plan_request.time_budget)
-
-        def on_progress(progress: Progress) -> bool:
-            fields = feedback.fields(progress)
-            if fields is not None:
-                request.send_feedback(fields)
-            return not (request.stop_requested or self._is_stopping())
-
-        return on_progress
+        self.take_snapshot(LastRun(request.plan_id, message, plan, seconds))
 
     def take_snapshot(self, last_run: LastRun | None = None) -> None:
         """Replace the snapshot by one of the inputs as they are now."""
@@ -255,11 +359,8 @@ class RequestPlanner:
         self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run)
 
     def _inputs(self) -> list[BagMessage]:
-        return [input_message(arrival) for arrival in self.planner.arrivals()]
+        return [input_message(arrival) for arrival in self.planner.arrivals]
 
 
-def _without_plan(reason: Reason, recorder: RunRecorder | None) -> Outcome:
-    """Return the answer to a caller whose plan is discarded; its record stays partial."""
-    if recorder is None:
-        return Outcome(reason, MESSAGES[reason])
-    return Outcome(reason, MESSAGES[reason], on_sent=recorder.give_up)
+def _internal(error: Exception) -> str:
+    return f"internal error: {error!r}; the planner's log has the details"

@@ -18,20 +18,12 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
-from focus_planner.core.rig.rig import Rig
-from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
-from focus_planner.messages.reading import (
-    Optics,
-    cloud_from_message,
-    mesh_from_bytes,
-    poses_from_message,
-    rig_from_message,
-)
-from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize
+from focus_planner.messages.reading import Optics
 from focus_planner.parameters.planner import Settings
 from focus_planner.ros.conversions import type_name_of
 from focus_planner.ros.publishers import unheard_publishers
+from focus_planner.runtime.input_reader import InputReader
 from focus_planner.runtime.inputs import Arrival, Unheard
 
 # A burst of messages is kept: if the newest is refused, an older one may be valid.
@@ -46,7 +38,7 @@ _OVERRIDES = QoSOverridingOptions(
     ]
 )
 
-Read = Callable[[bytes, Optics], Any]
+Read = Callable[[InputReader, bytes, Optics], Any]
 
 
 @dataclass(frozen=True)
@@ -90,8 +82,7 @@ class GatedCallbackGroup(ReentrantCallbackGroup):
 class Subscriptions:
     """Receives surfaces and rigs from all topics in order of arrival.
 
-    They are parsed later, by the functions that a replay uses too, so that both refuse the same
-    messages for the same reasons.
+    They are parsed later, in another process.
 
     Parameters
     ----------
@@ -100,8 +91,8 @@ class Subscriptions:
         Messages wait while it is closed.
     settings : callable
         Returns the current parameters.
-    check : callable
-        Returns the rig, or raises ``InputError`` if this node cannot plan for it.
+    longest_name : int
+        The most characters that a camera's name may have.
     surface, rig : callable
         Called with what arrives.
     unheard : callable
@@ -118,7 +109,7 @@ class Subscriptions:
         node: Node,
         group: GatedCallbackGroup,
         settings: Callable[[], Settings],
-        check: Callable[[Rig], Rig],
+        longest_name: int,
         surface: Callable[[Arrival[Any]], None],
         rig: Callable[[Arrival[Any]], None],
         unheard: Callable[[Unheard, Unheard], None],
@@ -126,15 +117,15 @@ class Subscriptions:
         self._node = node
         self._group = group
         self._settings = settings
-        self._check = check
+        self._longest_name = longest_name
         self._keep = {"surface": surface, "rig": rig}
         self._unheard = unheard
         self._received: set[str] = set()
         self._inputs: list[_Input] = []
-        self._add(Mesh, "~/mesh", "surface", self._read_mesh)
-        self._add(PointCloud2, "~/cloud", "surface", self._read_cloud)
-        self._add(PoseArray, "~/camera_poses", "rig", self._read_poses)
-        self._add(CameraRig, "~/rig", "rig", self._read_rig)
+        self._add(Mesh, "~/mesh", "surface", InputReader.mesh)
+        self._add(PointCloud2, "~/cloud", "surface", InputReader.cloud)
+        self._add(PoseArray, "~/camera_poses", "rig", InputReader.poses)
+        self._add(CameraRig, "~/rig", "rig", InputReader.rig)
 
     def take_all(self) -> None:
         """Receive all messages that have arrived, such as those sent just before a request."""
@@ -166,7 +157,7 @@ class Subscriptions:
 
         def receive(payload: bytes) -> None:
             self._received.add(name)
-            keep(Arrival(name, type_name, payload, partial(read, payload)))
+            keep(Arrival(name, type_name, payload, partial(read, self._reader(), payload)))
 
         def take(payload: bytes, info: dict[str, int]) -> None:
             self._take_all([_Received(info["received_timestamp"], payload, receive)])
@@ -204,27 +195,11 @@ class Subscriptions:
         for one in sorted(taken, key=lambda one: one.at):
             one.receive(one.payload)
 
-    def _read_mesh(self, payload: bytes, _: Optics) -> Surface:
-        return mesh_from_bytes(payload, self._settings().limits)
-
-    def _read_cloud(self, payload: bytes, _: Optics) -> Surface:
+    def _reader(self) -> InputReader:
         settings = self._settings()
-        return cloud_from_message(
-            deserialize(CLOUD, payload),
-            settings.frame_id,
-            settings.limits,
-            settings.importance_field,
+        return InputReader(
+            settings.frame_id, settings.importance_field, settings.limits, self._longest_name
         )
-
-    def _read_poses(self, payload: bytes, optics: Optics) -> Rig:
-        self._settings().limits.check_rig(payload)
-        message = deserialize(POSES, payload)
-        return self._check(poses_from_message(message, optics, self._settings().frame_id))
-
-    def _read_rig(self, payload: bytes, optics: Optics) -> Rig:
-        self._settings().limits.check_rig(payload)
-        message = deserialize(RIG, payload)
-        return self._check(rig_from_message(message, optics, self._settings().frame_id))
 
 
 def _of_kind(found: dict[_Input, Unheard], kind: str) -> Unheard:

@@ -85,7 +85,7 @@ def diagnose(
     yield diagnose_recorder(
         settings.recording.directory, report.recording_failure, report.runs_to_write
     )
-    yield diagnose_memory()
+    yield diagnose_memory(report.planning_pid)
 
 
 def diagnose_planner(state: str, planning: str, waiting: int) -> Diagnosis:
@@ -178,12 +178,21 @@ def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagno
     return Diagnosis("recorder", Level.OK, f"recording to {directory}", values)
 
 
-def diagnose_memory() -> Diagnosis:
-    """Return the memory that this process uses, and what is left on the machine (Linux)."""
+def diagnose_memory(planning_pid: int | None = None) -> Diagnosis:
+    """Return the memory that node and planning process use, and what the machine has left (Linux).
+
+    Parameters
+    ----------
+    planning_pid : int, optional
+        The planning process.
+    """
     kilobytes = _proc("/proc/self/status", "VmRSS", "VmHWM")
+    planning = _proc(f"/proc/{planning_pid}/status", "VmRSS", "VmHWM") if planning_pid else {}
+    kilobytes |= {f"planning {name}": size for name, size in planning.items()}
     kilobytes |= _proc("/proc/meminfo", "MemTotal", "MemAvailable")
     values = {f"{name} [MB]": f"{size / 1024:.0f}" for name, size in kilobytes.items()}
-    message = f"{kilobytes['VmRSS'] / 1024:.0f} MB" if "VmRSS" in kilobytes else "not known"
+    used = [kilobytes[name] / 1024 for name in ("VmRSS", "planning VmRSS") if name in kilobytes]
+    message = " + ".join(f"{size:.0f} MB" for size in used) or "not known"
     available = kilobytes.get("MemAvailable", math.inf)
     if available < _LOW_MEMORY * kilobytes.get("MemTotal", 0):
         message += f"; only {available / 1024:.0f} MB are available on this machine"

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
+from itertools import count
 from typing import Generic, TypeVar
 
 from focus_planner.core.validation import InputError
@@ -19,7 +20,7 @@ from focus_planner.runtime.log import Log, ThrottledLog
 
 # Messages kept while a plan is being made. Only the newest valid one counts; a few older ones stay
 # as substitutes in case it is refused.
-_BACKLOG = 4
+BACKLOG = 4
 _WITHOUT_HEADER = "shape_msgs/msg/Mesh"
 
 _NOT_RECEIVED = "; not received: "
@@ -42,6 +43,8 @@ class Arrival(Generic[Content]):
         Returns the message's content, given the optics that it leaves out.
     at : datetime
         When it was received.
+    number : int
+        In the order of arrival; no other of this process has it.
     """
 
     topic: str
@@ -49,6 +52,7 @@ class Arrival(Generic[Content]):
     payload: bytes
     read: Callable[[Optics], Content]
     at: datetime = field(default_factory=lambda: datetime.now(timezone.utc))
+    number: int = field(default_factory=count().__next__)
 
     @property
     def stamp(self) -> tuple[int, int]:
@@ -131,6 +135,8 @@ class InputSlot(Generic[Content, Value]):
     make : callable
         Turns a message's content into what is planned with; raises ``InputError``.
     log : Log
+    on_reading : callable
+        Called with every message that is about to be parsed.
 
     Attributes
     ----------
@@ -141,7 +147,14 @@ class InputSlot(Generic[Content, Value]):
         Publishers that are not received; any thread may replace it.
     """
 
-    def __init__(self, name: str, sources: str, make: Callable[[Content], Value], log: Log) -> None:
+    def __init__(
+        self,
+        name: str,
+        sources: str,
+        make: Callable[[Content], Value],
+        log: Log,
+        on_reading: Callable[[Arrival[Content]], None] = lambda _: None,
+    ) -> None:
         self.name = name
         self.in_force: AcceptedInput[Content, Value] | None = None
         self.misfit: AcceptedInput[Content, Value] | None = None
@@ -149,8 +162,9 @@ class InputSlot(Generic[Content, Value]):
         self._sources = sources
         self._make = make
         self._log = log
+        self._on_reading = on_reading
         self._throttled_log = ThrottledLog(log)
-        self._inbox: deque[Arrival[Content]] = deque(maxlen=_BACKLOG)
+        self._inbox: deque[Arrival[Content]] = deque(maxlen=BACKLOG)
         self._refused: tuple[Arrival[Content], InputError] | None = None
         self._objected = False
         self._unusable: Arrival[Content] | None = None
@@ -229,6 +243,10 @@ class InputSlot(Generic[Content, Value]):
         refused = [self._refused[0]] if self._refused and not self._objected else []
         return [self.in_force.arrival, *refused]
 
+    def kept(self) -> list[Arrival[Content]]:
+        """Return the messages that may matter later on: these, and one that may fit one day."""
+        return self.arrivals() + ([self.misfit.arrival] if self.misfit else [])
+
     def reminder(self) -> str | None:
         """Return what a caller is told along with a plan that ignores a refused newer input."""
         if self.in_force is None or self._refused is None:
@@ -261,8 +279,11 @@ class InputSlot(Generic[Content, Value]):
         """Return the accepted message, or refuse it and return None."""
         if self.in_force and arrival.payload == self.in_force.arrival.payload:
             return AcceptedInput(arrival, self.in_force.value)
+        self._on_reading(arrival)
         try:
             return AcceptedInput(arrival, self._make(arrival.read(optics)))
+        except MemoryError:
+            raise
         except InputError as error:
             self.refuse(arrival, error)
         except Exception as error:  # noqa: BLE001 - no message may end the node

@@ -9,6 +9,7 @@ from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.progress import ProgressCallback, never_stop
@@ -59,6 +60,8 @@ class Planner:
     log : Log
     on_rig : callable
         Called with every rig that comes into force.
+    on_reading : callable
+        Called with every message that is about to be parsed.
     warm_start : WarmStart, optional
         From a plan made elsewhere, for the first plan that asks for a warm start.
 
@@ -74,13 +77,14 @@ class Planner:
         self,
         log: Log,
         on_rig: Callable[[Rig], None] = lambda _: None,
+        on_reading: Callable[[Arrival[Any]], None] = lambda _: None,
         warm_start: WarmStart | None = None,
     ) -> None:
         self.surface: InputSlot[Surface, Scene] = InputSlot(
-            "surface", "a mesh on ~/mesh or a cloud on ~/cloud", Scene, log
+            "surface", "a mesh on ~/mesh or a cloud on ~/cloud", Scene, log, on_reading
         )
         self.rig: InputSlot[Rig, Rig] = InputSlot(
-            "rig", "poses on ~/camera_poses or a rig on ~/rig", lambda rig: rig, log
+            "rig", "poses on ~/camera_poses or a rig on ~/rig", lambda rig: rig, log, on_reading
         )
         self._log = log
         self._on_rig = on_rig
@@ -102,18 +106,19 @@ class Planner:
     def plan(
         self,
         request: PlanRequest,
-        optics: Optics,
         model: CostModel | None = None,
         on_progress: ProgressCallback = never_stop,
         *,
         warm_start: bool = False,
         stop_log: StopLog | None = None,
+        limits: ResourceLimits | None = None,
     ) -> tuple[SolvedPlan, Rig, str]:
         """Return a plan for the surface and the rig in force, that rig, and a reminder.
 
-        The reminder says which input is not the newest received, because that was refused. With
-        ``warm_start`` the plan starts from the last one, if there was one. With ``stop_log`` it is
-        made again, as :func:`focus_planner.core.planning.plan_focus` says.
+        What has been received since :meth:`digest` does not count. The reminder says which input is
+        not the newest, because that was refused. With ``warm_start`` the plan starts from the last
+        one, if there was one. With ``stop_log`` it is made again, as
+        :func:`focus_planner.core.planning.plan_focus` says.
 
         Raises
         ------
@@ -122,7 +127,6 @@ class Planner:
         InputError
             As :func:`focus_planner.core.planning.plan_focus`.
         """
-        self.digest(optics)
         objections = [self.surface.objection(), self.rig.objection()]
         if any(objections):
             raise NotReady(". ".join(text for text in objections if text))
@@ -131,7 +135,14 @@ class Planner:
         rig = self.rig.in_force.value
         start = self.warm_start if warm_start else None
         plan = plan_focus(
-            self.surface.in_force.value, rig, request, model, on_progress, start, stop_log
+            self.surface.in_force.value,
+            rig,
+            request,
+            model,
+            on_progress,
+            start,
+            stop_log,
+            limits=limits,
         )
         self.warm_start = plan.warm_start if warm_start else None
         reminders = [self.surface.reminder(), self.rig.reminder()]
@@ -140,6 +151,10 @@ class Planner:
     def arrivals(self) -> list[Arrival[Any]]:
         """Return the messages that the next answer depends on, in the order of arrival."""
         return sorted(self.surface.arrivals() + self.rig.arrivals(), key=lambda each: each.at)
+
+    def kept(self) -> list[Arrival[Any]]:
+        """Return all messages that may matter later on."""
+        return [*self.surface.kept(), *self.rig.kept()]
 
     def _read_rig_again(self, optics: Optics) -> None:
         """Parse the rig with other optics, which may make it invalid, or valid at last."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from threading import Lock
@@ -23,6 +24,15 @@ MESSAGES = {
     Reason.SHUTTING_DOWN: "the node is shutting down",
     Reason.CANCELLED: "cancelled before planning began",
     Reason.PREEMPTED: "preempted by a newer goal before planning began",
+}
+
+#: Answers to requests whose planning was ended before there was a plan.
+ENDED_MESSAGES = {
+    **MESSAGES,
+    Reason.CANCELLED: "cancelled; there was no plan within a second of that",
+    Reason.PREEMPTED: "preempted by a newer goal; there was no plan within a second of that",
+    Reason.TIME_LIMIT: "no plan within the longest time that planning may take (parameter"
+    " max_planning_time); ask for fewer samples or shots, or raise the parameter",
 }
 
 
@@ -200,7 +210,7 @@ class Requests:
         if serving.overlap == "refuse":
             return not self.open
         preempted = [r for r in self.open if r.is_goal and serving.overlap == "preempt"]
-        waiting = [r for r in self.open if not r.has_begun and r not in preempted]
+        waiting = [r for r in self._waiting(goals=True) if r not in preempted]
         if len(waiting) >= serving.max_waiting:
             return False
         for request in preempted:
@@ -209,7 +219,8 @@ class Requests:
 
     def add(self, request: Request) -> bool:
         """Queue a request; return False if it was rejected because too many calls wait."""
-        if not request.is_goal and self.waiting >= request.settings.serving.max_waiting:
+        most = request.settings.serving.max_waiting
+        if not request.is_goal and len(self._waiting(goals=False)) >= most:
             return not self._reject(request)
         self.open.append(request)
         return True
@@ -226,17 +237,52 @@ class Requests:
         for request in self.open:
             request.abort(reason)
 
+    def _waiting(self, *, goals: bool) -> list[Request]:
+        return [r for r in self.open if not r.has_begun and r.is_goal == goals]
+
     def _reject(self, request: Request) -> bool:
         return request.stop(Reason.BUSY, Outcome(Reason.BUSY, self._busy_message(request)))
 
     def _busy_message(self, request: Request) -> str:
         planned = self.planned
-        what = "other requests" if planned is None else f"{planned.plan_id} ({_age(planned)})"
+        what = (
+            "reading inputs" if planned is None else f"planning {planned.plan_id} ({_age(planned)})"
+        )
         ahead = sum(not other.has_begun and other.at < request.at for other in self.open)
         return (
-            f"busy: planning {what}, requests ahead of this one: {ahead}; call again later, or"
+            f"busy: {what}, requests ahead of this one: {ahead}; call again later, or"
             " send a goal to ~/plan, which waits for its turn"
         )
+
+
+class Turns:
+    """Whose turn it is: calls and goals alternately, each in order of arrival.
+
+    So a flood of one kind does not keep out the other. Who sent a request is not known: rclpy does
+    not tell.
+    """
+
+    def __init__(self) -> None:
+        self._calls: deque[Request] = deque()
+        self._goals: deque[Request] = deque()
+        self._goal_is_next = False
+
+    def add(self, request: Request) -> None:
+        """Let a request wait for its turn; safe to call from any thread."""
+        (self._goals if request.is_goal else self._calls).append(request)
+
+    def next(self) -> Request | None:
+        """Return the next request that has not been answered, which then no longer waits."""
+        for queue in (self._calls, self._goals):
+            while queue and queue[0].is_answered:
+                queue.popleft()
+        queue = (
+            self._goals if (self._goal_is_next and self._goals) or not self._calls else self._calls
+        )
+        if not queue:
+            return None
+        self._goal_is_next = queue is self._calls
+        return queue.popleft()
 
 
 def _age(request: Request) -> str:

@@ -66,6 +66,8 @@ class PlannerReport:
         Why the last run is not recorded; empty if it is, or need not be.
     runs_to_write : int
         How many jobs the recorder has.
+    planning_pid : int or None
+        The process that plans; None while there is none.
     """
 
     state: str
@@ -74,6 +76,7 @@ class PlannerReport:
     snapshot: Snapshot = Snapshot()
     recording_failure: str = ""
     runs_to_write: int = 0
+    planning_pid: int | None = None
 
 
 def without_problem(plan: FocusPlan) -> FocusPlan:
@@ -81,13 +84,13 @@ def without_problem(plan: FocusPlan) -> FocusPlan:
     return FocusPlan(**{each.name: getattr(plan, each.name) for each in fields(FocusPlan)})
 
 
-def plan_input_to_fields(arrival: Arrival[Any], requested: datetime) -> Fields:
-    """Return a ``PlanInput`` message: an input, and its age when a plan on it was requested."""
+def plan_input_to_fields(arrival: Arrival[Any], taken: datetime) -> Fields:
+    """Return a ``PlanInput`` message: an input, and its age when it was taken for a plan."""
     return {
         "topic": arrival.topic,
         "received": time_to_fields(datetime_stamp(arrival.at)),
         "stamp": time_to_fields(arrival.stamp),
-        "age": (requested - arrival.at).total_seconds(),
+        "age": (taken - arrival.at).total_seconds(),
     }
 
 

@@ -13,8 +13,8 @@ from focus_planner import CameraIntrinsics, Lens, PlanRequest, Rig
 from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.surface.scene import Scene
-from focus_planner.messages.markers import MARKERS, markers_to_fields
-from focus_planner.messages.typestore import serialize
+from focus_planner.messages.markers import markers_to_fields
+from focus_planner.messages.typestore import MARKERS, serialize
 from testing.problems import forward, plane
 
 STAMP = (7, 8)

@@ -438,7 +438,7 @@ def test_a_mistake_in_recording_costs_no_plan(recorder, log, tmp_path, expected,
     def mistaken(*_):
         raise ValueError("oh no")
 
-    monkeypatch.setattr(module, "fingerprints", mistaken)
+    monkeypatch.setattr("focus_planner.runtime.description.fingerprints", mistaken)
     beginning = beginning_with()
     run = begin(recorder, tmp_path, beginning)
     plan_with(run, beginning, expected)

@@ -281,9 +281,7 @@ class Bench:
         recorder = Recorder(Log())
         run = recorder.begin(Recording(folder), inputs, beginning_with(request))
         try:
-            plan, rig, _ = self.planner.plan(
-                request, Optics(), CostModel(), run.wrap_callback(never_stop)
-            )
+            plan, rig, _ = self.planner.plan(request, CostModel(), run.wrap_callback(never_stop))
         except (NotReady, ValueError) as error:
             run.finish(False, str(error))
         else:
@@ -672,7 +670,7 @@ def test_what_should_not_happen_is_replayed_too(tmp_path, monkeypatch):
     path = record(tmp_path)
     broken = ZeroDivisionError("a bug")
 
-    def fail(*_):
+    def fail(*_, **__):
         raise broken
 
     monkeypatch.setattr("focus_planner.runtime.planner.plan_focus", fail)

@@ -1,11 +1,8 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
-from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError
+from focus_planner.core.rig.camera import MAX_NAME
 from focus_planner.ros.camera_topics import CameraTopics
 
 
@@ -24,8 +21,11 @@ def test_publishers_follow_the_rig(make_node, rig):
     assert kept[0] in node.publishers
 
 
-def test_a_name_too_long_for_a_topic_is_an_input_error(make_node, rig):
-    topics = CameraTopics(make_node(namespace="n" * 140))
-    with pytest.raises(InputError, match="camera name: expected part of a topic's name, got 'aaa"):
-        topics.check(Rig((rig.cameras[0], replace(rig.cameras[1], name="a" * 100))))
-    assert topics.check(rig) is rig
+def test_the_longest_name_is_what_the_topics_of_a_node_leave_room_for(make_node):
+    assert CameraTopics(make_node()).longest_name == MAX_NAME
+    node = make_node(namespace="n" * 140)
+    longest = CameraTopics(node).longest_name
+    assert 0 < longest < MAX_NAME
+    node.resolve_topic_name(f"~/cameras/{'a' * longest}/focus")
+    with pytest.raises(RuntimeError):
+        node.resolve_topic_name(f"~/cameras/{'a' * (longest + 1)}/focus")

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from logging import getLogger
 
 from focus_planner_msgs.srv import PlanFocus
@@ -13,6 +14,11 @@ from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Request
+from testing.planning_workers import ThreadedWorker
+
+
+def the(content, _):
+    return content
 
 
 def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_ended(body):
@@ -25,11 +31,12 @@ def test_what_ends_with_the_node_is_not_published_however_late_the_request_is_en
             lambda: (1, 2),
             len,
             published.append,
+            ThreadedWorker,
         )
     )
     rig = cylinder_rig()
-    planning.receive_surface(Arrival("/mesh", "shape_msgs/msg/Mesh", b"a mesh", lambda _: body))
-    planning.receive_rig(Arrival("/rig", "a rig", b"\0\1\0\0" + bytes(8), lambda _: rig))
+    planning.receive_surface(Arrival("/mesh", "shape_msgs/msg/Mesh", b"a mesh", partial(the, body)))
+    planning.receive_rig(Arrival("/rig", "a rig", b"\0\1\0\0" + bytes(8), partial(the, rig)))
     request = Request(
         fields_from_ros(PlanFocus.Request(samples=500)),
         Settings.from_values({}),

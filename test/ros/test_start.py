@@ -11,7 +11,8 @@ HEAVY = ("matplotlib", "numba", "open3d", "scipy")
 
 def test_the_last_plan_waits_for_nothing_that_plans():
     command = (
-        f"import sys, focus_planner.ros.node as _; print([m for m in {HEAVY} if m in sys.modules])"
+        "import sys, focus_planner.ros.planner_node as _;"
+        f" print([m for m in {HEAVY} if m in sys.modules])"
     )
     done = subprocess.run(
         [sys.executable, "-c", command], capture_output=True, text=True, check=True

@@ -71,10 +71,12 @@ class Bench:
             self.planner.digest(Optics())
 
     def plan(self, optics=Optics()):  # noqa: B008 - frozen
-        return self.planner.plan(REQUEST, optics)[0]
+        self.planner.digest(optics)
+        return self.planner.plan(REQUEST)[0]
 
     def reminder(self):
-        return self.planner.plan(REQUEST, Optics())[2]
+        self.planner.digest(Optics())
+        return self.planner.plan(REQUEST)[2]
 
 
 @pytest.fixture
@@ -297,7 +299,7 @@ def test_a_rig_that_contradicts_the_tables_is_not_used_until_they_change(bench):
         bench.plan(with_tables("m", camera="x"))
     plan = bench.plan(with_tables("m"))
     assert plan.cameras[0].device_value == plan.cameras[0].focus_distance
-    assert bench.planner.plan(REQUEST, with_tables("m"))[2] == ""
+    assert bench.planner.plan(REQUEST)[2] == ""
     assert bench.log.errors == []
     # It fits the surface again, so what does not is refused.
     bench.surface(FAR_BOX, digest=False)
@@ -339,7 +341,7 @@ def test_a_warm_start_is_from_the_last_plan_that_asked_for_one(ready):
     first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
 
     def planned(request, warm_start):
-        return ready.planner.plan(request, Optics(), warm_start=warm_start)[0]
+        return ready.planner.plan(request, warm_start=warm_start)[0]
 
     def check(plan, surface, request, before):
         scene = Scene(surface)
@@ -361,19 +363,17 @@ def test_a_warm_start_is_from_the_last_plan_that_asked_for_one(ready):
 
 def test_a_request_that_fails_keeps_the_warm_start(ready):
     first, second = (PlanRequest("em", 300, seed=seed) for seed in (1, 2))
-    one = ready.planner.plan(first, Optics(), warm_start=True)[0]
+    one = ready.planner.plan(first, warm_start=True)[0]
     with pytest.raises(InputError, match="depth_tolerance: expected"):
-        ready.planner.plan(replace(first, depth_tolerance=9.0), Optics(), warm_start=True)
-    two = ready.planner.plan(second, Optics(), warm_start=True)[0]
+        ready.planner.plan(replace(first, depth_tolerance=9.0), warm_start=True)
+    two = ready.planner.plan(second, warm_start=True)[0]
     expected = plan_focus(Scene(BOX), RIG, second, warm_start=one.warm_start)
     assert what_shows_its_start(two) == what_shows_its_start(expected)
 
 
 def test_progress_is_reported(ready):
     steps = []
-    ready.planner.plan(
-        REQUEST, Optics(), on_progress=lambda progress: steps.append(progress) or True
-    )
+    ready.planner.plan(REQUEST, on_progress=lambda progress: steps.append(progress) or True)
     assert steps
 
 
@@ -430,7 +430,8 @@ def test_the_first_plan_may_start_from_one_made_elsewhere(ready):
     planner = Planner(Log(), warm_start=one.warm_start)
     for of, into in ((ready.planner.surface, planner.surface), (ready.planner.rig, planner.rig)):
         into.receive(of.in_force.arrival)
-    two = planner.plan(second, Optics(), warm_start=True)[0]
+    planner.digest(Optics())
+    two = planner.plan(second, warm_start=True)[0]
     expected = plan_focus(Scene(BOX), RIG, second, warm_start=one.warm_start)
     assert what_shows_its_start(two) == what_shows_its_start(expected)
     assert planner.warm_start.prices is two.prices
@@ -438,8 +439,8 @@ def test_the_first_plan_may_start_from_one_made_elsewhere(ready):
 
 def test_a_plan_is_made_again_from_its_stop_log(ready):
     steps = iter([True] * 3 + [False] * 99)
-    ended = ready.planner.plan(REQUEST, Optics(), on_progress=lambda _: next(steps))[0]
-    again = ready.planner.plan(REQUEST, Optics(), stop_log=ended.stop_log)[0]
+    ended = ready.planner.plan(REQUEST, on_progress=lambda _: next(steps))[0]
+    again = ready.planner.plan(REQUEST, stop_log=ended.stop_log)[0]
     assert again.cameras == ended.cameras
     assert not ended.converged
     assert not again.converged

@@ -13,7 +13,7 @@ import pytest
 from focus_planner.parameters.planner import OVERLAPS, Serving, Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.runtime.reason import Reason
-from focus_planner.runtime.requests import Outcome, Request, Requests
+from focus_planner.runtime.requests import Outcome, Request, Requests, Turns
 
 PLANNED = Outcome(Reason.NONE, "a plan", SimpleNamespace(cost=1.0))
 SETTINGS = Settings.from_values({})
@@ -223,16 +223,24 @@ def test_a_call_being_planned_is_not_stopped_by_a_goal():
     assert not planned.stop_requested
 
 
-def test_a_goal_that_is_rejected_preempts_none():
-    requests, serving = Requests(), replace(PREEMPT, max_waiting=1)
+def test_calls_that_wait_leave_goals_their_places():
+    requests, serving = Requests(), replace(QUEUE, max_waiting=1)
     (planned,) = added(requests, goal())
     started(planned)
-    (waiting,) = added(requests, call(serving=serving))
-    assert not requests.admit_goal(serving)
-    assert not planned.stop_requested
-    waiting.finish(PLANNED)
+    added(requests, call(serving=serving))
     assert requests.admit_goal(serving)
-    assert planned.stop_requested
+    added(requests, goal())
+    assert not requests.admit_goal(serving)
+
+
+def test_goals_that_wait_leave_calls_their_places():
+    requests, serving = Requests(), replace(QUEUE, max_waiting=1)
+    added(requests, goal(), goal())
+    first, second = call(serving=serving), call(serving=serving)
+    assert requests.add(first)
+    assert not requests.add(second)
+    assert not first.is_answered
+    assert second.answers[0].reason is Reason.BUSY
 
 
 def test_preempted_goals_make_room():
@@ -285,12 +293,12 @@ def test_a_call_that_waits_too_long_is_rejected():
     assert not late.begin()
 
 
-def test_between_two_plans_an_overdue_call_is_told_of_other_requests():
+def test_before_a_plan_an_overdue_call_is_told_that_inputs_are_read():
     requests = Requests()
     _, late = added(requests, goal(), call(0.0))
     requests.reject_overdue()
     assert late.answers[0].message.startswith(
-        "busy: planning other requests, requests ahead of this one: 1;"
+        "busy: reading inputs, requests ahead of this one: 1;"
     )
 
 
@@ -302,3 +310,31 @@ def test_all_are_aborted_at_once():
     assert [each.reasons for each in asked] == [[Reason.SHUTTING_DOWN]] * 3
     assert requests.open == []
     assert asked[0].commit() is Reason.SHUTTING_DOWN
+
+
+def test_calls_and_goals_take_turns():
+    turns = Turns()
+    goals, calls = [goal() for _ in range(3)], [call() for _ in range(3)]
+    for request in (*goals, *calls):
+        turns.add(request)
+    order = [turns.next() for _ in range(6)]
+    assert order == [calls[0], goals[0], calls[1], goals[1], calls[2], goals[2]]
+    assert turns.next() is None
+
+
+def test_one_kind_alone_goes_in_order_of_arrival():
+    turns = Turns()
+    goals = [goal() for _ in range(3)]
+    for request in goals:
+        turns.add(request)
+    assert [turns.next() for _ in range(3)] == goals
+
+
+def test_who_has_been_answered_has_no_turn():
+    turns = Turns()
+    answered, waiting = call(), call()
+    turns.add(answered)
+    turns.add(waiting)
+    answered.stop(Reason.BUSY)
+    assert turns.next() is waiting
+    assert turns.next() is None

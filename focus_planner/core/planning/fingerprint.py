@@ -11,13 +11,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.planning.plan import SolvedPlan
-from focus_planner.core.problem.problem import Problem
+
+if TYPE_CHECKING:
+    # Its import takes seconds, and a node, which has planning done elsewhere, does without.
+    from focus_planner.core.problem.problem import Problem
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
 from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
 from focus_planner.core.planning.warm_start import warm_options
@@ -46,6 +47,7 @@ def plan_focus(
     warm_start: WarmStart | None = None,
     stop_log: StopLog | None = None,
     *,
+    limits: ResourceLimits | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> SolvedPlan:
     """Sample the surface, find what each camera sees, and solve for the focus distances.
@@ -72,6 +74,8 @@ def plan_focus(
     stop_log : StopLog, optional
         Of a plan that a time budget or a callback ended, to make it again, bit for bit; the time
         budget is not looked at.
+    limits : ResourceLimits, optional
+        What the plan may take; by default whatever it needs.
     clock : callable, optional
         Returns seconds, monotonic; measures the time budget and the plan's seconds.
 
@@ -79,13 +83,17 @@ def plan_focus(
     ------
     InputError
         If the request does not fit the rig or the surface, no camera sees the surface, or the
-        standard error would take too many samples. The message names the probable mistake.
+        standard error would take too many samples, or the plan takes more than the limits allow.
+        The message names the probable mistake.
     """
     request = request or PlanRequest()
     options = _options(rig, request)
     pacer = Pacer(TimeBudget(request.time_budget, clock), on_progress, stop_log)
     request = choose_samples(scene, rig, request, model, pacer)
-    fresh, problem = _formulate(scene, rig, request, model, pacer)
+    limits = limits or ResourceLimits()
+    samples = request.samples or len(scene.sample(0, request.seed))
+    limits.check_size(request, samples, len(rig))
+    fresh, problem = _formulate(scene, rig, request, model, pacer, limits, samples)
     notes = () if pacer.callback_stopped else observe(scene, rig, problem, fresh)
     solving_began = clock()
     problem = _with_cells(problem, request, pacer)
@@ -110,9 +118,15 @@ def plan_focus(
 
 
 def _formulate(
-    scene: Scene, rig: Rig, request: PlanRequest, model: CostModel | None, pacer: Pacer
+    scene: Scene,
+    rig: Rig,
+    request: PlanRequest,
+    model: CostModel | None,
+    pacer: Pacer,
+    limits: ResourceLimits,
+    samples: int,
 ) -> tuple[Problem, Problem]:
-    """Return the problem on fresh samples and the one to plan on."""
+    """Return the problem on fresh samples and the one to plan on, on as many as given."""
     fresh_part, part = (
         # Without questions in between, rays are cast all at once.
         pacer.within(stage, share / request.shots) if pacer.may_stop else None
@@ -122,7 +136,10 @@ def _formulate(
     fresh = formulate_problem(
         scene, rig, request, model, fresh=True, keep_going=fresh_part, enough=enough
     )
-    return fresh, formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
+    limits.check_memory(request, fresh, samples)
+    problem = formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
+    limits.check_memory(request, problem, problem.sample_count)
+    return fresh, problem
 
 
 def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem:

@@ -1,0 +1,106 @@
+"""What a plan may take: the size of its problem, and memory.
+
+A problem's memory is in its pairs of a sample and a camera that sees it, and how many there are is
+known once rays have been cast. Before that, samples × shots × cameras is the most there can be.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.validation import InputError
+
+if TYPE_CHECKING:
+    # Its import takes seconds, and a node, which has planning done elsewhere, does without.
+    from focus_planner.core.problem.problem import Problem
+
+# Bytes of a pair at the peak of planning, measured on a body in the paper's rig and rounded up
+# (docs/results.md). Every shot has its own pairs.
+_BYTES = 150
+_BYTES_OF_TUPLES, _BYTES_OF_TUPLES_FOR_A_SHOT = 50, 23
+_BYTES_OF_PROOF = 310
+_GIGA = 1e9
+
+
+@dataclass(frozen=True)
+class ResourceLimits:
+    """The most that a request may take; infinity for no limit.
+
+    Attributes
+    ----------
+    max_problem_size : float
+        Samples × shots × cameras.
+    max_memory : float
+        Bytes.
+    """
+
+    max_problem_size: float = math.inf
+    max_memory: float = math.inf
+
+    def check_size(self, request: PlanRequest, samples: int, cameras: int) -> None:
+        """Raise ``InputError`` if a problem of so many samples and cameras is too large.
+
+        Parameters
+        ----------
+        request : PlanRequest
+        samples : int
+            To plan on.
+        cameras : int
+            Of the rig.
+        """
+        for what, count in (("samples", samples), ("fresh_samples", request.fresh_samples)):
+            size = count * request.shots * cameras
+            if size > self.max_problem_size:
+                fits = math.floor(self.max_problem_size / (request.shots * cameras))
+                raise InputError(
+                    what,
+                    f"at most {fits:,} for {_counted(request, cameras)}"
+                    f" (parameter max_problem_size, {self.max_problem_size:,.0f})",
+                    f"{count:,}",
+                    "take fewer, or raise the parameter",
+                )
+
+    def check_memory(self, request: PlanRequest, problem: Problem, samples: int) -> None:
+        """Raise ``InputError`` if planning would take too much memory.
+
+        Parameters
+        ----------
+        request : PlanRequest
+        problem : Problem
+            Tells how many cameras see a sample.
+        samples : int
+            To plan on.
+        """
+        needed = _bytes_of_pair(request) * len(problem.depth) * samples / problem.sample_count
+        if needed > self.max_memory:
+            fits = int(samples * self.max_memory / needed)
+            raise InputError(
+                "samples",
+                f"at most {_rounded_down(fits):,} for method {request.method} and"
+                f" {_counted(request, problem.camera_count // request.shots)}"
+                f" (parameter max_memory, {self.max_memory / _GIGA:.3g} GB)",
+                f"{samples:,}, which would take {needed / _GIGA:.3g} GB",
+                "take fewer, or raise the parameter if there is enough memory",
+            )
+
+
+def _bytes_of_pair(request: PlanRequest) -> int:
+    if request.method not in {"k_view", "optimal"}:
+        return _BYTES
+    shots = request.shots - 1
+    with_tuples = _BYTES + _BYTES_OF_TUPLES + _BYTES_OF_TUPLES_FOR_A_SHOT * shots
+    return max(with_tuples, _BYTES_OF_PROOF) if request.method == "optimal" else with_tuples
+
+
+def _counted(request: PlanRequest, cameras: int) -> str:
+    shots = f"{request.shots} shots of " if request.shots > 1 else ""
+    return f"{shots}{cameras} camera{'s' if cameras > 1 else ''}"
+
+
+def _rounded_down(count: int) -> int:
+    """Return a count with two digits that count, no larger: it is an estimate."""
+    unit = int(10 ** max(len(str(count)) - 2, 0))
+    return count // unit * unit

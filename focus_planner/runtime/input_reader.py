@@ -1,0 +1,71 @@
+"""Reading messages as inputs: by the functions that a replay uses too, in any process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.core.validation import InputError
+from focus_planner.messages.limits import Limits
+from focus_planner.messages.reading import (
+    Optics,
+    cloud_from_message,
+    mesh_from_bytes,
+    poses_from_message,
+    rig_from_message,
+)
+from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize
+
+
+@dataclass(frozen=True)
+class InputReader:
+    """Reads messages with the parameters as they were when these arrived.
+
+    Attributes
+    ----------
+    frame_id, importance_field : str
+    limits : Limits
+    longest_name : int
+        The most characters that a camera's name may have to be part of a topic's name here.
+    """
+
+    frame_id: str
+    importance_field: str
+    limits: Limits
+    longest_name: int
+
+    def mesh(self, payload: bytes, _: Optics) -> Mesh:
+        """Return a mesh."""
+        return mesh_from_bytes(payload, self.limits)
+
+    def cloud(self, payload: bytes, _: Optics) -> PointCloud:
+        """Return a cloud."""
+        message = deserialize(CLOUD, payload)
+        return cloud_from_message(message, self.frame_id, self.limits, self.importance_field)
+
+    def poses(self, payload: bytes, optics: Optics) -> Rig:
+        """Return the rig of cameras with these poses."""
+        self.limits.check_rig(payload)
+        message = deserialize(POSES, payload)
+        return self._checked(poses_from_message(message, optics, self.frame_id))
+
+    def rig(self, payload: bytes, optics: Optics) -> Rig:
+        """Return a rig."""
+        self.limits.check_rig(payload)
+        message = deserialize(RIG, payload)
+        return self._checked(rig_from_message(message, optics, self.frame_id))
+
+    def _checked(self, rig: Rig) -> Rig:
+        """Return the rig, if its cameras' names can be parts of topics' names.
+
+        Only the length is left to check: the core checks the characters.
+        """
+        longest = max((camera.name for camera in rig.cameras), key=len)
+        if len(longest) > self.longest_name:
+            raise InputError(
+                "camera name",
+                f"at most {self.longest_name} characters, so that its topic can have a name",
+                f"{longest!r}, {len(longest)} characters",
+            )
+        return rig

@@ -1,0 +1,243 @@
+"""What a node and its planning process tell each other.
+
+The node sends an order at a time, and waits for its result; an error is a result too. Meanwhile
+the process may send events, and the node :class:`Stop` or :class:`GoOn`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from focus_planner.core.planning.fingerprint import Fingerprint
+from focus_planner.core.planning.plan import FocusPlan, WarmStart
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.resource_limits import ResourceLimits
+from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.progress import Progress
+from focus_planner.messages.reading import Optics
+from focus_planner.messages.writing import Fields, Stamp
+from focus_planner.runtime.inputs import Arrival, InputState, Unheard
+
+# --- orders --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Load:
+    """Compile or load all kernels; the result is :class:`Done`."""
+
+
+@dataclass(frozen=True)
+class Digest:
+    """Parse inputs, and tell which are in force; the result is :class:`Digested`.
+
+    Attributes
+    ----------
+    surfaces, rigs : tuple of Arrival
+        Those that are new, in the order of arrival.
+    unheard : tuple of Unheard
+        Publishers of surfaces and of rigs that are not received.
+    optics : Optics
+    max_memory : int
+        Bytes that this process may take from now on, beyond those it has taken for kernels.
+    """
+
+    surfaces: tuple[Arrival[Any], ...]
+    rigs: tuple[Arrival[Any], ...]
+    unheard: tuple[Unheard, Unheard]
+    optics: Optics
+    max_memory: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Plan on the inputs in force; the result is :class:`Planned`, :class:`NoPlan` or an error.
+
+    Attributes
+    ----------
+    request : PlanRequest
+    model : CostModel
+    limits : ResourceLimits
+    warm_start : WarmStart or None
+        To start from.
+    keep_warm : bool
+        Whether to return what the next plan can start from.
+    is_recorded : bool
+        Whether to send every step, and to wait for :class:`GoOn` before solving.
+    """
+
+    request: PlanRequest
+    model: CostModel
+    limits: ResourceLimits
+    warm_start: WarmStart | None
+    keep_warm: bool
+    is_recorded: bool
+
+
+@dataclass(frozen=True)
+class Describe:
+    """Describe the last plan for its record; the result is :class:`Description`.
+
+    Attributes
+    ----------
+    markers_stamp : tuple of int or None
+        The stamp of the markers; None for none.
+    """
+
+    markers_stamp: Stamp | None
+
+
+# --- during an order -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End the plan at the next step, with the best found so far."""
+
+
+@dataclass(frozen=True)
+class GoOn:
+    """Begin to solve."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """An input is about to be parsed."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of a plan that is recorded."""
+
+    progress: Progress
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """The fields of a feedback message."""
+
+    fields: Fields
+
+
+@dataclass(frozen=True)
+class Logged:
+    """A line for the log."""
+
+    is_error: bool
+    text: str
+
+
+# --- results -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Done:
+    """The order has been carried out."""
+
+
+@dataclass(frozen=True)
+class RigInForce:
+    """What a node needs of the rig in force.
+
+    Attributes
+    ----------
+    frame_id : str
+    names : tuple of str
+        Of its cameras.
+    """
+
+    frame_id: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Digested:
+    """The inputs as they are now.
+
+    Attributes
+    ----------
+    surface, rig : InputState
+    in_force : tuple of int or None
+        The numbers of the surface and of the rig in force.
+    needed : tuple of int
+        The numbers of the inputs that the next answer depends on, in the order of arrival.
+    kept : tuple of int
+        The numbers of all inputs that may matter later on.
+    new_rig : RigInForce or None
+        The rig, if another has come into force.
+    """
+
+    surface: InputState
+    rig: InputState
+    in_force: tuple[int | None, int | None]
+    needed: tuple[int, ...]
+    kept: tuple[int, ...]
+    new_rig: RigInForce | None
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan.
+
+    Attributes
+    ----------
+    plan : FocusPlan
+    stop_log : StopLog
+    warm_start : WarmStart or None
+    reminder : str
+        Which input is not the newest received.
+    """
+
+    plan: FocusPlan
+    stop_log: StopLog
+    warm_start: WarmStart | None
+    reminder: str
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a record says of a plan besides the plan itself."""
+
+    fingerprints: tuple[Fingerprint, ...]
+    markers: bytes | None
+
+
+@dataclass(frozen=True)
+class NotReadyYet:
+    """An input is missing, or was refused since the last request."""
+
+    why: str
+
+
+@dataclass(frozen=True)
+class Refused:
+    """The request does not fit the inputs, or a limit."""
+
+    why: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """An error of this program.
+
+    Attributes
+    ----------
+    why : str
+        For the caller.
+    details : str
+        For the log.
+    """
+
+    why: str
+    details: str
+
+
+@dataclass(frozen=True)
+class OutOfMemory:
+    """The order took more memory than the process may; it had better be started anew."""
+
+
+Result = Done | Digested | Planned | Description | NotReadyYet | Refused | Failed | OutOfMemory

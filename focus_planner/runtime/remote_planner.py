@@ -1,0 +1,364 @@
+"""A planner in a process of its own, which can be ended whatever it is doing."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timezone
+from enum import Enum
+from functools import partial
+from multiprocessing.connection import Connection
+from typing import Any, Protocol
+
+from focus_planner.core.validation import InputError
+from focus_planner.messages.reading import Optics
+from focus_planner.runtime import planning_orders as orders
+from focus_planner.runtime.inputs import BACKLOG, Arrival, InputState, Unheard
+from focus_planner.runtime.log import Log
+
+# Between looks at whether to go on.
+_SECONDS_BETWEEN_LOOKS = 0.01
+# How long a plan may take to end once it was told to: of the processor's time, so that a busy
+# machine costs no plan, and at all, in case it waits for something else.
+_SECONDS_TO_STOP = 0.6
+_SECONDS_TO_STOP_AT_ALL = 10.0
+# No input has this number.
+_NOTHING = -1
+# Bytes of a message that tell its stamp.
+_STAMP = 16
+
+
+class Wish(Enum):
+    """What a caller wants of the order that is being carried out."""
+
+    GO_ON = "go on"
+    STOP = "stop"  # with what there is by then, or without if that takes long
+    END = "end"  # at once
+
+
+class PlanningEnded(Exception):  # noqa: N818 - mostly as was wished
+    """The process was ended as wished, and there is no result."""
+
+
+class PlanningDied(Exception):  # noqa: N818 - named for what happened
+    """The process ended by itself; its text says how."""
+
+
+class Worker(Protocol):
+    """A process that serves :mod:`focus_planner.runtime.planning_process`."""
+
+    pid: int
+    connection: Connection
+
+    def kill(self) -> None:
+        """End it at once."""
+
+    def how_it_ended(self) -> str:
+        """Return how it ended, in words."""
+
+    def cpu_seconds(self) -> float:
+        """Return how long it has run on processors."""
+
+
+@dataclass
+class Inbox:
+    """The inputs of a kind: those that have arrived, and those that the process has.
+
+    Attributes
+    ----------
+    kind : str
+        "surface" or "rig".
+    unheard : Unheard
+        Publishers that are not received; any thread may replace it.
+    state : InputState
+        What was in force when the process last told.
+    in_force : Arrival or None
+        As of then.
+    """
+
+    kind: str
+    unheard: Unheard = field(default_factory=Unheard)
+    in_force: Arrival[Any] | None = None
+
+    def __post_init__(self) -> None:
+        self.state = InputState(self.kind)
+        self.known: dict[int, Arrival[Any]] = {}
+        self._new: deque[Arrival[Any]] = deque(maxlen=BACKLOG)
+
+    def receive(self, arrival: Arrival[Any]) -> None:
+        """Keep a message for the next digest; safe to call from any thread."""
+        self._new.append(arrival)
+
+    def take(self) -> tuple[Arrival[Any], ...]:
+        """Return what has arrived since the last call."""
+        taken = tuple(self._new.popleft() for _ in range(len(self._new)))
+        self.known |= {arrival.number: arrival for arrival in taken}
+        return taken
+
+    def all_known(self) -> tuple[Arrival[Any], ...]:
+        """Return the inputs that the process has, or had, in the order of arrival."""
+        return tuple(self.known[number] for number in sorted(self.known))
+
+    def forget_all_but(self, kept: tuple[int, ...]) -> None:
+        """Forget the inputs that do not matter any more."""
+        self.known = {number: each for number, each in self.known.items() if number in kept}
+
+    def forget_all_new(self) -> None:
+        """Forget the inputs of a digest that was ended, but for the newest."""
+        in_force = self.in_force.number if self.in_force else -1
+        self.forget_all_but((in_force, *sorted(self.known)[-BACKLOG:]))
+
+    def warning(self) -> str:
+        """Return what a caller is told of publishers that are not received; empty if all are."""
+        return self.state.unheard
+
+
+class RemotePlanner:
+    """Has a process parse inputs and plan, and starts it anew whenever it has ended.
+
+    Apart from ``receive`` and ``unheard`` of the inboxes, it is for one thread only.
+
+    Parameters
+    ----------
+    start : callable
+        Starts a process.
+    log : Log
+    on_rig : callable
+        Called with every rig that comes into force.
+
+    Attributes
+    ----------
+    surface, rig : Inbox
+    arrivals : list of Arrival
+        The messages that the next answer depends on, in the order of arrival.
+    taken : datetime
+        When the last digest took the messages that had arrived.
+    """
+
+    def __init__(
+        self,
+        start: Callable[[], Worker],
+        log: Log,
+        on_rig: Callable[[orders.RigInForce], None] = lambda _: None,
+    ) -> None:
+        self.surface = Inbox("surface")
+        self.rig = Inbox("rig")
+        self.arrivals: list[Arrival[Any]] = []
+        self.taken = datetime.now(timezone.utc)
+        self._start = start
+        self._log = log
+        self._on_rig = on_rig
+        self._worker: Worker | None = None
+        self._reading = _NOTHING
+        self._rig_in_force: orders.RigInForce | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """The process; None while there is none."""
+        worker = self._worker
+        return worker.pid if worker else None
+
+    @property
+    def frame_id(self) -> str:
+        """The frame of the rig in force."""
+        return self._rig_in_force.frame_id if self._rig_in_force else ""
+
+    def load(self, wish: Callable[[], Wish]) -> None:
+        """Start the process, and have it compile or load all kernels.
+
+        Raises
+        ------
+        PlanningEnded
+            If that was not to be waited for.
+        PlanningDied
+        """
+        self._ask(orders.Load(), wish)
+
+    def digest(self, optics: Optics, max_memory: int, wish: Callable[[], Wish]) -> None:
+        """Have the inputs parsed that have arrived, and note which are in force.
+
+        An input that ends the process is refused.
+
+        Raises
+        ------
+        PlanningEnded
+            If that was not to be waited for; the inputs are kept for the next time.
+        """
+        while True:
+            restored = self._ready(wish)
+            surfaces, rigs = self.surface.take(), self.rig.take()
+            taken = datetime.now(timezone.utc)
+            if restored:
+                surfaces, rigs = self.surface.all_known(), self.rig.all_known()
+            order = orders.Digest(
+                surfaces, rigs, (self.surface.unheard, self.rig.unheard), optics, max_memory
+            )
+            try:
+                result = self._ask(order, wish)
+                self._check_memory(result)
+                break
+            except PlanningEnded:
+                for inbox in (self.surface, self.rig):
+                    inbox.forget_all_new()
+                raise
+            except PlanningDied as error:
+                self._refuse(error)
+        assert isinstance(result, orders.Digested), result
+        self._note(result)
+        self.taken = taken
+
+    def plan(
+        self,
+        order: orders.Plan,
+        on_step: Callable[[Any], bool],
+        send_feedback: Callable[[Any], None],
+        wish: Callable[[], Wish],
+    ) -> orders.Result:
+        """Return the result of planning on what was in force when :meth:`digest` returned.
+
+        Raises
+        ------
+        PlanningEnded
+            If the plan was to stop, and did not in time.
+        PlanningDied
+        """
+
+        def handle(event: Any) -> None:
+            if isinstance(event, orders.Feedback):
+                send_feedback(event.fields)
+            elif isinstance(event, orders.Step):
+                more = on_step(event.progress)
+                if event.progress.stage == "solving":
+                    self._send(orders.GoOn() if more else orders.Stop())
+
+        result = self._ask(order, wish, handle)
+        if isinstance(result, orders.OutOfMemory):
+            self.close()  # what is left of it may lack what it could not allocate
+        return result
+
+    def describe(self, order: orders.Describe, wish: Callable[[], Wish]) -> orders.Description:
+        """Return what the record of the last plan says besides the plan.
+
+        Raises
+        ------
+        PlanningEnded, PlanningDied
+        """
+        result = self._ask(order, wish)
+        if not isinstance(result, orders.Description):
+            raise PlanningDied(f"the plan could not be described: {result}")
+        return result
+
+    def close(self) -> None:
+        """End the process."""
+        worker, self._worker = self._worker, None
+        if worker:
+            worker.kill()
+
+    # --- the process ---------------------------------------------------------------------------
+
+    def _ready(self, wish: Callable[[], Wish]) -> bool:
+        """Start the process if there is none; return whether it has to be given the inputs."""
+        if self._worker is not None:
+            return False
+        self.load(wish)
+        return True
+
+    def _ask(
+        self,
+        order: Any,
+        wish: Callable[[], Wish],
+        handle: Callable[[Any], None] = lambda _: None,
+    ) -> orders.Result:
+        """Return the result of an order, handling events until then."""
+        if self._worker is None:
+            self._worker = self._start()
+        worker, self._reading = self._worker, _NOTHING
+        patience: _Patience | None = None
+        try:
+            worker.connection.send(order)
+            while True:
+                if worker.connection.poll(_SECONDS_BETWEEN_LOOKS):
+                    event = worker.connection.recv()
+                    if isinstance(event, orders.Result):
+                        return event
+                    self._note_event(event)
+                    handle(event)
+                wished = wish()
+                if wished is Wish.STOP and patience is None:
+                    patience = _Patience(worker)
+                    worker.connection.send(orders.Stop())
+                if wished is Wish.END or (patience is not None and patience.is_over()):
+                    self.close()
+                    raise PlanningEnded
+        except (EOFError, ConnectionError):
+            how = worker.how_it_ended()
+            self.close()
+            self._log.error(f"the planning process has gone, and is started anew: {how}")
+            raise PlanningDied(how) from None
+
+    def _send(self, order: Any) -> None:
+        assert self._worker is not None
+        self._worker.connection.send(order)
+
+    def _note_event(self, event: Any) -> None:
+        if isinstance(event, orders.Reading):
+            self._reading = event.number
+        elif isinstance(event, orders.Logged):
+            (self._log.error if event.is_error else self._log.warning)(event.text)
+
+    # --- inputs --------------------------------------------------------------------------------
+
+    def _note(self, digested: orders.Digested) -> None:
+        self.surface.state, self.rig.state = digested.surface, digested.rig
+        surface, rig = digested.in_force
+        self.surface.in_force = None if surface is None else self.surface.known[surface]
+        self.rig.in_force = None if rig is None else self.rig.known[rig]
+        known = self.surface.known | self.rig.known
+        self.arrivals = [known[number] for number in digested.needed]
+        for inbox in (self.surface, self.rig):
+            inbox.forget_all_but(digested.kept)
+        if digested.new_rig and digested.new_rig != self._rig_in_force:
+            self._rig_in_force = digested.new_rig
+            self._on_rig(digested.new_rig)
+
+    def _check_memory(self, result: orders.Result) -> None:
+        if isinstance(result, orders.OutOfMemory):
+            self.close()
+            raise PlanningDied("it took more memory than parameter max_memory allows")
+
+    def _refuse(self, how: PlanningDied) -> None:
+        """Have the input that ended the process refused by the next one."""
+        for inbox in (self.surface, self.rig):
+            guilty = inbox.known.get(self._reading)
+            if guilty and len(guilty.payload) > _STAMP:
+                why = f"one that ended the planning process ({how})"
+                read = partial(_refuse, inbox.kind, why)
+                # Its stamp is told, not its content.
+                inbox.known[guilty.number] = replace(
+                    guilty, payload=guilty.payload[:_STAMP], read=read
+                )
+                return
+        raise how
+
+
+class _Patience:
+    """How long a process that was told to stop is waited for."""
+
+    def __init__(self, worker: Worker) -> None:
+        self._worker = worker
+        self._began = time.monotonic()
+        self._cpu_began = worker.cpu_seconds()
+
+    def is_over(self) -> bool:
+        """Return whether it has had enough time."""
+        elapsed = time.monotonic() - self._began
+        if elapsed < _SECONDS_TO_STOP:
+            return False
+        used = self._worker.cpu_seconds() - self._cpu_began
+        return used >= _SECONDS_TO_STOP or elapsed >= _SECONDS_TO_STOP_AT_ALL
+
+
+def _refuse(kind: str, why: str, _: Optics) -> Any:
+    raise InputError(kind, "one that can be read here", why, "see the log")

@@ -1,0 +1,307 @@
+"""A planner in another process: what it is given, and what happens when it hangs or dies."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from functools import partial
+from itertools import count
+
+import pytest
+
+from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.resource_limits import ResourceLimits
+from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.surface.scene import Scene
+from focus_planner.core.validation import InputError
+from focus_planner.messages.reading import Optics
+from focus_planner.runtime import planning_orders as orders
+from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.remote_planner import (
+    PlanningDied,
+    PlanningEnded,
+    RemotePlanner,
+    Wish,
+)
+from testing.messages import Log
+from testing.planning_workers import ThreadedWorker
+from testing.problems import box
+
+REQUEST = PlanRequest(method="em", samples=300)
+RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+OTHER_RIG = cylinder_rig(rows=2, columns=7, radius=1.0, bottom=-0.1, top=0.1)
+COUNT = count()
+BOX = box((0.3, 0.3, 0.3))
+
+
+def the(content, _):
+    if content is MemoryError:
+        raise MemoryError
+    if content is InputError:
+        raise InputError("mesh", "a good one", "a bad one")
+    return content
+
+
+def go_on():
+    return Wish.GO_ON
+
+
+class Bench:
+    """A planner whose processes are threads."""
+
+    def __init__(self):
+        self.log, self.workers, self.rigs = Log(), [], []
+        self.intercept = lambda order: None
+        self.planner = RemotePlanner(self.start, self.log, self.rigs.append)
+
+    def start(self):
+        self.workers.append(ThreadedWorker(self._intercept))
+        return self.workers[-1]
+
+    def _intercept(self, order):
+        self.intercept(order)
+
+    def surface(self, content):
+        self.planner.surface.receive(arrival("~/mesh", content))
+
+    def rig(self, content):
+        self.planner.rig.receive(arrival("~/rig", content))
+
+    def digest(self, wish=go_on):
+        self.planner.digest(Optics(), 0, wish)
+
+    def plan(self, request=REQUEST, wish=go_on, steps=None, limits=ResourceLimits()):  # noqa: B008
+        order = orders.Plan(
+            request, CostModel(), limits, None, keep_warm=False, is_recorded=steps is not None
+        )
+        on_step = (lambda step: steps.append(step) or True) if steps is not None else None
+        return self.planner.plan(order, on_step, lambda _: None, wish)
+
+
+def arrival(topic, content):
+    # Messages of equal bytes are taken to be equal.
+    payload = b"\0\1\0\0" + next(COUNT).to_bytes(20, "little")
+    return Arrival(topic, "a type", payload, partial(the, content))
+
+
+@pytest.fixture
+def bench():
+    bench = Bench()
+    yield bench
+    bench.planner.close()
+
+
+@pytest.fixture
+def ready(bench):
+    bench.surface(BOX)
+    bench.rig(RIG)
+    bench.digest()
+    return bench
+
+
+def same(plan, surface, rig):
+    return plan.cameras == plan_focus(Scene(surface), rig, REQUEST).cameras
+
+
+def test_it_plans_as_a_planner_in_this_process(ready):
+    result = ready.plan()
+    assert same(result.plan, BOX, RIG)
+    assert result.reminder == ""
+    assert ready.planner.frame_id == RIG.frame_id
+    assert [rig.names for rig in ready.rigs] == [tuple(camera.name for camera in RIG.cameras)]
+
+
+def test_a_plan_is_on_the_inputs_of_the_last_digest_whatever_arrives_meanwhile(ready):
+    planned_rig = ready.planner.rig.in_force
+    ready.rig(OTHER_RIG)
+    assert ready.planner.rig.in_force is planned_rig
+    assert [each.topic for each in ready.planner.arrivals] == ["~/mesh", "~/rig"]
+    assert planned_rig in ready.planner.arrivals
+    assert same(ready.plan().plan, BOX, RIG)
+    assert planned_rig.at <= ready.planner.taken
+    ready.digest()
+    assert same(ready.plan().plan, BOX, OTHER_RIG)
+    assert planned_rig not in ready.planner.arrivals
+
+
+def test_what_arrives_while_inputs_are_read_counts_for_the_next_digest(bench):
+    bench.surface(BOX)
+    bench.rig(RIG)
+    arrived = threading.Event()
+
+    def interrupt(order):
+        if isinstance(order, orders.Digest) and not arrived.is_set():
+            bench.rig(OTHER_RIG)
+            arrived.set()
+
+    bench.intercept = interrupt
+    bench.digest()
+    assert arrived.is_set()
+    assert bench.planner.rig.in_force.at <= bench.planner.taken
+    assert same(bench.plan().plan, BOX, RIG)
+
+
+def test_what_is_missing_is_told(bench):
+    bench.surface(BOX)
+    bench.digest()
+    assert "rig: expected poses" in bench.plan().why
+
+
+def test_a_bad_request_is_refused(ready):
+    assert "depth_tolerance: expected" in ready.plan(replace(REQUEST, depth_tolerance=9.0)).why
+
+
+def test_a_limit_is_told(ready):
+    result = ready.plan(limits=ResourceLimits(max_problem_size=100))
+    assert result.why.startswith(
+        "samples: expected at most 8 for 12 cameras (parameter max_problem"
+    )
+
+
+def test_steps_are_told_of_a_plan_that_is_recorded(ready):
+    steps = []
+    assert same(ready.plan(steps=steps).plan, BOX, RIG)
+    assert "solving" in {step.stage for step in steps}
+    description = ready.planner.describe(orders.Describe(None), go_on)
+    assert [each.stage for each in description.fingerprints][:1] == ["fresh samples"]
+    assert description.markers is None
+
+
+def test_a_plan_that_is_told_to_stop_ends_with_the_best_so_far(ready):
+    result = ready.plan(PlanRequest("k_view", 4000, bound="tight"), lambda: Wish.STOP)
+    assert isinstance(result, orders.Planned)
+    assert result.stop_log.stopped
+
+
+class Hanging:
+    """Does not come back until it is let go."""
+
+    def __init__(self, kind):
+        self._kind = kind
+        self.let_go = threading.Event()
+        self.hangs = threading.Event()
+
+    def __call__(self, order):
+        if isinstance(order, self._kind) and not self.let_go.is_set():
+            self.hangs.set()
+            self.let_go.wait(60)
+
+
+def test_what_does_not_stop_is_ended(ready, monkeypatch):
+    monkeypatch.setattr("focus_planner.runtime.remote_planner._SECONDS_TO_STOP_AT_ALL", 0.7)
+    ready.intercept = hanging = Hanging(orders.Plan)
+    with pytest.raises(PlanningEnded):
+        ready.plan(wish=lambda: Wish.STOP if hanging.hangs.is_set() else Wish.GO_ON)
+    hanging.let_go.set()
+    (first,) = ready.workers
+    assert first.killed
+    # The next one is given what the first had.
+    ready.digest()
+    assert same(ready.plan().plan, BOX, RIG)
+    assert len(ready.workers) == 2
+
+
+def test_who_works_on_a_busy_machine_is_given_the_time(ready, monkeypatch):
+    """Seconds count only while it has a processor."""
+    monkeypatch.setattr("focus_planner.runtime.remote_planner._SECONDS_TO_STOP", 0.01)
+    ready.intercept = hanging = Hanging(orders.Plan)
+    threading.Timer(0.3, hanging.let_go.set).start()
+    result = ready.plan(wish=lambda: Wish.STOP)
+    assert isinstance(result, orders.Planned)
+
+
+def test_the_end_is_at_once(ready):
+    ready.intercept = hanging = Hanging(orders.Plan)
+    began = time.monotonic()
+    with pytest.raises(PlanningEnded):
+        ready.plan(wish=lambda: Wish.END if hanging.hangs.is_set() else Wish.GO_ON)
+    assert time.monotonic() - began < 50  # it hangs for 60
+    hanging.let_go.set()
+
+
+def test_inputs_that_were_not_read_to_the_end_are_kept(bench):
+    bench.surface(BOX)
+    bench.rig(RIG)
+    bench.intercept = hanging = Hanging(orders.Digest)
+    with pytest.raises(PlanningEnded):
+        bench.digest(lambda: Wish.END if hanging.hangs.is_set() else Wish.GO_ON)
+    hanging.let_go.set()
+    bench.digest()
+    assert same(bench.plan().plan, BOX, RIG)
+
+
+def die(worker):
+    """End a worker as a signal would: without a word."""
+    worker.theirs.close()
+    raise SystemExit
+
+
+# What crosses a connection cannot bring along what it is to kill.
+RUNNING = []
+
+
+def kill_reader(_):
+    die(RUNNING[-1])
+
+
+def test_an_input_that_kills_is_refused_and_the_good_state_stays(ready):
+    RUNNING.append(ready.workers[-1])
+    ready.planner.surface.receive(Arrival("~/mesh", "a type", b"\0\1\0\0" + bytes(20), kill_reader))
+    ready.digest()
+    state = ready.planner.surface.state
+    assert "one that ended the planning process (it was ended by SIGKILL)" in state.refused
+    refusal = ready.plan()
+    assert isinstance(refusal, orders.NotReadyYet)
+    assert "stays in force: call again to plan with that one" in refusal.why
+    assert same(ready.plan().plan, BOX, RIG)
+    assert len(ready.workers) == 2
+    assert "the planning process has gone, and is started anew: it was ended" in ready.log.errors[0]
+
+
+def test_a_death_while_planning_is_told_and_the_next_plan_is_made(ready):
+    def die_planning(order):
+        if isinstance(order, orders.Plan):
+            ready.intercept = lambda order: None
+            die(ready.workers[-1])
+
+    ready.intercept = die_planning
+    with pytest.raises(PlanningDied, match="SIGKILL"):
+        ready.plan()
+    ready.digest()
+    assert same(ready.plan().plan, BOX, RIG)
+
+
+def test_what_takes_too_much_memory_is_refused(ready):
+    ready.surface(MemoryError)
+    ready.digest()
+    told = ready.planner.surface.state.refused
+    assert "it took more memory than parameter max_memory allows" in told
+    assert isinstance(ready.plan(), orders.NotReadyYet)
+    assert same(ready.plan().plan, BOX, RIG)
+
+
+def test_refused_inputs_are_refused_again_by_the_next_process(ready):
+    ready.surface(InputError)
+    ready.digest()
+    ready.planner.close()
+    ready.digest()
+    assert isinstance(ready.plan(), orders.NotReadyYet)
+    assert same(ready.plan().plan, BOX, RIG)
+
+
+def test_old_inputs_are_forgotten(ready):
+    for size in range(20):
+        ready.surface(box((0.3, 0.3, 0.3 + 0.001 * size)))
+        ready.digest()
+    assert len(ready.planner.surface.known) == 1
+
+
+def test_inputs_that_never_get_read_do_not_pile_up(ready):
+    for size in range(20):
+        ready.surface(box((0.3, 0.3, 0.3 + 0.001 * size)))
+        with pytest.raises(PlanningEnded):
+            ready.digest(lambda: Wish.END)
+    assert len(ready.planner.surface.known) <= 5

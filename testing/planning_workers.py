@@ -1,0 +1,58 @@
+"""Planning processes that are threads of the tests: they can be made to hang, and to die."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from multiprocessing.connection import Pipe
+
+from focus_planner.runtime import planning_orders as orders
+from focus_planner.runtime.planning_process import PlanningProcess
+
+
+class ThreadedWorker:
+    """Does what a planning process does, in a thread; being killed, it only loses its connection.
+
+    Parameters
+    ----------
+    intercept : callable
+        Called, on the worker's thread, with every order before that is carried out.
+    """
+
+    pid = 0
+
+    def __init__(self, intercept=lambda order: None):
+        self.connection, self.theirs = Pipe()
+        self.killed = False
+        process = _Process(self.theirs, intercept)
+        self._thread = threading.Thread(target=self._serve, args=(process,), daemon=True)
+        self._thread.start()
+
+    def _serve(self, process):
+        with self.theirs, suppress(SystemExit):
+            process.serve()
+
+    def kill(self):
+        self.killed = True
+        self.connection.close()
+
+    def how_it_ended(self):
+        return "it was ended by SIGKILL"
+
+    def cpu_seconds(self):
+        return 1e9 if self.killed else 0.0
+
+
+class _Process(PlanningProcess):
+    def __init__(self, connection, intercept):
+        super().__init__(connection)
+        self._intercept = intercept
+
+    def _carry_out(self, order):
+        if isinstance(order, orders.Load):
+            return orders.Done()
+        self._intercept(order)
+        return super()._carry_out(order)
+
+    def _limit_memory(self, _):
+        """Do not limit the tests' own memory."""
