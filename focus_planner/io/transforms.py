@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.defaults import keys_of
 from focus_planner.core.rig.frames import (
     BODY_FROM_OPTICAL,
     FrameTransform,
@@ -131,6 +132,7 @@ def load_transforms(
         for frame in frames
     ]
     to_metres = _to_metres(path, poses, scale)
+    assumed = {} if intrinsics_of else dict.fromkeys(names, keys_of("image"))
     intrinsics_of, shared_lens = intrinsics_of or (lambda _: CameraIntrinsics()), lens or Lens()
     rig = Rig(
         tuple(
@@ -138,6 +140,7 @@ def load_transforms(
             for name, at in zip(names, (to_metres @ pose for pose in poses), strict=True)
         ),
         frame_id or root,
+        assumed=assumed,
     )
     return rig, notes
 

@@ -180,6 +180,23 @@ def test_guesses_are_told(here: Path, capsys: Any) -> None:
     np.testing.assert_allclose(rig.cameras[0].position, (1.5, 0, 2.1))
 
 
+@pytest.mark.parametrize("layout", ["cylinder --rows 1 --columns 4", "transforms tf.txt"])
+def test_what_was_told_is_never_assumed_even_if_it_is_the_default(
+    here: Path, capsys: Any, layout: str
+) -> None:
+    write_transforms(Path("tf.txt"))
+    rig, notes = made(capsys, *layout.split(), "--focal-length", "0.05")
+    (lens,) = (note.text for note in rig.notes if note.code == "default_lens")
+    assert "hyperfocal distance 10 m is assumed" in lens
+    assert "focal" not in lens.partition(" is assumed")[0].replace("hyperfocal", "")
+    assert lens.partition(";")[0] in notes
+    lens_told = ["--focal-length", "0.05", "--hyperfocal-distance", "10"]
+    image_told = ["--image", "580x870", "--fx", "1190.732", "--cx", "284.813", "--cy", "434.44"]
+    rig, notes = made(capsys, *layout.split(), *lens_told, *image_told)
+    assert (notes, rig.notes) == ("", ())
+    assert rig.cameras[0].intrinsics == CameraIntrinsics()
+
+
 def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
     write_transforms(Path("tf.txt"))
     Path("info").mkdir()
@@ -189,6 +206,7 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         )
     rig, _ = made(capsys, "transforms", "tf.txt", "--camera-info", "info")
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
+    assert [note.code for note in rig.notes] == ["default_lens"]  # and no image
     assert rig.cameras[3].intrinsics.distortion == (0.3, 0, 0, 0, 0)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from focus_planner.core.notes import Note
@@ -42,6 +43,9 @@ class Rig:
         How the cameras are arranged. It tells the 2-view and 3-view methods which are neighbours.
     notes : tuple of Note
         What was noticed when it was read; plans for it pass them on.
+    assumed : mapping of str to frozenset of str
+        By the name of a camera, which of its values nothing told: ``lens.focal_length``,
+        ``image.width``. Of cameras that are not named, everything was told.
 
     Raises
     ------
@@ -54,6 +58,7 @@ class Rig:
     frame_id: str = "world"
     grid: Grid | None = None
     notes: tuple[Note, ...] = field(default=(), compare=False)
+    assumed: Mapping[str, frozenset[str]] = field(default_factory=dict, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cameras", tuple(self.cameras))
