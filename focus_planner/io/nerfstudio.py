@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
@@ -99,7 +100,55 @@ def rig_of_frames(
     notes = []
     if scale is None:
         notes.append("one unit of the poses is taken for a metre; otherwise set --scale")
+    notes.extend(_moved_before(data))
     return Rig(tuple(made), frame_id or "world"), notes
+
+
+def _moved_before(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a note if the poses were moved after another program had found them.
+
+    nerfstudio keeps how, but its poses have been moved already, and so has the cloud beside them,
+    if a newer version wrote it.
+    """
+    moves = list(_moves(data))
+    if moves:
+        yield (
+            f"the poses have been moved since the program that found them, such as COLMAP:"
+            f" {' and '.join(moves)}; they are used as they are, with which the cloud agrees that"
+            " newer versions of nerfstudio write beside them; move a surface of that program in the"
+            " same way, or make the rig of its own model with focus_planner rig colmap"
+        )
+
+
+def _moves(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the changes of coordinates that were applied, in words."""
+    matrix = data.get("applied_transform")
+    if matrix is not None:
+        try:
+            rows = np.array(matrix, dtype=np.float64)[:3]
+        except (TypeError, ValueError):
+            rows = np.empty(0)
+        if rows.shape != (3, 4):
+            yield "by its applied_transform"
+        elif not np.array_equal(rows, np.eye(3, 4)):
+            yield f"(x, y, z) became ({', '.join(map(_sum, rows.tolist()))})"
+    scale = data.get("applied_scale", 1.0)
+    if scale != 1.0:
+        yield f"all was multiplied by {abbreviated(scale)}"
+
+
+def _sum(row: list[float]) -> str:
+    """Return a row of a matrix as a sum: ``-z``, ``0.5 x + 0.5 y - 1``."""
+    terms = [
+        (factor, name) for factor, name in zip(row, ("x", "y", "z", ""), strict=True) if factor
+    ]
+    text = ""
+    for factor, name in terms:
+        size = f"{abs(factor):.4g}"
+        term = " ".join(filter(None, ("" if size == "1" and name else size, name)))
+        sign = "-" if factor < 0 else "+"
+        text += f" {sign} {term}" if text else f"{'-' * (factor < 0)}{term}"
+    return text or "0"
 
 
 def _path(where: str, frame: Any) -> str:

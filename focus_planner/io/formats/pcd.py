@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.notes import Note
 from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     SurfaceContents,
@@ -23,6 +24,7 @@ from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, w
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 _POINT = ("x", "y", "z")
 _NORMAL = ("normal_x", "normal_y", "normal_z")
+_NO_VIEWPOINT = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # a place, and a quaternion w, x, y, z
 
 
 class _Field(NamedTuple):
@@ -65,7 +67,32 @@ def read_pcd(path: Path) -> SurfaceContents:
         notes = unfinished_line(path, content, DIGITS)
     else:
         notes = bytes_after_end(path, "pcd", rest, fields["x"].stride, "points")
+    notes += _viewpoint(path, header.get("VIEWPOINT", []))
     return SurfaceContents(points, None, normals, numbers, notes=notes)
+
+
+def _viewpoint(path: Path, words: list[str]) -> tuple[Note, ...]:
+    """Return a note on the pose of the sensor, if it tells one.
+
+    To PCL it is where the points were seen from, and they stand in their common frame without it;
+    CloudCompare and others store by it where a cloud was moved to, and leave the points alone.
+    """
+    try:
+        pose = [float(word) for word in words]
+    except ValueError:
+        return ()
+    if len(pose) != len(_NO_VIEWPOINT) or pose[:3] + [abs(w) for w in pose[3:]] == _NO_VIEWPOINT:
+        return ()
+    place, turn = (", ".join(f"{x:g}" for x in part) for part in (pose[:3], pose[3:]))
+    return (
+        Note(
+            "left_out",
+            f"{path}: its VIEWPOINT, a sensor at ({place}) turned by the quaternion ({turn}) in the"
+            " order w, x, y, z, is not applied: points are taken as they stand, as PCL does; if a"
+            " program moved the cloud by it alone, as CloudCompare does, save it there without its"
+            " sensor, so that the points themselves are moved",
+        ),
+    )
 
 
 def _count(header: dict[str, list[str]]) -> int:
