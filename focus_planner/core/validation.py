@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import reprlib
 import warnings
 from collections.abc import Iterable
 from typing import Any
@@ -74,8 +75,8 @@ def check_array(
             # NaN among integers is caught below; complex numbers must not be truncated silently.
             warnings.simplefilter("error", ComplexWarning)
             array = np.array(value, dtype=dtype, order="C")
-    except (TypeError, ValueError, OverflowError, ComplexWarning) as error:
-        raise InputError(argument, f"numbers of shape {wanted}", f"{error}") from None
+    except (TypeError, ValueError, OverflowError, ComplexWarning):
+        raise InputError(argument, f"numbers of shape {wanted}", reprlib.repr(value)) from None
     if array.dtype.kind == "i" and not np.array_equal(array, np.asarray(value)):
         raise InputError(argument, "whole numbers", "others")
     if array.ndim != len(shape) or any(

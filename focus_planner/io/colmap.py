@@ -26,11 +26,13 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
     THE_REST,
+    BrokenFileError,
     check_readable,
     read_text,
     unfinished_line,
     unreadable,
 )
+from focus_planner.io.formats.tables import numbers_of_text
 from focus_planner.io.names import camera_names
 from focus_planner.io.yaml_values import errors_within
 
@@ -168,8 +170,8 @@ def load_alignment(path: Path) -> Similarity:
     """
     words = re.split(r"[\s,;]+", read_text(path, "16 numbers, a 4 × 4 matrix row by row").strip())
     try:
-        numbers = [float(word) for word in words]
-    except ValueError as error:
+        numbers = numbers_of_text(" ".join(words).encode()).tolist()
+    except BrokenFileError as error:
         raise InputError(str(path), "16 numbers, a 4 × 4 matrix row by row", str(error)) from None
     if len(numbers) != 16:
         raise InputError(str(path), "16 numbers, a 4 × 4 matrix row by row", f"{len(numbers)}")
@@ -365,8 +367,8 @@ def _posed_image(name: str, camera: int, where: str, values: list[float]) -> _Po
 
 def _numbers(where: str, words: list[str]) -> list[float]:
     try:
-        values = [float(word) for word in words]
-    except ValueError as error:
+        values: list[float] = numbers_of_text(" ".join(words).encode()).tolist()
+    except BrokenFileError as error:
         raise InputError(where, "numbers", str(error)) from None
     if not all(map(math.isfinite, values)):
         raise InputError(where, "finite numbers", " ".join(words))

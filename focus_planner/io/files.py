@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 
+
+class BrokenFileError(ValueError):
+    """What is wrong with a file, in the words of its user; becomes an :class:`InputError`."""
+
+
 #: What a text may lack that does not end in a newline.
 DIGITS, THE_REST = "its last number may lack digits", "the rest is missing"
 
@@ -125,6 +130,28 @@ def unreadable(path: Path, kind: str, reason: str) -> InputError:
         " ".join(reason.split()),
         "it is probably truncated, or in another format than its name says",
     )
+
+
+@contextmanager
+def refusing(path: Path, kind: str) -> Iterator[None]:
+    """Turn all that a broken file may lead to into the error of :func:`unreadable`.
+
+    Raises
+    ------
+    InputError
+        With the text of a :class:`BrokenFileError`. Others, which Python and NumPy word for
+        programmers, are not repeated.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except BrokenFileError as error:
+        raise unreadable(path, kind, str(error)) from None
+    except UnicodeDecodeError:
+        raise unreadable(path, kind, "text that is not complete") from None
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        raise unreadable(path, kind, "values that do not fit together") from None
 
 
 def check_writable(path: Path) -> None:

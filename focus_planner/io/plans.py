@@ -58,14 +58,17 @@ def load_plan(path: Path) -> FocusPlan:
     text = read_text(path, "a plan.json")
     try:
         data = json.loads(text)
-    except ValueError as error:
-        raise InputError(str(path), "a plan.json", f"invalid JSON: {error}") from None
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise InputError(str(path), "a plan.json", f"invalid JSON at {place}") from None
+    except (RecursionError, ValueError):  # numbers of thousands of digits are refused as well
+        raise InputError(str(path), "a plan.json", "JSON of something else") from None
     try:
         return _plan_from_json(data)
     except KeyError as error:
         raise InputError(str(path), f"a plan.json with the key {error}", "none") from None
-    except (TypeError, AttributeError) as error:
-        raise InputError(str(path), "a plan.json", str(error)) from None
+    except (TypeError, AttributeError):
+        raise InputError(str(path), "a plan.json", "JSON of something else") from None
 
 
 def _list_to_json(name: str, entries: Iterable[dict[str, Any]]) -> str:

@@ -245,7 +245,7 @@ def fails(folder: Path, telling: str) -> None:
             "line 4: expected 4 parameters of PINHOLE: fx fy cx cy, got 3",
         ),
         ("cameras", "1 PINHOLE", "one PINHOLE", "expected a whole number, got 'one'"),
-        ("cameras", "500.0", "wide", "expected numbers, got could not convert"),
+        ("cameras", "500.0", "wide", "expected numbers, got 'wide' in place"),
         ("cameras", "500.0", "nan", "line 4: expected finite numbers, got nan 510.0 320.0 240.0"),
         ("cameras", "500.0", "-1", "line 4: image.fx: expected a number above 0, got -1"),
         ("cameras", " 480 500.0 510.0 320.0 240.0", "", "expected CAMERA_ID MODEL WIDTH HEIGHT"),
@@ -400,7 +400,10 @@ def test_an_alignment_is_16_numbers(tmp_path: Path, text: str) -> None:
     ("text", "telling"),
     [
         ("1 2 3\n", "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got 3"),
-        ("a" + " 1" * 15, "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got could not"),
+        (
+            "a" + " 1" * 15,
+            "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got 'a' in place",
+        ),
         ("1 " * 16, "m.txt: expected the last row 0 0 0 1"),
         ("", "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got an empty file"),
     ],

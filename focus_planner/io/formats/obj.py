@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import THE_REST, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    THE_REST,
+    BrokenFileError,
+    refusing,
+    unfinished_line,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
 )
@@ -54,15 +60,13 @@ def read_obj(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no obj file, has no faces, or has surface that is not polygons.
     """
-    try:
+    with refusing(path, "obj"):
         content = without_byte_order_mark(path.read_bytes())
         finished = content.endswith((b"\n", b"\r"))
         statements = _statements(path, content)
         counts = _corner_counts(statements, finished)
         points, vectors = _vectors(statements.vertices), _vectors(statements.normals)
         corners, of_normals = _corners(statements, counts)
-    except ValueError as error:
-        raise unreadable(path, "obj", str(error)) from None
     notes = unfinished_line(path, content, THE_REST)
     if not (of_normals >= 0).any():
         triangles = triangulate(points, corners, counts)
@@ -100,7 +104,7 @@ def _vectors(lines: Sequence[bytes]) -> FloatArray:
     text = b"\n".join(lines)
     counts = words_per_line(text)
     if len(counts) < len(lines) or counts.min(initial=3) < 3:
-        raise ValueError("a vertex of less than three numbers")
+        raise BrokenFileError("a vertex of less than three numbers")
     if len(counts) and (counts == counts[0]).all():
         return np.ascontiguousarray(numbers_of_text(text).reshape(len(lines), -1)[:, :3])
     return columns_of_lines(text.decode("utf-8", "replace").split("\n"), (0, 1, 2))
@@ -109,12 +113,12 @@ def _vectors(lines: Sequence[bytes]) -> FloatArray:
 def _corner_counts(statements: _Statements, finished: bool) -> NDArray[np.int64]:
     """Return how many corners each face has."""
     if not statements.faces:
-        raise ValueError("no triangle")
+        raise BrokenFileError("no triangle")
     counts = words_per_line(b"\n".join(statements.faces))
     if len(counts) < len(statements.faces) or counts.min() < 1:
-        raise ValueError("a face without corners")
+        raise BrokenFileError("a face without corners")
     if counts[-1] < 3 and not finished:
-        raise ValueError("a last face of less than three corners")
+        raise BrokenFileError("a last face of less than three corners")
     return counts
 
 
@@ -127,12 +131,12 @@ def _corners(
     before = np.repeat(_count_before(statements, b"v"), counts)
     corners = _numbers(_AFTER_VERTEX.sub(b"", text) if b"/" in text else text, total)
     if (corners == 0).any():
-        raise ValueError("a corner 0, where vertices are counted from 1")
+        raise BrokenFileError("a corner 0, where vertices are counted from 1")
     corners = np.where(corners > 0, corners - 1, before + corners)
     beyond = np.flatnonzero((corners < 0) | (corners >= len(statements.vertices)))
     if len(beyond):
         wrong = corners[beyond[0]] + 1
-        raise ValueError(f"a corner at vertex {wrong} of {len(statements.vertices)}")
+        raise BrokenFileError(f"a corner at vertex {wrong} of {len(statements.vertices)}")
     with_normals = len(_WITH_NORMAL.findall(text)) if b"/" in text else 0
     if with_normals == 0:
         return corners, np.full(total, -1)
@@ -157,7 +161,7 @@ def _numbers(text: bytes, count: int) -> NDArray[np.int64]:
     values = numbers_of_text(text)
     whole = values.astype(np.int64)
     if len(values) != count or not np.array_equal(whole, values):
-        raise ValueError("corners of faces that are no whole numbers")
+        raise BrokenFileError("corners of faces that are no whole numbers")
     return whole
 
 

@@ -87,11 +87,11 @@ def test_what_follows_the_end(tmp_path: Path) -> None:
         ("ascii", header("ascii", 21, points=21), None, "21 points announced, and 20 there"),
         ("binary", header("binary", 21, points=21), None, "21 points announced, and 20 there"),
         ("binary", header("binary", 21), None, "WIDTH, HEIGHT and POINTS"),
-        ("ascii", header("ascii").replace("x y z", "a b c"), None, "a usable 'x'"),
-        ("ascii", header("ascii").replace("SIZE 4", "SIZE"), None, "FIELDS, SIZE and COUNT"),
+        ("ascii", header("ascii").replace("x y z", "a b c"), None, "usable x, y and z"),
+        ("ascii", header("ascii").replace("SIZE 4", "SIZE"), None, "FIELDS, SIZE, TYPE and COUNT"),
         ("ascii", header("ascii"), TEXT.replace("\n", " 9\n", 1).rsplit(" ", 1)[0].encode(),
          "20 points announced, and"),
-        ("ascii", header("ascii"), TEXT.replace(".", "x", 1).encode(), "could not|in place of"),
+        ("ascii", header("ascii"), TEXT.replace(".", "x", 1).encode(), "in place of"),
     ],
 )  # fmt: skip
 def test_what_does_not_add_up_is_refused(
