@@ -6,7 +6,7 @@ A face names its corners by their numbers, counted from 1, or back from the last
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     THE_REST,
@@ -37,7 +38,24 @@ _KEYWORD = re.compile(rb"(?m)^[ \t]*(vn?|fo?)(?:[ \t]|$)")
 _ELSEWHERE = re.compile(rb"(?m)^[ \t]*(surf|call)\b")
 _NOT_READ = {b"surf": "free-form surfaces", b"call": "a call of another file"}
 _CONTINUED = re.compile(rb"\\[ \t]*\n")
+# A name that ends in a backslash, such as a folder of Windows, above a whole statement. A line of
+# numbers, or of what has numbers, is continued there.
+_NAME_ABOVE_STATEMENT = re.compile(
+    rb"(?m)^([ \t]*(?!(?:v|vn|vt|vp|f|fo|l|p)[ \t]|[-+.\d])[^\s][^\n]*)\\[ \t]*\n"
+    rb"(?=[ \t]*(?:vn?(?:[ \t]+[-+]?\.?\d[^\s\\]*){3}|fo?(?:[ \t]+-?\d[-\d/]*){3})(?:\s|\Z))"
+)
 _COMMENT = re.compile(rb"#[^\n]*")
+# Comments that count all of a file, as MeshLab and ZBrush write above it, or an object that ends
+# there, as MeshLab and 3ds Max write below it.
+_COUNTED = tuple(
+    (what, re.compile(rb"(?mi)^[ \t]*#[ \t]*" + phrase + rb"[ \t]*$"))
+    for what, phrase in (
+        ("vertices", rb"(?:vertices:|vertex count)[ \t]*(\d+)"),
+        ("vertices", rb"(\d+) vertices(?:, *\d+ vertices normals)?"),
+        ("faces", rb"(?:faces:|face count)[ \t]*(\d+)"),
+        ("faces", rb"(\d+) faces(?:, *\d+ coords texture)?"),
+    )
+)
 _AFTER_VERTEX = re.compile(rb"/[^\s]*")
 _WITH_NORMAL = re.compile(rb"/[^\s/]*/[^\s/]")
 _BEFORE_NORMAL = re.compile(rb"[^\s/]+/[^\s/]*/")
@@ -67,7 +85,11 @@ def read_obj(path: Path) -> SurfaceContents:
         counts = _corner_counts(statements, finished)
         points, vectors = _vectors(statements.vertices), _vectors(statements.normals)
         corners, of_normals = _corners(statements, counts)
-    notes = unfinished_line(path, content, THE_REST)
+    most = int(np.maximum(counts - 2, 1).sum())  # some count the triangles of polygons
+    notes = (
+        *unfinished_line(path, content, THE_REST),
+        *_compared(path, content, {"vertices": (len(points),) * 2, "faces": (len(counts), most)}),
+    )
     if not (of_normals >= 0).any():
         triangles = triangulate(points, corners, counts)
         return SurfaceContents(points, triangles, notes=notes)
@@ -82,11 +104,48 @@ def read_obj(path: Path) -> SurfaceContents:
     )
 
 
+def _compared(path: Path, content: bytes, came: Mapping[str, tuple[int, int]]) -> tuple[Note, ...]:
+    """Compare what comments count with what came, from so many to so many by the way of counting.
+
+    Returns
+    -------
+    tuple of Note
+        If more came than the comments count: the last may be missing.
+
+    Raises
+    ------
+    InputError
+        If less came.
+    """
+    if b"#" not in content:
+        return ()
+    text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    notes = {}
+    for what, phrase in _COUNTED:
+        found = [int(number[:18]) for number in phrase.findall(text)]
+        fewest, most = came[what]
+        if sum(found) > most:
+            raise InputError(
+                str(path),
+                f"the {sum(found)} {what} that its comments count",
+                f"{fewest}",
+                "it is probably truncated; if it is whole, delete those comments",
+            )
+        if found and sum(found) < fewest:
+            notes[what] = Note(
+                "left_out",
+                f"{path}: {fewest} {what} came, where its comments count {sum(found)}: if it was"
+                " cut off, the rest is missing; if it is whole, delete those comments",
+            )
+    return tuple(notes.values())
+
+
 def _statements(path: Path, content: bytes) -> _Statements:
     text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in text:
         text = _COMMENT.sub(b"", text)
     if b"\\" in text:
+        text = _NAME_ABOVE_STATEMENT.sub(rb"\1\n", text)
         text = _CONTINUED.sub(b" ", text)
     elsewhere = _ELSEWHERE.search(text)
     if elsewhere:
