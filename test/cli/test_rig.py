@@ -17,6 +17,7 @@ from focus_planner.io.rigs import load_rig, save_rig
 
 LENS = Lens(0.035, 5.0)
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05, lens=LENS)
+CASES = Path(__file__).parents[1] / "io/cases"
 LENS_OPTIONS = ["--focal-length", "0.035", "--hyperfocal-distance", "5"]
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.3)
 BALL.apply_translation([0.0, 0.0, 0.9])
@@ -120,6 +121,16 @@ def test_a_model_without_a_scale_says_so(here: Path, capsys: Any) -> None:
         " 150 m; otherwise give the metres per unit with --scale\n"
     )
     assert (len(rig), rig.frame_id) == (6, "booth")
+
+
+def test_a_model_says_nothing_of_its_lens(here: Path, capsys: Any) -> None:
+    rig, notes = made(capsys, "colmap", str(CASES / "20_import_lens_guessed/model"), "--scale", "1")
+    assert notes.startswith(
+        "focus_planner: note: nothing tells the lens of 2 of 2 cameras: focal length 50 mm and"
+        " hyperfocal distance 10 m are assumed, as in the paper"
+    )
+    (note,) = rig.notes
+    assert note.code == "default_lens"
 
 
 def test_distorted_images_stay_so(here: Path, capsys: Any) -> None:
