@@ -251,6 +251,9 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     return optics.complete(Rig(cameras, frame_id, grid, _notes(optics, lacking)))
 
 
+_SET_TO_DEFAULT = "set to their defaults, they count as not set"
+
+
 def _notes(optics: Optics, lacking: list[tuple[bool, bool]]) -> tuple[Note, ...]:
     """Return the notes on the parameters that stand in for what a message lacks.
 
@@ -280,8 +283,10 @@ def _notes(optics: Optics, lacking: list[tuple[bool, bool]]) -> tuple[Note, ...]
     return notes_on_defaults(
         (assumed[each] for each in lacking),
         "publish each camera's lens on ~/rig, or set the parameters lens.focal_length, and"
-        " lens.f_number with lens.circle_of_confusion, or lens.hyperfocal_distance",
-        "publish each camera's CameraInfo on ~/rig, or set the parameters image.width, ...",
+        " lens.f_number with lens.circle_of_confusion, or lens.hyperfocal_distance"
+        f" ({_SET_TO_DEFAULT})",
+        "publish each camera's CameraInfo on ~/rig, or set the parameters image.width, ..."
+        f" ({_SET_TO_DEFAULT})",
     )
 
 
