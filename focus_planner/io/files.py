@@ -150,7 +150,7 @@ def refusing(path: Path, kind: str) -> Iterator[None]:
         raise unreadable(path, kind, str(error)) from None
     except UnicodeDecodeError:
         raise unreadable(path, kind, "text that is not complete") from None
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
         raise unreadable(path, kind, "values that do not fit together") from None
 
 

@@ -37,7 +37,7 @@ def nerfstudio_frames(text: str) -> dict[str, Any] | None:
         return None
     try:
         data = json.loads(text)
-    except ValueError:
+    except (RecursionError, ValueError):
         return None
     return data if isinstance(data, dict) and isinstance(data.get("frames"), list) else None
 

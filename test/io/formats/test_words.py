@@ -148,6 +148,12 @@ def test_errors_are_in_a_users_words(tmp_path: Path, name: str) -> None:
     assert refused > MUTANTS / 8
 
 
+def test_json_that_is_nested_too_deep(tmp_path: Path) -> None:
+    (tmp_path / "a.gltf").write_text('{"nodes": ' + "[" * 200_000)
+    with pytest.raises(InputError, match="got values that do not fit together"):
+        load_surface(tmp_path / "a.gltf")
+
+
 def test_a_file_in_utf_16_that_is_cut_off(tmp_path: Path) -> None:
     for name in ("a.off", "a.obj", "a.ply", "a.pcd", "a.xyz", "a.gltf"):
         path = tmp_path / name
