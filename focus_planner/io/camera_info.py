@@ -73,7 +73,9 @@ def _pinhole(where: str, matrix: Any) -> tuple[float, float, float, float]:
         raise InputError(f"{where}.data", "9 numbers, row by row", str(len(values)))
     fx, skew, cx, zero, fy, cy, *last = values
     if (skew, zero, last) != (0, 0, [0, 0, 1]):
-        raise InputError(f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", " ".join(f"{value:g}" for value in values))
+        raise InputError(
+            f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", " ".join(f"{value:g}" for value in values)
+        )
     return fx, fy, cx, cy
 
 

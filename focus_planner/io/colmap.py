@@ -301,7 +301,9 @@ def _read_text(cameras: Path, images: Path) -> _Contents:
 
 def _check_announced(path: Path, what: str, count: int) -> None:
     """Raise if there are fewer than a comment announces, as COLMAP writes it."""
-    found = re.search(rf"^#\s*Number of {what}: *(\d{1,18})", read_text(path, _TEXT), re.MULTILINE)
+    found = re.search(
+        rf"^#\s*Number of {what}: *(\d{{1,18}})", read_text(path, _TEXT), re.MULTILINE
+    )
     if found and count < int(found[1]):
         raise unreadable(path, "txt", f"{count} {what} of the {found[1]} announced")
 

@@ -19,6 +19,9 @@ from focus_planner.core.validation import InputError
 #: What a text may lack that does not end in a newline.
 DIGITS, THE_REST = "its last number may lack digits", "the rest is missing"
 
+#: What is expected of a file with a surface, for errors.
+SURFACE = "a mesh or point cloud"
+
 #: Bytes of any file, and of one that becomes objects of Python: texts of cameras, plans, tables.
 MAX_BYTES, MAX_TEXT = 4 << 30, 64 << 20
 
@@ -27,7 +30,7 @@ _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a so
 
 @contextmanager
 def open_regular(path: Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO]:
-    """Open the file that a name leads to: the one way in which this package opens files it is given.
+    """Open the file that a name leads to: the only way in which this package opens what it is told.
 
     Only regular files are opened, so that no device, pipe or socket is touched, none is waited for,
     and none goes on for ever.
@@ -104,12 +107,11 @@ def read_text(path: Path, what: str, max_bytes: int = MAX_TEXT) -> str:
 
 
 def _opened(path: Path, what: str) -> BufferedReader:
-    try:
-        _check_regular(path, what, path.stat())
-        # It may be another by now: a pipe without a writer is opened at once, and not waited for.
-        file = open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY), "rb")  # noqa: SIM115
-    except ValueError:  # a null character
-        raise InputError(str(path), what, "no name of a file") from None
+    if "\0" in str(path):
+        raise InputError(str(path), what, "no name of a file")
+    _check_regular(path, what, path.stat())
+    # It may be another by now: a pipe without a writer is opened at once, and not waited for.
+    file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY), "rb")
     try:
         _check_regular(path, what, os.fstat(file.fileno()))
     except InputError:

@@ -51,8 +51,8 @@ def _check_depth(text: str) -> None:
         return
     depth = 0
     for match in _TOKEN.finditer(text):
-        token = text[match.start()]
-        depth += (token in "[{") - (token in "]}")
+        sign = text[match.start()]
+        depth += (sign in "[{") - (sign in "]}")
         if depth > MAX_DEPTH:
             raise ValueError(f"more than {MAX_DEPTH} lists within one another")
 

@@ -123,9 +123,7 @@ def lens_tables_from_yaml(text: str, where: str) -> LensTables:
     top = mapping(where, read_yaml(where, text, _MAX_NODES), _FILE_KEYS, prefix=f"{where}: ")
     cameras = top.get("cameras", {})
     if not isinstance(cameras, dict):
-        raise InputError(
-            f"{where}: cameras", "a table for each camera's name", kind_of(cameras)
-        )
+        raise InputError(f"{where}: cameras", "a table for each camera's name", kind_of(cameras))
     default = top.get("default")
     if not cameras and default is None:
         raise InputError(where, "tables of cameras, or a default", "neither")

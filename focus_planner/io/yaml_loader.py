@@ -37,10 +37,10 @@ def load_documents(text: str, max_nodes: int = MAX_NODES) -> list[Any]:
         _check_size(text, max_nodes)
         return list(yaml.load_all(text, _Loader))
     except yaml.MarkedYAMLError as error:
-        problem = error.problem
+        mark: Any = error.problem_mark
+        problem = error.problem or ""
         if isinstance(error, yaml.constructor.ConstructorError) and "tag" in problem:
             problem = "a tag that is not known here"  # PyYAML quotes it
-        mark = error.problem_mark
         raise ValueError(f"line {mark.line + 1}, column {mark.column + 1}: {problem}") from None
     except yaml.YAMLError:
         raise ValueError("characters that YAML does not allow") from None
@@ -135,27 +135,31 @@ class _Sizes:
 def _check_size(text: str, max_nodes: int) -> None:
     """Raise if a text is too deep, or stands for too much."""
     sizes = _Sizes()
+    event: Any
     for event in yaml.parse(text, _SafeLoader):
-        match event:
-            case yaml.DocumentStartEvent():
-                sizes.forget()
-            case yaml.CollectionStartEvent():
-                sizes.start(event.anchor)
-            case yaml.CollectionEndEvent():
-                sizes.end()
-            case yaml.ScalarEvent():
-                sizes.scalar(event.anchor)
-                if len(event.value) > _MAX_SCALAR:
-                    count = f"{len(event.value):,} of {_MAX_SCALAR:,}"
-                    raise _problem(f"a text of {count} characters", event.start_mark)
-            case yaml.AliasEvent():
-                if not sizes.alias(event.anchor):
-                    raise _problem("an alias of nothing that ends above it", event.start_mark)
+        _count(sizes, event)
         if sizes.nodes > max_nodes:
             raise _problem(f"more than {max_nodes:,} keys and values", event.start_mark)
         if sizes.depth > MAX_DEPTH:
             raise _problem(f"more than {MAX_DEPTH} lists within one another", event.start_mark)
 
 
-def _problem(what: str, where: yaml.Mark) -> yaml.MarkedYAMLError:
+def _count(sizes: _Sizes, event: Any) -> None:
+    match event:
+        case yaml.DocumentStartEvent():
+            sizes.forget()
+        case yaml.CollectionStartEvent():
+            sizes.start(event.anchor)
+        case yaml.CollectionEndEvent():
+            sizes.end()
+        case yaml.ScalarEvent():
+            sizes.scalar(event.anchor)
+            if len(event.value) > _MAX_SCALAR:
+                count = f"{len(event.value):,} of {_MAX_SCALAR:,}"
+                raise _problem(f"a text of {count} characters", event.start_mark)
+        case yaml.AliasEvent() if not sizes.alias(str(event.anchor)):
+            raise _problem("an alias of nothing that ends above it", event.start_mark)
+
+
+def _problem(what: str, where: Any) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(problem=what, problem_mark=where)

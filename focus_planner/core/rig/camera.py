@@ -161,7 +161,8 @@ def _checked_region(intrinsics: CameraIntrinsics) -> tuple[int, int, int, int] |
     if len(listed) != 4:
         raise InputError(name, "x_offset, y_offset, width, height", f"{len(listed)} numbers")
     x, y, width, height = (
-        check_whole(f"{name}[{i}]", number, int(i > 1), MAX_PIXELS) for i, number in enumerate(listed)
+        check_whole(f"{name}[{i}]", number, int(i > 1), MAX_PIXELS)
+        for i, number in enumerate(listed)
     )
     if x + width > intrinsics.width or y + height > intrinsics.height:
         raise InputError(

@@ -33,8 +33,12 @@ def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusio
     InputError
         If a value is not positive.
     """
-    values = (focal_length, f_number, circle_of_confusion)
-    for name, value in zip(("focal_length", "f_number", "circle_of_confusion"), values, strict=True):
+    given = {
+        "focal_length": focal_length,
+        "f_number": f_number,
+        "circle_of_confusion": circle_of_confusion,
+    }
+    for name, value in given.items():
         check_number(f"lens.{name}", value, above=0, at_most=_LARGEST)
         check_number(f"lens.{name}", value, at_least=_SMALLEST)
     return focal_length**2 / (f_number * circle_of_confusion)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,11 +15,12 @@ from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_readable, unreadable, without_byte_order_mark
+from focus_planner.io.files import SURFACE, read_bytes, unreadable, without_byte_order_mark
 from focus_planner.io.formats.contents import (
     bytes_after_end,
     optional_library,
 )
+from focus_planner.io.json_values import read_json
 
 DRACO = "KHR_draco_mesh_compression"
 _QUANTIZATION = "KHR_mesh_quantization"
@@ -97,6 +97,8 @@ class Gltf:
         view = self.items("bufferViews")[place["bufferView"]]
         data = self._view(view)
         stride = view.get("byteStride", kind.itemsize * size)
+        if stride < kind.itemsize * size:  # a few bytes would stand for any number of vertices
+            raise ValueError(f"{size} numbers every {stride} bytes")
         return np.ndarray(
             (count, size), kind, data, place.get("byteOffset", 0), (stride, kind.itemsize)
         ).copy()
@@ -135,8 +137,7 @@ class Gltf:
                 raise ValueError("a buffer that is no base64") from None
         else:
             file = self.path.parent / unquote(uri)
-            check_readable(file, f"a buffer of {self.path.name}")
-            data = file.read_bytes()
+            data = read_bytes(file, f"a buffer of {self.path.name}")
         announced = int(buffer["byteLength"])
         if len(data) < announced:
             raise ValueError(f"{len(data)} bytes of the {announced} announced")
@@ -184,15 +185,15 @@ def read_gltf_file(path: Path) -> Gltf:
     LookupError, TypeError or ValueError
         If it is broken otherwise.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     if content.startswith(b"glTF"):
         text, chunk, notes = _chunks(path, content)
     else:
         text, chunk, notes = without_byte_order_mark(content), b"", ()
     try:
-        data = json.loads(text)
-    except ValueError:
-        raise unreadable(path, path.suffix[1:].lower(), "no json") from None
+        data = read_json(str(path), text, "json")
+    except InputError as error:
+        raise unreadable(path, path.suffix[1:].lower(), f"no json ({error.got})") from None
     if not isinstance(data, dict):
         raise unreadable(path, path.suffix[1:].lower(), "json of something else")
     gltf = Gltf(path, data, chunk, notes)

@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import THE_REST, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    SURFACE,
+    THE_REST,
+    read_bytes,
+    unfinished_line,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
 )
@@ -55,7 +62,7 @@ def read_obj(path: Path) -> SurfaceContents:
         If it is truncated, no obj file, has no faces, or has surface that is not polygons.
     """
     try:
-        content = without_byte_order_mark(path.read_bytes())
+        content = without_byte_order_mark(read_bytes(path, SURFACE))
         finished = content.endswith((b"\n", b"\r"))
         statements = _statements(path, content)
         counts = _corner_counts(statements, finished)

@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    DIGITS,
+    SURFACE,
+    read_bytes,
+    unfinished_line,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     check_announced,
@@ -30,7 +37,7 @@ def read_off(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no off file, or of another kind than polygons in space.
     """
-    content = without_byte_order_mark(path.read_bytes())
+    content = without_byte_order_mark(read_bytes(path, SURFACE))
     text = _COMMENT.sub("", content.decode("utf-8", "replace")).strip()
     keyword = _KEYWORD.match(text)
     if keyword is None:

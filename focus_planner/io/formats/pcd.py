@@ -13,7 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    DIGITS,
+    SURFACE,
+    read_bytes,
+    unfinished_line,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
@@ -43,7 +50,7 @@ def read_pcd(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, or no pcd file.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     stream = io.BytesIO(without_byte_order_mark(content))
     try:
         header = _header(stream)
@@ -133,13 +140,13 @@ def _compressed(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDA
     packed, size = struct.unpack_from("<II", body) if len(body) >= 8 else (0, 0)
     if len(body) < 8 + packed or size != fields[0].stride * count:
         raise ValueError("fewer bytes there")
-    raw = _unpack_lzf(memoryview(body)[8 : 8 + packed])
+    raw = _unpack_lzf(memoryview(body)[8 : 8 + packed], size)
     columns: list[Any] = [np.frombuffer(raw, f.kind, count, f.offset * count) for f in fields]
     return columns, body[8 + packed :]
 
 
-def _unpack_lzf(packed: memoryview) -> bytearray:
-    """Decompress LZF.
+def _unpack_lzf(packed: memoryview, size: int) -> bytearray:
+    """Decompress LZF to ``size`` bytes.
 
     A byte n below 32 is followed by n + 1 literal bytes. Any other starts a back-reference: three
     bits of length (7: add the next byte), plus 2; thirteen bits of distance, plus 1.
@@ -147,6 +154,8 @@ def _unpack_lzf(packed: memoryview) -> bytearray:
     out = bytearray()
     at = 0
     while at < len(packed):
+        if len(out) > size:
+            raise ValueError(f"more than the {size} bytes announced")
         control = packed[at]
         at += 1
         if control < 32:

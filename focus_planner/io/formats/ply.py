@@ -17,7 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    DIGITS,
+    SURFACE,
+    read_bytes,
+    unfinished_line,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
@@ -83,7 +90,7 @@ def read_ply(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no ply file, or its faces are not polygons.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     try:
         header, body = _header(without_byte_order_mark(content))
         columns, lists, rest = _body(header, body)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.io.quoting import word as quoted
 
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
 _BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
@@ -32,7 +33,7 @@ def numbers_of_text(text: bytes) -> FloatArray:
             warnings.simplefilter("error")  # NumPy warns and goes on with a part
             return np.fromstring(text.decode("latin-1"), sep=" ")
     except (ValueError, DeprecationWarning):
-        raise ValueError(f"{_first_that_is_no_number(text)!r} in place of a number") from None
+        raise ValueError(f"{_first_that_is_no_number(text)} in place of a number") from None
 
 
 def with_usual_nan(text: bytes) -> bytes:
@@ -42,7 +43,7 @@ def with_usual_nan(text: bytes) -> bytes:
 
 def _first_that_is_no_number(text: bytes) -> str:
     words = (word for word in text.split() if not is_number(word))
-    return next(words, b"something").decode("utf-8", "replace")
+    return quoted(next(words, b"").decode("utf-8", "replace"))
 
 
 def is_number(word: bytes) -> bool:
@@ -88,4 +89,6 @@ def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray
         try:
             return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
         except ValueError as error:
-            raise ValueError(str(error).partition(";")[0]) from None
+            # Without the text that is no number.
+            place = re.search(r"at row \d+[^;.]*", str(error))
+            raise ValueError(f"no number {place[0] if place else 'in a row'}") from None

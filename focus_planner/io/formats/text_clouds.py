@@ -21,7 +21,9 @@ from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
+    SURFACE,
     THE_REST,
+    read_bytes,
     unfinished_line,
     unreadable,
     without_byte_order_mark,
@@ -37,6 +39,7 @@ from focus_planner.io.formats.tables import (
     with_usual_nan,
     words_per_line,
 )
+from focus_planner.io.quoting import word as quoted
 
 _COMMENT = re.compile(rb"(#|//)[^\n]*")
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+([eE][-+]?\d+)?")
@@ -96,7 +99,7 @@ def read_text_cloud(path: Path) -> SurfaceContents:
         not say which columns are x, y and z.
     """
     kind = path.suffix.lower().removeprefix(".")
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     try:
         text = whole = without_byte_order_mark(content)
         if b"\n" not in text:
@@ -207,7 +210,7 @@ def _scans(path: Path, kind: str, text: bytes) -> tuple[list[tuple[int, bytes]],
         counts = words[first + 1 : last]
         wanted = lines[first].strip()
         if not wanted.isdigit():
-            raise ValueError(f"{wanted.decode('utf-8', 'replace')!r} in place of a point")
+            raise ValueError(f"{quoted(wanted.decode('utf-8', 'replace'))} in place of a point")
         check_announced(path, kind, "points", int((counts > 0).sum()), int(wanted))
         if counts.any():
             scans.append((_width(counts, first + 1), b"\n".join(lines[first + 1 : last])))
