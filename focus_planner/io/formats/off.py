@@ -75,4 +75,7 @@ def _polygons(lines: list[str]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         if not 0 < counts[-1] <= len(words):
             raise ValueError(f"{len(words)} corners of the {count} announced")
         corners += map(int, words[: counts[-1]])
-    return np.array(corners, dtype=np.int64), np.array(counts, dtype=np.int64)
+    try:
+        return np.array(corners, dtype=np.int64), np.array(counts, dtype=np.int64)
+    except OverflowError:
+        raise ValueError("a corner at a vertex of any number") from None

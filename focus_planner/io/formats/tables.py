@@ -88,7 +88,7 @@ def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray
         warnings.simplefilter("ignore")  # of empty input, which is refused as a surface
         try:
             return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             # Without the text that is no number.
             place = re.search(r"at row \d+[^;.]*", str(error))
             raise ValueError(f"no number {place[0] if place else 'in a row'}") from None
