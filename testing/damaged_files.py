@@ -162,8 +162,7 @@ _WORDS = (
 def aliases(levels: int = 9, width: int = 9) -> bytes:
     """Return YAML that stands for ``width ** levels`` values."""
     lines = ["a0: &a0 [" + ", ".join(["x"] * width) + "]"]
-    for i in range(1, levels):
-        lines.append(f"a{i}: &a{i} [" + ", ".join([f"*a{i - 1}"] * width) + "]")
+    lines += [f"a{i}: &a{i} [" + ", ".join([f"*a{i - 1}"] * width) + "]" for i in range(1, levels)]
     return "\n".join(lines).encode()
 
 
@@ -309,7 +308,12 @@ def _glb() -> bytes:
     text, data = text + b" " * (-len(text) % 4), data + b"\0" * (-len(data) % 4)
     length = 12 + 8 + len(text) + 8 + len(data)
     chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
-    return struct.pack("<4sII", b"glTF", 2, length) + chunks + struct.pack("<II", len(data), 0x4E4942) + data
+    return (
+        struct.pack("<4sII", b"glTF", 2, length)
+        + chunks
+        + struct.pack("<II", len(data), 0x4E4942)
+        + data
+    )
 
 
 def _ply(form: str) -> bytes:
@@ -337,7 +341,9 @@ def _pcd(form: str) -> bytes:
     if form == "binary":
         return head.encode() + points.tobytes()
     raw = points.T.tobytes()
-    packed = b"".join(bytes([len(raw[i : i + 32]) - 1]) + raw[i : i + 32] for i in range(0, len(raw), 32))
+    packed = b"".join(
+        bytes([len(raw[i : i + 32]) - 1]) + raw[i : i + 32] for i in range(0, len(raw), 32)
+    )
     return head.encode() + struct.pack("<II", len(packed), len(raw)) + packed
 
 
@@ -392,11 +398,16 @@ def _kinds() -> dict[str, Kind]:
         "a.glb": _glb(),
         "a.npy": _npy(CLOUD.points),
         "a.xyz": _rows(CLOUD.points).encode(),
-        "a.csv": ("x,y,z,importance\n" + _rows(np.c_[CLOUD.points, CLOUD.importance]).replace(" ", ",")).encode(),
+        "a.csv": (
+            "x,y,z,importance\n" + _rows(np.c_[CLOUD.points, CLOUD.importance]).replace(" ", ",")
+        ).encode(),
     }
     several = {
         **{f"ply {form}": ("a.ply", _ply(form)) for form in ("ascii", "binary_little_endian")},
-        **{f"pcd {form}": ("a.pcd", _pcd(form)) for form in ("ascii", "binary", "binary_compressed")},
+        **{
+            f"pcd {form}": ("a.pcd", _pcd(form))
+            for form in ("ascii", "binary", "binary_compressed")
+        },
         **{f"stl {binary}": ("a.stl", _stl(binary)) for binary in (False, True)},
     }
     text, binary = tuple(_TEXTS.items()), tuple(_BINARIES.items())
@@ -455,7 +466,7 @@ def main(arguments: list[str]) -> None:
         for name, kind in KINDS.items():
             place = Path(folder) / re.sub(r"\W", "_", name)
             place.mkdir()
-            print(f"{name}: {read_damaged(kind, count, place)}", flush=True)  # noqa: T201
+            print(f"{name}: {read_damaged(kind, count, place)}", flush=True)
 
 
 if __name__ == "__main__":

@@ -358,7 +358,7 @@ def test_an_accessor_announces_what_is_there(tmp_path: Path, change: dict[str, A
     asset.json["accessors"][0] |= change
     if change.get("bufferView", 0) is None:
         del asset.json["accessors"][0]["bufferView"]
-    with pytest.raises(InputError, match="a complete glb file|an empty file"):
+    with pytest.raises(InputError, match="a complete glb file"):
         read_gltf(asset.glb(tmp_path / "a.glb"))
 
 
@@ -367,7 +367,7 @@ def test_a_glb_announces_its_length(tmp_path: Path) -> None:
     content = path.read_bytes()
     for end in range(0, len(content), 7):
         path.write_bytes(content[:end])
-        with pytest.raises(InputError, match="a complete glb file|an empty file"):
+        with pytest.raises(InputError, match=r"a complete glb file|an empty file"):
             read_gltf(path)
     path.write_bytes(content + b"\0\n")
     assert [note.code for note in read_gltf(path).notes] == ["left_out"]
