@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -12,13 +11,15 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.camera import MAX_PIXELS, Camera, CameraIntrinsics
 from focus_planner.core.rig.frames import Similarity, similarity_from_matrix
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError, check_number, first_few
+from focus_planner.core.validation import InputError, check_number, check_whole, first_few
+from focus_planner.io.json_values import read_json
 from focus_planner.io.names import camera_names
-from focus_planner.io.yaml_values import abbreviated, errors_within, number, value_at
+from focus_planner.io.quoting import abbreviated
+from focus_planner.io.yaml_values import errors_within, number, value_at
 
 #: Its cameras look along -z, with y up.
 _CAMERA_FROM_OPTICAL = Similarity(Rotation.from_quat([1.0, 0.0, 0.0, 0.0]))
@@ -36,9 +37,9 @@ def nerfstudio_frames(text: str) -> dict[str, Any] | None:
     if not text.lstrip().startswith("{"):
         return None
     try:
-        data = json.loads(text)
-    except (RecursionError, ValueError):
-        return None
+        data = read_json("transforms.json", text, "JSON")
+    except InputError:
+        return None  # it may be YAML
     return data if isinstance(data, dict) and isinstance(data.get("frames"), list) else None
 
 
@@ -174,7 +175,9 @@ def _intrinsics(where: str, data: Mapping[str, Any]) -> CameraIntrinsics:
             )
         return float(number(f"{where}.{name}", data.get(name, default)))
 
-    width, height = (int(value(name)) for name in ("w", "h"))
+    width, height = (
+        check_whole(f"{where}.{name}", _whole(value(name)), 1, MAX_PIXELS) for name in ("w", "h")
+    )
     fx = value("fl_x", _from_angle(width, data.get("camera_angle_x")))
     fy = value("fl_y", _from_angle(height, data.get("camera_angle_y")) or fx)
     model = _distortion_model(where, data)
@@ -199,6 +202,10 @@ def _intrinsics(where: str, data: Mapping[str, Any]) -> CameraIntrinsics:
     )
 
 
+def _whole(value: float) -> float | int:
+    return int(value) if value.is_integer() else value
+
+
 def _from_angle(size: int, angle: Any) -> float | None:
     """Return the focal length of an angle of view, radians, in pixels."""
     if isinstance(angle, (int, float)) and 0 < angle < math.pi:
@@ -208,6 +215,8 @@ def _from_angle(size: int, angle: Any) -> float | None:
 
 def _distortion_model(where: str, data: Mapping[str, Any]) -> str:
     name = data.get("camera_model", "OPENCV_FISHEYE" if data.get("is_fisheye") else "OPENCV")
+    if not isinstance(name, str):
+        raise InputError(f"{where}: camera_model", "a name", abbreviated(name))
     if name == "OPENCV_FISHEYE":
         return "equidistant"
     if name in _PINHOLE:

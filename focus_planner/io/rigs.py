@@ -17,9 +17,9 @@ from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write
 from focus_planner.io.lens_tables import lens_table_from_values, lens_table_values
+from focus_planner.io.quoting import abbreviated, kind_of
 from focus_planner.io.yaml_values import (
     Values,
-    abbreviated,
     errors_within,
     flow,
     load_yaml,
@@ -86,7 +86,7 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     top = mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
-        raise InputError(f"{path}: cameras", "a list of cameras", abbreviated(entries))
+        raise InputError(f"{path}: cameras", "a list of cameras", kind_of(entries))
     shared = _Optics(
         _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS),
         _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS),
@@ -240,7 +240,7 @@ def _doubted(where: str, listed: Any) -> frozenset[str]:
     if not isinstance(listed, list) or not all(
         isinstance(name, str) and name in _DEFAULTS for name in listed
     ):
-        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), abbreviated(listed))
+        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), kind_of(listed))
     return frozenset[str]().union(*(_DEFAULTS[name] for name in listed))
 
 

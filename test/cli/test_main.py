@@ -331,7 +331,7 @@ def test_a_property_counts_as_importance_when_asked(here: Path, capsys: Any) -> 
         ("1\n2\n", "numbers.txt: expected 642 numbers, one per vertex, got 2"),
         ("1\n" * 641 + "nan\n", "mesh vertex_importance: expected finite numbers"),
         ("0\n" * 642, "mesh vertex_importance: expected some above 0"),
-        ("many\n", "'many' in place of a number"),
+        ("many\n", "something else in place of a number"),
         ("", "got an empty file"),
     ],
 )

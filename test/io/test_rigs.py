@@ -279,7 +279,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ("cameras: [1, 2", r"expected YAML, got line \d, column \d: "),
         ("cameras: {{", "expected YAML, got line "),
         ("a: !!python/object:os.system x", "expected YAML"),
-        ("frame_id: 2024-13-41", "expected YAML, got month must be in"),
+        ("frame_id: 2024-13-41", "expected YAML, got line 1, column 11: a number or a date that"),
         ("- 1", "expected keys and values"),
         ("frame_id: world", "cameras: expected a list of cameras, got nothing"),
         ("cameras: []", "rig: expected at least one camera, got none"),
@@ -305,7 +305,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, 0]')}]",
-            r"cameras\[0\]\.position: expected a list of 3 numbers, got \[1, 0\]",
+            r"cameras\[0\]\.position: expected a list of 3 numbers, got a list of 2",
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, x, 0]')}]",
@@ -324,7 +324,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"lens: {{focus_distances: 3}}\ncameras: [{CAMERA}]",
-            r"lens\.focus_distances: expected a list of numbers, got 3",
+            r"lens\.focus_distances: expected a list of numbers, got a number",
         ),
         (
             f"lens: {{focus_distances: [1, x]}}\ncameras: [{CAMERA}]",
@@ -370,7 +370,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"image: {{binning: 2}}\ncameras: [{CAMERA}]",
-            r"yaml: image\.binning: expected a list of numbers, got 2",
+            r"yaml: image\.binning: expected a list of numbers, got a number",
         ),
         (
             f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -25,8 +26,8 @@ class Grid:
     columns: int
 
     def __post_init__(self) -> None:
-        check_whole("grid.rows", self.rows, 1)
-        check_whole("grid.columns", self.columns, 1)
+        check_whole("grid.rows", self.rows, 1, MAX_CAMERAS)
+        check_whole("grid.columns", self.columns, 1, MAX_CAMERAS)
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,9 @@ class Rig:
         if len(self.cameras) > MAX_CAMERAS:
             raise InputError("rig", f"at most {MAX_CAMERAS} cameras", str(len(self.cameras)))
         names = [camera.name for camera in self.cameras]
-        if len(set(names)) < len(names):
-            repeated = next(name for name in names if names.count(name) > 1)
-            got = f"{repeated!r} {names.count(repeated)} times"
-            raise InputError("rig", "unique camera names", got)
+        repeated, times = Counter(names).most_common(1)[0]
+        if times > 1:
+            raise InputError("rig", "unique camera names", f"{repeated!r} {times} times")
         if self.grid is not None and self.grid.rows * self.grid.columns != len(self.cameras):
             raise InputError(
                 "rig.grid",

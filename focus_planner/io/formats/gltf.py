@@ -21,6 +21,8 @@ from focus_planner.io.formats.gltf_buffers import Gltf, read_gltf_file
 
 _INSTANCES = "EXT_mesh_gpu_instancing"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+# A short file may repeat a mesh any number of times.
+_MAX_VERTICES = 100_000_000
 
 
 class _Part(NamedTuple):
@@ -43,7 +45,7 @@ def read_gltf(path: Path) -> SurfaceContents:
     with refusing(path, kind):
         try:
             gltf = read_gltf_file(path)
-            parts = [part for node, pose in _nodes(gltf) for part in _of_node(gltf, node, pose)]
+            parts = _parts(gltf)
             notes = [*gltf.notes, *_other_scenes(path, gltf)]
         except KeyError as error:
             raise BrokenFileError(f"json that lacks {error.args[0]!r} somewhere") from None
@@ -59,6 +61,17 @@ def read_gltf(path: Path) -> SurfaceContents:
         normals,
         notes=tuple(notes),
     )
+
+
+def _parts(gltf: Gltf) -> list[_Part]:
+    parts, vertices = list[_Part](), 0
+    for node, pose in _nodes(gltf):
+        for part in _of_node(gltf, node, pose):
+            parts.append(part)
+            vertices += len(part.points)
+            if vertices > _MAX_VERTICES:
+                raise BrokenFileError(f"more than {_MAX_VERTICES:,} vertices, by repetition")
+    return parts
 
 
 def _normals_or_none(part: _Part) -> FloatArray:

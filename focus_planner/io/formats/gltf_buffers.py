@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,8 +16,9 @@ from numpy.typing import NDArray
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
+    SURFACE,
     BrokenFileError,
-    check_readable,
+    read_bytes,
     unreadable,
     without_byte_order_mark,
 )
@@ -26,6 +26,7 @@ from focus_planner.io.formats.contents import (
     bytes_after_end,
     optional_library,
 )
+from focus_planner.io.json_values import read_json
 
 DRACO = "KHR_draco_mesh_compression"
 _QUANTIZATION = "KHR_mesh_quantization"
@@ -114,6 +115,7 @@ class Gltf:
         data = self._view(view)
         each = kind.itemsize * size
         stride, offset = view.get("byteStride", each), place.get("byteOffset", 0)
+        # Less than a row apart, a few bytes would stand for any number of vertices.
         if stride < each or min(offset, count) < 0:
             raise BrokenFileError(f"{count} rows of {each} bytes at {offset}, {stride} bytes apart")
         if count and offset + stride * (count - 1) + each > len(data):
@@ -155,8 +157,7 @@ class Gltf:
                 raise BrokenFileError("a buffer that is no base64") from None
         else:
             file = self.path.parent / unquote(uri)
-            check_readable(file, f"a buffer of {self.path.name}")
-            data = file.read_bytes()
+            data = read_bytes(file, f"a buffer of {self.path.name}")
         announced = int(buffer["byteLength"])
         if len(data) < announced:
             raise BrokenFileError(f"{len(data)} bytes of the {announced} announced")
@@ -203,15 +204,15 @@ def read_gltf_file(path: Path) -> Gltf:
     BrokenFileError, LookupError, TypeError or ValueError
         If it is broken otherwise.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     if content.startswith(b"glTF"):
         text, chunk, notes = _chunks(path, content)
     else:
         text, chunk, notes = without_byte_order_mark(content), b"", ()
     try:
-        data = json.loads(text)
-    except ValueError:
-        raise unreadable(path, path.suffix[1:].lower(), "no json") from None
+        data = read_json(str(path), text, "json")
+    except InputError as error:
+        raise unreadable(path, path.suffix[1:].lower(), f"no json ({error.got})") from None
     if not isinstance(data, dict):
         raise unreadable(path, path.suffix[1:].lower(), "json of something else")
     gltf = Gltf(path, data, chunk, notes)

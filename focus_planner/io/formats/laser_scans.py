@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import SURFACE, read_bytes, unreadable
 from focus_planner.io.formats.contents import SurfaceContents, check_announced, optional_library
 
 _LAS_NORMALS = ("NormalX", "NormalY", "NormalZ")  # as CloudCompare calls them
@@ -51,7 +51,7 @@ def _check_header(path: Path, kind: str) -> None:
 
     The libraries would look for it long, or end the process for want of memory.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     start, size = content[:_LAS_HEADER], len(content)
     if size < _LAS_HEADER:
         raise unreadable(path, kind, f"{size} bytes")

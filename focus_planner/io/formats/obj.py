@@ -17,8 +17,10 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
+    SURFACE,
     THE_REST,
     BrokenFileError,
+    read_bytes,
     refusing,
     unfinished_line,
     without_byte_order_mark,
@@ -79,7 +81,7 @@ def read_obj(path: Path) -> SurfaceContents:
         If it is truncated, no obj file, has no faces, or has surface that is not polygons.
     """
     with refusing(path, "obj"):
-        content = without_byte_order_mark(path.read_bytes())
+        content = without_byte_order_mark(read_bytes(path, SURFACE))
         finished = content.endswith((b"\n", b"\r"))
         statements = _statements(path, content)
         counts = _corner_counts(statements, finished)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
+    SURFACE,
     BrokenFileError,
+    read_bytes,
     refusing,
     unfinished_line,
     unreadable,
@@ -23,6 +25,7 @@ from focus_planner.io.formats.contents import (
 )
 from focus_planner.io.formats.polygons import triangulate
 from focus_planner.io.formats.tables import columns_of_lines
+from focus_planner.io.quoting import word as quoted
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 _COMMENT = re.compile(r"#[^\n]*")
@@ -39,7 +42,7 @@ def read_off(path: Path) -> SurfaceContents:
         If it is truncated, no off file, or of another kind than polygons in space.
     """
     with refusing(path, "off"):
-        return _read(path, without_byte_order_mark(path.read_bytes()))
+        return _read(path, without_byte_order_mark(read_bytes(path, SURFACE)))
 
 
 def _read(path: Path, content: bytes) -> SurfaceContents:
@@ -80,7 +83,7 @@ def _polygons(lines: list[str]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.array(corners, dtype=np.int64), np.array(counts, dtype=np.int64)
 
 
-def _whole(word: str) -> int:
-    if not _WHOLE.fullmatch(word):
-        raise BrokenFileError(f"{word!r} in place of a whole number")
-    return int(word)
+def _whole(text: str) -> int:
+    if not _WHOLE.fullmatch(text):
+        raise BrokenFileError(f"{quoted(text)} in place of a whole number")
+    return int(text)

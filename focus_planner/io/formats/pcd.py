@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from focus_planner.core.notes import Note
 from focus_planner.io.files import (
     DIGITS,
+    SURFACE,
     BrokenFileError,
+    read_bytes,
     refusing,
     unfinished_line,
     without_byte_order_mark,
@@ -53,7 +55,7 @@ def read_pcd(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, or no pcd file.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     with refusing(path, "pcd"):
         stream = io.BytesIO(without_byte_order_mark(content))
         header = _header(stream)
@@ -190,7 +192,7 @@ def _compressed(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDA
     if len(body) < 8 + packed or size != fields[0].stride * count:
         raise BrokenFileError("fewer bytes there")
     try:
-        raw = _unpack_lzf(memoryview(body)[8 : 8 + packed])
+        raw = _unpack_lzf(memoryview(body)[8 : 8 + packed], size)
     except IndexError:
         raise BrokenFileError("compressed bytes that end too soon") from None
     if len(raw) < size:
@@ -199,8 +201,8 @@ def _compressed(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDA
     return columns, body[8 + packed :]
 
 
-def _unpack_lzf(packed: memoryview) -> bytearray:
-    """Decompress LZF.
+def _unpack_lzf(packed: memoryview, size: int) -> bytearray:
+    """Decompress LZF to ``size`` bytes.
 
     A byte n below 32 is followed by n + 1 literal bytes. Any other starts a back-reference: three
     bits of length (7: add the next byte), plus 2; thirteen bits of distance, plus 1.
@@ -208,6 +210,8 @@ def _unpack_lzf(packed: memoryview) -> bytearray:
     out = bytearray()
     at = 0
     while at < len(packed):
+        if len(out) > size:
+            raise BrokenFileError(f"more than the {size} bytes announced")
         control = packed[at]
         at += 1
         if control < 32:

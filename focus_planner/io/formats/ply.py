@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
+    SURFACE,
     BrokenFileError,
+    read_bytes,
     refusing,
     unfinished_line,
     unreadable,
@@ -90,7 +92,7 @@ def read_ply(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no ply file, or its faces are not polygons.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     with refusing(path, "ply"):
         header, body = _header(without_byte_order_mark(content))
         columns, lists, rest = _body(header, body)

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
-from focus_planner.io.files import BrokenFileError, refusing, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    SURFACE,
+    BrokenFileError,
+    read_bytes,
+    refusing,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
@@ -33,7 +40,7 @@ def read_stl(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no stl file, or has no triangle.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     notes: tuple[Note, ...] = ()
     if _is_text(content):
         with refusing(path, "stl"):

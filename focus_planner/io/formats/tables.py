@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.io.files import BrokenFileError
+from focus_planner.io.quoting import word as quoted
 
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
 _BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
@@ -33,7 +34,7 @@ def numbers_of_text(text: bytes) -> FloatArray:
             warnings.simplefilter("error")  # NumPy warns and goes on with a part
             return np.fromstring(text.decode("latin-1"), sep=" ")
     except (ValueError, DeprecationWarning):
-        raise BrokenFileError(f"{_first_that_is_no_number(text)!r} in place of a number") from None
+        raise BrokenFileError(f"{_first_that_is_no_number(text)} in place of a number") from None
 
 
 def with_usual_nan(text: bytes) -> bytes:
@@ -43,7 +44,7 @@ def with_usual_nan(text: bytes) -> bytes:
 
 def _first_that_is_no_number(text: bytes) -> str:
     words = (word for word in text.split() if not is_number(word))
-    return next(words, b"something").decode("utf-8", "replace")
+    return quoted(next(words, b"").decode("utf-8", "replace"))
 
 
 def is_number(word: bytes) -> bool:
@@ -88,7 +89,7 @@ def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray
         warnings.simplefilter("ignore")  # of empty input, which is refused as a surface
         try:
             return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
-        except ValueError:
+        except (ValueError, OverflowError):
             raise BrokenFileError(_first_that_is_wrong(lines, columns)) from None
 
 
@@ -100,5 +101,6 @@ def _first_that_is_wrong(lines: Sequence[str], columns: Sequence[int]) -> str:
             return f"{len(words)} words in row {row}, of which {max(columns) + 1} are needed"
         for column in columns if words else ():
             if not is_number(words[column].encode()):
-                return f"{words[column]!r} in place of a number in row {row}, column {column + 1}"
-    return "something in place of a number"
+                place = f"in place of a number in row {row}, column {column + 1}"
+                return f"{quoted(words[column])} {place}"
+    return "something else in place of a number"

@@ -21,8 +21,10 @@ from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
+    SURFACE,
     THE_REST,
     BrokenFileError,
+    read_bytes,
     refusing,
     unfinished_line,
     without_byte_order_mark,
@@ -38,6 +40,7 @@ from focus_planner.io.formats.tables import (
     with_usual_nan,
     words_per_line,
 )
+from focus_planner.io.quoting import word as quoted
 
 _COMMENT = re.compile(rb"(#|//)[^\n]*")
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+([eE][-+]?\d+)?")
@@ -97,7 +100,7 @@ def read_text_cloud(path: Path) -> SurfaceContents:
         not say which columns are x, y and z.
     """
     kind = path.suffix.lower().removeprefix(".")
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     with refusing(path, kind):
         text = whole = without_byte_order_mark(content)
         if b"\n" not in text:
@@ -204,7 +207,8 @@ def _scans(path: Path, kind: str, text: bytes) -> tuple[list[tuple[int, bytes]],
         counts = words[first + 1 : last]
         wanted = lines[first].strip()
         if not wanted.isdigit():
-            raise BrokenFileError(f"{wanted.decode('utf-8', 'replace')!r} in place of a point")
+            said = quoted(wanted.decode("utf-8", "replace"))
+            raise BrokenFileError(f"{said} in place of a point")
         check_announced(path, kind, "points", int((counts > 0).sum()), int(wanted))
         if counts.any():
             scans.append((_width(counts, first + 1), b"\n".join(lines[first + 1 : last])))

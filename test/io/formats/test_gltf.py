@@ -372,7 +372,7 @@ def test_a_glb_announces_its_length(tmp_path: Path) -> None:
     content = path.read_bytes()
     for end in range(0, len(content), 7):
         path.write_bytes(content[:end])
-        with pytest.raises(InputError, match="a complete glb file"):
+        with pytest.raises(InputError, match=r"a complete glb file|an empty file"):
             read_gltf(path)
     path.write_bytes(content + b"\0\n")
     assert [note.code for note in read_gltf(path).notes] == ["left_out"]
