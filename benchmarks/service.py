@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from tempfile import gettempdir
 
 import numpy as np
 from rich.console import Console
@@ -36,7 +37,10 @@ def running_node() -> Iterator[PlannerClient]:
     namespace = f"/bench_{os.getpid()}"
     command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
     node = subprocess.Popen(  # noqa: S603
-        [*command, "--remap", f"__ns:={namespace}", "--log-level", "error"]
+        [
+            *(*command, "--remap", f"__ns:={namespace}", "--log-level", "error"),
+            *("-p", f"data_directories:={gettempdir()}"),  # for what is set later
+        ]
     )
     try:
         with PlannerClient(f"{namespace}/focus_planner") as client:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -118,13 +119,15 @@ def _keep_to_this_machine() -> None:
 
 
 @contextmanager
-def _node(log: TextIO) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+def _node(log: TextIO, runs: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """Run the node in a process of its own, stop it, and check that it exits cleanly."""
     # Keeps two demonstrations on one machine apart.
     namespace = f"/demo_{os.getpid()}"
     command = [sys.executable, "-m", "focus_planner.ros.node", "--ros-args"]
+    record = ["-p", f"record_directory:={json.dumps(str(runs.resolve()))}"]
+    keep = ["-p", f"record_max_runs:={len(METHODS)}"]
     process = subprocess.Popen(  # noqa: S603 - this very program
-        [*command, "--remap", f"__ns:={namespace}"], stdout=log, stderr=log
+        [*command, "--remap", f"__ns:={namespace}", *record, *keep], stdout=log, stderr=log
     )
     try:
         yield process, f"{namespace}/focus_planner"
@@ -152,7 +155,7 @@ def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]
     """
     with (
         log.open("w") as stream,
-        _node(stream) as (process, name),
+        _node(stream, runs) as (process, name),
         PlannerClient(name) as client,
     ):
         _wait_for(client, process)
@@ -160,7 +163,6 @@ def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]
         client.publish_rig(rig)
         # The first request also waits for the inputs to arrive, and is not timed.
         client.plan(method="closest", samples=100)
-        client.set_parameters(record_directory=str(runs.resolve()), record_max_runs=len(METHODS))
         return {method: _plan(client, method) for method in METHODS}
 
 

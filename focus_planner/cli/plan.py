@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
+_STDOUT = Path("-")
 
 
 def add(commands: Any) -> None:
@@ -82,13 +83,13 @@ def _add_outputs(group: Any) -> None:
     option = group.add_argument
     option(
         "--output",
-        type=Path,
+        type=_output,
         action="append",
         default=[],
         metavar="FILE",
-        help="write the plan (.json, or no ending) or the lens sheet, a table of what to set on"
-        " every lens, as one walks the rig (.csv, .html to print or for a tablet, .pdf); may be"
-        " repeated",
+        help="write the plan (.json, or no ending; - for stdout) or the lens sheet, a table of what"
+        " to set on every lens, as one walks the rig (.csv, .html to print or for a tablet, .pdf);"
+        " may be repeated",
     )
     option(
         "--problem",
@@ -103,21 +104,29 @@ def _add_outputs(group: Any) -> None:
     option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
 
 
+def _output(text: str) -> Path:
+    """Return the path, which is ``-`` for stdout only; ``./-`` is a file."""
+    path = Path(text)
+    return path.absolute() if path == _STDOUT and text != "-" else path
+
+
 def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable
 
-    paths = [*options.output, *filter(None, (options.problem, options.picture))]
+    paths = [path for path in options.output if path != _STDOUT]
+    paths += filter(None, (options.problem, options.picture))
     for path in paths:
         check_writable(path)
-    if len({path.resolve() for path in paths}) < len(paths):
+    different = {path.resolve() for path in paths}
+    if len(different) < len(paths) or options.output.count(_STDOUT) > 1:
         raise InputError("--output, --problem, --picture", "different files", "the same twice")
     inputs = (options.surface, options.rig, options.importance, options.lens_tables)
     read = {path.resolve() for path in inputs if path}
     for path in paths:
         if path.resolve() in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
-    _check_endings(options.output)
+    _check_names(options)
     recorder = CommandRecorder(options.record, options.markers)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
@@ -207,17 +216,26 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
     return plan
 
 
-def _check_endings(paths: list[Path]) -> None:
+def _check_names(options: argparse.Namespace) -> None:
+    """Raise unless the names of what to write say what that is."""
     from focus_planner.io.lens_sheet import SUFFIXES
 
-    for path in paths:
-        if path.suffix.lower() not in (*_PLAN_SUFFIXES, *SUFFIXES):
+    for option in ("problem", "record", "picture"):
+        if getattr(options, option) == _STDOUT:
+            got = "-, which stands for stdout"
+            raise InputError(f"--{option}", "a name", got, "only --output may go there")
+    for path in options.output:
+        # To Path, what begins with a dot is all name.
+        ending = path.name if path.name.startswith(".") and not path.suffix else path.suffix
+        if ending.lower() not in (*_PLAN_SUFFIXES, *SUFFIXES):
             raise InputError(
                 "--output",
                 f"a name that ends in .json for the plan, or in {', '.join(SUFFIXES)} for the lens"
                 " sheet",
                 str(path),
             )
+        if ending and ending == path.name:
+            raise InputError("--output", f"a name before {ending}", str(path), f"such as x{ending}")
 
 
 def _plans(options: argparse.Namespace) -> list[Path]:
@@ -233,7 +251,8 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
     from focus_planner.io.problems import save_problem
 
     for path in _plans(options):
-        save_plan(plan, path)
+        if path != _STDOUT:
+            save_plan(plan, path)
     if _sheets(options):
         _write_sheets(options, given, plan)
     if options.problem is not None:
@@ -266,9 +285,10 @@ def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) 
 def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
     """Print the summary on a terminal; print the plan on stdout if it is in no file."""
     stream: TextIO = sys.stderr if _plans(options) else sys.stdout
-    if stream.isatty() and not options.quiet:
+    with_summary = stream.isatty() and not options.quiet
+    if with_summary:
         _print_summary(plan, stream)
-    elif not _plans(options):
+    if _STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
         sys.stdout.write(plan_to_json(plan))

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.rig import Rig
 
-_IMAGE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _IMAGE_OPTIONS = ("image", "fx", "fy", "cx", "cy")
 
 _LENS_OPTIONS: dict[str, dict[str, Any]] = {
@@ -112,6 +111,7 @@ def _add_cylinder(kinds: Any) -> None:
 def _cylinder(options: argparse.Namespace) -> int:
     from dataclasses import replace
 
+    from focus_planner.core.rig.defaults import keys_of
     from focus_planner.core.rig.layouts import cylinder_rig
 
     rig = cylinder_rig(
@@ -124,8 +124,10 @@ def _cylinder(options: argparse.Namespace) -> int:
         frame_id=options.frame_id,
     )
     intrinsics_of = _intrinsics_of(options)
-    cameras = (replace(each, intrinsics=intrinsics_of(each.name)) for each in rig.cameras)
-    return _print(replace(rig, cameras=tuple(cameras)), options)
+    cameras = tuple(replace(each, intrinsics=intrinsics_of(each.name)) for each in rig.cameras)
+    of_image = frozenset[str]() if _has_image(options) else keys_of("image")
+    assumed = {camera.name: of_image for camera in cameras}
+    return _print(replace(rig, cameras=cameras, assumed=assumed), options)
 
 
 # --- COLMAP models -----------------------------------------------------------------------------
@@ -193,7 +195,7 @@ def _colmap(options: argparse.Namespace) -> int:
             f"a COLMAP model has no unit; if it is metres, the cameras span {span:.3g} m;"
             " otherwise give the metres per unit with --scale"
         )
-    return _print(rig, options, with_images=True)
+    return _print(rig, options)
 
 
 def _rig_from_model(options: argparse.Namespace) -> Similarity:
@@ -359,30 +361,26 @@ def _lens(options: argparse.Namespace) -> Lens:
     )
 
 
-def _print(rig: Rig, options: argparse.Namespace, *, with_images: bool = False) -> int:
-    """Print a rig, and what nothing tells of it.
-
-    Parameters
-    ----------
-    with_images : bool
-        Whether the images came with the poses; else those that are not the default did.
-    """
+def _print(rig: Rig, options: argparse.Namespace) -> int:
+    """Print a rig, and what nothing tells of it: its lenses, and images that it has assumed."""
     from dataclasses import replace
 
-    from focus_planner.core.rig.camera import CameraIntrinsics
-    from focus_planner.core.rig.defaults import Described, notes_on_defaults
+    from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
     from focus_planner.io.rigs import rig_to_yaml
 
-    lens = [name for name in _LENS_OPTIONS if getattr(options, name) is not None]
-    with_images = with_images or _has_image(options)
-    images = (with_images or c.intrinsics != CameraIntrinsics() for c in rig.cameras)
+    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
+    lens = {name: value for name, value in given.items() if value is not None}
+    of_lens = assumed_values(lens, {}) & keys_of("lens")
+    assumed = {
+        camera.name: of_lens | rig.assumed.get(camera.name, frozenset()) for camera in rig.cameras
+    }
     defaults = notes_on_defaults(
-        (Described(lens, _IMAGE_KEYS if image else ()) for image in images),
+        assumed.values(),
         "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
         " or edit the rig's file",
         "use --camera-info, or --image with --fx, or edit the rig's file",
     )
     for note in (*rig.notes, *defaults):
         show_note(note.text)
-    sys.stdout.write(rig_to_yaml(replace(rig, notes=defaults)))
+    sys.stdout.write(rig_to_yaml(replace(rig, assumed=assumed)))
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from collections.abc import Iterable
@@ -21,6 +22,7 @@ _LINE_BREAK = re.compile(r"\s*[\r\n]\s*")
 # Longest text, in characters: messages may contain names of any length, and an error is one line
 # of a log.
 _MAX_TEXT, _MAX_EXPECTED = 400, 2000
+_MAX_BITS = 400  # of a whole number in an error: 120 digits
 
 
 class InputError(ValueError):
@@ -74,8 +76,9 @@ def check_array(
             # NaN among integers is caught below; complex numbers must not be truncated silently.
             warnings.simplefilter("error", ComplexWarning)
             array = np.array(value, dtype=dtype, order="C")
-    except (TypeError, ValueError, OverflowError, ComplexWarning) as error:
-        raise InputError(argument, f"numbers of shape {wanted}", f"{error}") from None
+    except (TypeError, ValueError, OverflowError, ComplexWarning):
+        # Without the text that is no number.
+        raise InputError(argument, f"numbers of shape {wanted}", "something else") from None
     if array.dtype.kind == "i" and not np.array_equal(array, np.asarray(value)):
         raise InputError(argument, "whole numbers", "others")
     if array.ndim != len(shape) or any(
@@ -106,9 +109,10 @@ def check_number(
     *,
     above: float | None = None,
     at_least: float | None = None,
+    at_most: float = math.inf,
     infinite: bool = False,
 ) -> float:
-    """Return ``value`` as a float within the limits.
+    """Return ``value`` as a float within the limits; ``infinite`` also lets infinity through.
 
     Raises
     ------
@@ -121,8 +125,13 @@ def check_number(
     if at_least is not None:
         expected += f" of at least {at_least:g}"
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise InputError(argument, expected, repr(value))
-    number = float(value)
+        raise InputError(argument, expected, shown(value))
+    try:
+        number = float(value)
+    except OverflowError:
+        raise InputError(argument, f"{expected}, up to 1e308", shown(value)) from None
+    if at_most < number < math.inf:
+        raise InputError(argument, f"{expected}, at most {at_most:g}", f"{number:g}")
     if (
         not (np.isfinite(number) or (infinite and number == np.inf))
         or (above is not None and number <= above)
@@ -132,17 +141,27 @@ def check_number(
     return number
 
 
-def check_whole(argument: str, value: Any, at_least: int) -> int:
-    """Return ``value`` as an int of at least ``at_least``.
+def check_whole(argument: str, value: Any, at_least: int, at_most: float = math.inf) -> int:
+    """Return ``value`` as an int from ``at_least`` to ``at_most``.
 
     Raises
     ------
     InputError
-        If it is not a whole number or too small.
+        If it is not a whole number, too small or too large.
     """
+    expected = f"a whole number of at least {at_least}"
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < at_least:
-        raise InputError(argument, f"a whole number of at least {at_least}", repr(value))
+        raise InputError(argument, expected, shown(value))
+    if value > at_most:
+        raise InputError(argument, f"{expected}, at most {at_most}", shown(value))
     return int(value)
+
+
+def shown(value: Any) -> str:
+    """Return a value for an error; long whole numbers, which ``repr`` refuses, by their length."""
+    if isinstance(value, int) and value.bit_length() > _MAX_BITS:
+        return f"a whole number of {value.bit_length():,} bits"
+    return repr(value)
 
 
 def check_choice(argument: str, value: str, choices: tuple[str, ...]) -> str:

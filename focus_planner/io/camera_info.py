@@ -8,7 +8,8 @@ from typing import Any
 
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.validation import InputError
-from focus_planner.io.yaml_values import abbreviated, errors_within, load_yaml, number, value_at
+from focus_planner.io.quoting import abbreviated, kind_of
+from focus_planner.io.yaml_values import errors_within, load_yaml, number, value_at
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -72,7 +73,9 @@ def _pinhole(where: str, matrix: Any) -> tuple[float, float, float, float]:
         raise InputError(f"{where}.data", "9 numbers, row by row", str(len(values)))
     fx, skew, cx, zero, fy, cy, *last = values
     if (skew, zero, last) != (0, 0, [0, 0, 1]):
-        raise InputError(f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", abbreviated(values))
+        raise InputError(
+            f"{where}.data", "fx 0 cx, 0 fy cy, 0 0 1", " ".join(f"{value:g}" for value in values)
+        )
     return fx, fy, cx, cy
 
 
@@ -89,5 +92,5 @@ def _distortion(where: str, data: Any) -> tuple[str, tuple[float, ...]]:
 def _data(where: str, matrix: Any) -> list[float]:
     data = value_at(where, matrix, "data")
     if not isinstance(data, list):
-        raise InputError(f"{where}.data", "a list of numbers", abbreviated(data))
+        raise InputError(f"{where}.data", "a list of numbers", kind_of(data))
     return [number(f"{where}.data[{i}]", value) for i, value in enumerate(data)]

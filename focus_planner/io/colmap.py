@@ -26,12 +26,13 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
     THE_REST,
-    check_readable,
+    read_bytes,
     read_text,
     unfinished_line,
     unreadable,
 )
 from focus_planner.io.names import camera_names
+from focus_planner.io.quoting import key_name, word
 from focus_planner.io.yaml_values import errors_within
 
 
@@ -166,13 +167,11 @@ def load_alignment(path: Path) -> Similarity:
     InputError
         If there are not 16 numbers, or they do not form a similarity transform.
     """
-    words = re.split(r"[\s,;]+", read_text(path, "16 numbers, a 4 × 4 matrix row by row").strip())
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError as error:
-        raise InputError(str(path), "16 numbers, a 4 × 4 matrix row by row", str(error)) from None
-    if len(numbers) != 16:
-        raise InputError(str(path), "16 numbers, a 4 × 4 matrix row by row", f"{len(numbers)}")
+    expected = "16 numbers, a 4 × 4 matrix row by row"
+    words = re.split(r"[\s,;]+", read_text(path, expected).strip())
+    if len(words) != 16:
+        raise InputError(str(path), expected, f"{len(words)}")
+    numbers = _numbers(str(path), words)
     return similarity_from_matrix(str(path), [numbers[i : i + 4] for i in range(0, 16, 4)])
 
 
@@ -193,7 +192,10 @@ def _read(folder: Path) -> _Contents:
     if not folder.is_dir():
         raise InputError(str(folder), expected, "a file" if folder.exists() else "no such folder")
     below = sorted(
-        path.parent for name in ("cameras.bin", "cameras.txt") for path in folder.rglob(name)
+        path.parent
+        for name in ("cameras.bin", "cameras.txt")
+        for below_it in ("", "*/", "*/*/")  # not all of a disk
+        for path in folder.glob(below_it + name)
     )
     remedy = f"did you mean {below[0]}?" if below else ""
     raise InputError(str(folder), expected, "a folder without them", remedy)
@@ -299,7 +301,9 @@ def _read_text(cameras: Path, images: Path) -> _Contents:
 
 def _check_announced(path: Path, what: str, count: int) -> None:
     """Raise if there are fewer than a comment announces, as COLMAP writes it."""
-    found = re.search(rf"^#\s*Number of {what}: *(\d+)", read_text(path, _TEXT), re.MULTILINE)
+    found = re.search(
+        rf"^#\s*Number of {what}: *(\d{{1,18}})", read_text(path, _TEXT), re.MULTILINE
+    )
     if found and count < int(found[1]):
         raise unreadable(path, "txt", f"{count} {what} of the {found[1]} announced")
 
@@ -311,10 +315,10 @@ def _cameras_of_text(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
         if not words or words[0].startswith("#"):
             continue
         if len(words) < 4:
-            raise InputError(where, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", repr(line))
+            raise InputError(where, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", f"{len(words)} words")
         model = _MODEL_BY_NAME.get(words[1])
         if model is None:
-            raise InputError(where, "a camera model of COLMAP", words[1])
+            raise InputError(where, "a camera model of COLMAP", key_name(words[1]))
         parameters = _numbers(where, words[4:])
         _check_count(where, model, len(parameters))
         width, height = _integer(where, words[2]), _integer(where, words[3])
@@ -330,7 +334,7 @@ def _images_of_text(path: Path) -> Iterator[_PosedImage]:
         words = line.split(maxsplit=9)
         if len(words) < 10:
             expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
-            raise InputError(where, expected, repr(line[:60]))
+            raise InputError(where, expected, f"{len(words)} words")
         name = words[9].strip()
         yield _posed_image(name, _integer(where, words[8]), where, _numbers(where, words[1:8]))
         _, points = next(lines, (0, ""))
@@ -349,7 +353,7 @@ def _check_points(where: str, name: str, line: str) -> None:
         raise InputError(
             where,
             f"the points of {name}: X Y POINT3D_ID each",
-            repr(line[:60]),
+            "something else",
             "each image's line is followed by one with its points, empty if it has none",
         )
 
@@ -364,19 +368,23 @@ def _posed_image(name: str, camera: int, where: str, values: list[float]) -> _Po
 
 
 def _numbers(where: str, words: list[str]) -> list[float]:
-    try:
-        values = [float(word) for word in words]
-    except ValueError as error:
-        raise InputError(where, "numbers", str(error)) from None
+    values = [_number(where, text) for text in words]
     if not all(map(math.isfinite, values)):
-        raise InputError(where, "finite numbers", " ".join(words))
+        raise InputError(where, "finite numbers", " ".join(f"{value:g}" for value in values))
     return values
 
 
-def _integer(where: str, word: str) -> int:
-    if not re.fullmatch(r"[0-9]+", word):
-        raise InputError(where, "a whole number", repr(word))
-    return int(word)
+def _number(where: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(where, "numbers", word(text)) from None
+
+
+def _integer(where: str, text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,18}", text):
+        raise InputError(where, "a whole number", word(text))
+    return int(text)
 
 
 def _check_count(where: str, model: _Model, count: int) -> None:
@@ -394,9 +402,8 @@ class _ByteReader:
     """Reads little-endian numbers from a file."""
 
     def __init__(self, path: Path) -> None:
-        check_readable(path, "COLMAP's binary")
         self._path = path
-        self._bytes = path.read_bytes()
+        self._bytes = read_bytes(path, "COLMAP's binary")
         self._at = 0
 
     def take(self, layout: str) -> tuple[int | float, ...]:
@@ -449,6 +456,6 @@ def _images_of_binary(path: Path) -> Iterator[_PosedImage]:
         image = data.integer("I")
         values = list(data.take("7d"))
         camera, name = data.integer("I"), data.name()
-        yield _posed_image(name, camera, f"{path}: image {image} ({name})", values)
+        yield _posed_image(name, camera, f"{path}: image {image}", values)
         data.skip(_POINT_BYTES * data.integer("Q"))
     data.check_at_end()

@@ -1,10 +1,12 @@
-"""Atomic writing of files, and one-line errors for files that cannot be used."""
+"""Reading and writing files: only regular ones, of a limited size; whole, or with an error."""
 
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -14,51 +16,125 @@ from numpy.typing import NDArray
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 
+
+class BrokenFileError(ValueError):
+    """What is wrong with a file, in the words of its user; becomes an :class:`InputError`."""
+
+
 #: What a text may lack that does not end in a newline.
 DIGITS, THE_REST = "its last number may lack digits", "the rest is missing"
 
+#: What is expected of a file with a surface, for errors.
+SURFACE = "a mesh or point cloud"
 
-def check_readable(path: Path, what: str) -> None:
-    """Raise unless ``path`` is a readable file that is not empty.
+#: Bytes of any file, and of one that becomes objects of Python: texts of cameras, plans, tables.
+MAX_BYTES, MAX_TEXT = 4 << 30, 64 << 20
+
+_KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
+
+
+@contextmanager
+def open_regular(path: Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO]:
+    """Open the file that a name leads to: the only way in which this package opens what it is told.
+
+    Only regular files are opened, so that no device, pipe or socket is touched, none is waited for,
+    and none goes on for ever.
 
     Parameters
     ----------
     path : Path
     what : str
         What was expected there, for errors.
+    max_bytes : int
+        How large it may be.
 
     Raises
     ------
     InputError
-        If it is missing, a directory, empty, or may not be read.
+        If it is missing, anything but a regular file, empty or too large, or may not be read.
     """
     try:
-        with path.open("rb") as file:
-            empty = not file.read(1)
+        with _opened(path, what) as file:
+            if os.fstat(file.fileno()).st_size > max_bytes:
+                raise _too_large(path, what, max_bytes)
+            if not file.peek(1):
+                raise InputError(str(path), what, "an empty file")
+            yield file
     except OSError as error:
         raise InputError(str(path), what, _reason(error)) from None
-    if empty:
-        raise InputError(str(path), what, "an empty file")
 
 
-def read_text(path: Path, what: str) -> str:
+def check_readable(path: Path, what: str) -> None:
+    """Raise unless ``path`` is a readable file that is not empty.
+
+    Raises
+    ------
+    InputError
+        As :func:`open_regular`.
+    """
+    with open_regular(path, what):
+        pass
+
+
+def read_bytes(path: Path, what: str, max_bytes: int = MAX_BYTES) -> bytes:
+    """Return a file's content.
+
+    Raises
+    ------
+    InputError
+        As :func:`open_regular`.
+    """
+    with open_regular(path, what, max_bytes) as file:
+        # One that grows meanwhile, or that tells no size as those of /proc, ends here too.
+        content = file.read(max_bytes + 1)
+    if len(content) > max_bytes:
+        raise _too_large(path, what, max_bytes)
+    return content
+
+
+def read_text(path: Path, what: str, max_bytes: int = MAX_TEXT) -> str:
     """Return a file's text, without a byte order mark.
 
     Raises
     ------
     InputError
-        As :func:`check_readable`, or if it is not UTF-8 text.
+        As :func:`open_regular`, or if it is not UTF-8 text.
     """
-    check_readable(path, what)
     try:
         return (
-            without_byte_order_mark(path.read_bytes())
+            without_byte_order_mark(read_bytes(path, what, max_bytes))
             .decode()
             .replace("\r\n", "\n")
             .replace("\r", "\n")
         )
     except UnicodeDecodeError:
         raise InputError(str(path), what, "something that is not text") from None
+
+
+def _opened(path: Path, what: str) -> BufferedReader:
+    if "\0" in str(path):
+        raise InputError(str(path), what, "no name of a file")
+    _check_regular(path, what, path.stat())
+    # It may be another by now: a pipe without a writer is opened at once, and not waited for.
+    file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY), "rb")
+    try:
+        _check_regular(path, what, os.fstat(file.fileno()))
+    except InputError:
+        file.close()
+        raise
+    return file
+
+
+def _check_regular(path: Path, what: str, status: os.stat_result) -> None:
+    if stat.S_ISREG(status.st_mode):
+        return
+    kind = _KINDS.get(stat.S_IFMT(status.st_mode), "a device")
+    remedy = "" if kind == "a folder" else "save its contents in a file, and name that"
+    raise InputError(str(path), what, kind, remedy)
+
+
+def _too_large(path: Path, what: str, max_bytes: int) -> InputError:
+    return InputError(str(path), f"{what} of at most {max_bytes:,} bytes", "more")
 
 
 def without_byte_order_mark(content: bytes) -> bytes:
@@ -82,14 +158,14 @@ def read_array(path: Path) -> NDArray[Any]:
     Raises
     ------
     InputError
-        As :func:`check_readable`, or if it is not a npy file, or one of Python objects.
+        As :func:`open_regular`, or if it is not a npy file, or one of Python objects.
     """
-    check_readable(path, "an array of numbers")
-    try:
-        array = np.load(path, allow_pickle=False)
-    except Exception:  # noqa: BLE001
-        # A broken header can raise anything, even a tokenizer's errors.
-        raise unreadable(path, "npy", "no array of numbers") from None
+    with open_regular(path, "an array of numbers") as file:
+        try:
+            array = np.load(file, allow_pickle=False)
+        except Exception:  # noqa: BLE001
+            # A broken header can raise anything, even a tokenizer's errors.
+            raise unreadable(path, "npy", "no array of numbers") from None
     if not isinstance(array, np.ndarray):
         raise unreadable(path, "npy", "an archive")
     return array
@@ -125,6 +201,28 @@ def unreadable(path: Path, kind: str, reason: str) -> InputError:
         " ".join(reason.split()),
         "it is probably truncated, or in another format than its name says",
     )
+
+
+@contextmanager
+def refusing(path: Path, kind: str) -> Iterator[None]:
+    """Turn all that a broken file may lead to into the error of :func:`unreadable`.
+
+    Raises
+    ------
+    InputError
+        With the text of a :class:`BrokenFileError`. Others, which Python and NumPy word for
+        programmers, are not repeated.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except BrokenFileError as error:
+        raise unreadable(path, kind, str(error)) from None
+    except UnicodeDecodeError:
+        raise unreadable(path, kind, "text that is not complete") from None
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
+        raise unreadable(path, kind, "values that do not fit together") from None
 
 
 def check_writable(path: Path) -> None:

@@ -6,12 +6,19 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError, check_array, first_few
-from focus_planner.io.files import DIGITS, read_array, read_text, unfinished_line
+from focus_planner.io.files import (
+    DIGITS,
+    MAX_BYTES,
+    BrokenFileError,
+    read_array,
+    read_text,
+    unfinished_line,
+)
+from focus_planner.io.formats.tables import numbers_of_text
 
 #: Name of the property of files and of the field of messages that is used without being asked for.
 IMPORTANCE = "importance"
@@ -90,7 +97,7 @@ def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], tu
     if path.suffix.lower() == ".npy":
         values = check_array(str(path), read_array(path), (None,))
     else:
-        text = read_text(path, expected)
+        text = read_text(path, expected, MAX_BYTES)
         values = _numbers(path, text, expected)
     if len(values) != count:
         raise InputError(str(path), expected, str(len(values)))
@@ -100,6 +107,6 @@ def load_importance(path: Path, count: int, what: str) -> tuple[NDArray[Any], tu
 
 def _numbers(path: Path, text: str, expected: str) -> NDArray[Any]:
     try:
-        return np.array([float(word) for word in text.split()])
-    except ValueError as error:
+        return numbers_of_text(text.encode())
+    except BrokenFileError as error:
         raise InputError(str(path), expected, str(error)) from None

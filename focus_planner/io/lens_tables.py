@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from itertools import islice
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,15 +15,19 @@ from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, first_few
 from focus_planner.io.files import read_text
+from focus_planner.io.quoting import abbreviated, kind_of
 from focus_planner.io.yaml_values import (
     Values,
-    abbreviated,
     errors_within,
     mapping,
     numbers,
     read_yaml,
 )
 
+# Cameras of 20,000 with a table of a few entries each.
+_MAX_BYTES, _MAX_NODES = 8 << 20, 400_000
+# Names among which the one that was meant is looked for: it takes a while for every pair.
+_MAX_SIMILAR = 50
 _FILE_KEYS = ("default", "cameras")
 _TABLE_KEYS = tuple(field.name for field in fields(LensTable))
 
@@ -72,7 +77,8 @@ class LensTables:
     def _check_names(self, names: list[str]) -> None:
         if not self.cameras or not self.cameras.keys().isdisjoint(names):
             return
-        close = (difflib.get_close_matches(name, names, n=1) for name in self.cameras)
+        listed = islice(self.cameras, _MAX_SIMILAR)
+        close = (difflib.get_close_matches(name, names[:_MAX_SIMILAR], n=1) for name in listed)
         meant = next((match[0] for match in close if match), None)
         raise InputError(
             f"{self.where}: cameras",
@@ -90,7 +96,8 @@ def load_lens_tables(path: str | PathLike[str]) -> LensTables:
     InputError
         If the file is invalid; names the file, the camera, the key, and the key probably meant.
     """
-    return lens_tables_from_yaml(read_text(Path(path), "lens tables (YAML)"), str(path))
+    text = read_text(Path(path), "lens tables (YAML)", _MAX_BYTES)
+    return lens_tables_from_yaml(text, str(path))
 
 
 def lens_tables_from_yaml(text: str, where: str) -> LensTables:
@@ -113,12 +120,10 @@ def lens_tables_from_yaml(text: str, where: str) -> LensTables:
     InputError
         As :func:`load_lens_tables`.
     """
-    top = mapping(where, read_yaml(where, text), _FILE_KEYS, prefix=f"{where}: ")
+    top = mapping(where, read_yaml(where, text, _MAX_NODES), _FILE_KEYS, prefix=f"{where}: ")
     cameras = top.get("cameras", {})
     if not isinstance(cameras, dict):
-        raise InputError(
-            f"{where}: cameras", "a table for each camera's name", abbreviated(cameras)
-        )
+        raise InputError(f"{where}: cameras", "a table for each camera's name", kind_of(cameras))
     default = top.get("default")
     if not cameras and default is None:
         raise InputError(where, "tables of cameras, or a default", "neither")

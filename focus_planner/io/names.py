@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from focus_planner.core.validation import InputError
 
+_MAX_PATH = 4096  # characters, as in Linux
 _SEPARATORS = re.compile(r"[^A-Za-z0-9]+")
 
 
@@ -30,6 +31,8 @@ def camera_names(what: str, paths: Sequence[str]) -> list[str]:
     InputError
         If two paths would have the same name, or one contains no letter or digit.
     """
+    if any(len(path) > _MAX_PATH for path in paths):
+        raise InputError(what, f"names of at most {_MAX_PATH:,} characters", "longer ones")
     names = [_name(what, path) for path in _without_common_ends(paths)]
     first: dict[str, str] = {}
     for name, path in zip(names, paths, strict=True):

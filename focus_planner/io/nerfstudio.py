@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
-from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.camera import MAX_PIXELS, Camera, CameraIntrinsics
 from focus_planner.core.rig.frames import Similarity, similarity_from_matrix
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.validation import InputError, check_number, first_few
+from focus_planner.core.validation import InputError, check_number, check_whole, first_few
+from focus_planner.io.json_values import read_json
 from focus_planner.io.names import camera_names
-from focus_planner.io.yaml_values import abbreviated, errors_within, number, value_at
+from focus_planner.io.quoting import abbreviated
+from focus_planner.io.yaml_values import errors_within, number, value_at
 
 #: Its cameras look along -z, with y up.
 _CAMERA_FROM_OPTICAL = Similarity(Rotation.from_quat([1.0, 0.0, 0.0, 0.0]))
@@ -35,9 +37,9 @@ def nerfstudio_frames(text: str) -> dict[str, Any] | None:
     if not text.lstrip().startswith("{"):
         return None
     try:
-        data = json.loads(text)
-    except ValueError:
-        return None
+        data = read_json("transforms.json", text, "JSON")
+    except InputError:
+        return None  # it may be YAML
     return data if isinstance(data, dict) and isinstance(data.get("frames"), list) else None
 
 
@@ -99,7 +101,55 @@ def rig_of_frames(
     notes = []
     if scale is None:
         notes.append("one unit of the poses is taken for a metre; otherwise set --scale")
+    notes.extend(_moved_before(data))
     return Rig(tuple(made), frame_id or "world"), notes
+
+
+def _moved_before(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a note if the poses were moved after another program had found them.
+
+    nerfstudio keeps how, but its poses have been moved already, and so has the cloud beside them,
+    if a newer version wrote it.
+    """
+    moves = list(_moves(data))
+    if moves:
+        yield (
+            f"the poses have been moved since the program that found them, such as COLMAP:"
+            f" {' and '.join(moves)}; they are used as they are, with which the cloud agrees that"
+            " newer versions of nerfstudio write beside them; move a surface of that program in the"
+            " same way, or make the rig of its own model with focus_planner rig colmap"
+        )
+
+
+def _moves(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the changes of coordinates that were applied, in words."""
+    matrix = data.get("applied_transform")
+    if matrix is not None:
+        try:
+            rows = np.array(matrix, dtype=np.float64)[:3]
+        except (TypeError, ValueError):
+            rows = np.empty(0)
+        if rows.shape != (3, 4):
+            yield "by its applied_transform"
+        elif not np.array_equal(rows, np.eye(3, 4)):
+            yield f"(x, y, z) became ({', '.join(map(_sum, rows.tolist()))})"
+    scale = data.get("applied_scale", 1.0)
+    if scale != 1.0:
+        yield f"all was multiplied by {abbreviated(scale)}"
+
+
+def _sum(row: list[float]) -> str:
+    """Return a row of a matrix as a sum: ``-z``, ``0.5 x + 0.5 y - 1``."""
+    terms = [
+        (factor, name) for factor, name in zip(row, ("x", "y", "z", ""), strict=True) if factor
+    ]
+    text = ""
+    for factor, name in terms:
+        size = f"{abs(factor):.4g}"
+        term = " ".join(filter(None, ("" if size == "1" and name else size, name)))
+        sign = "-" if factor < 0 else "+"
+        text += f" {sign} {term}" if text else f"{'-' * (factor < 0)}{term}"
+    return text or "0"
 
 
 def _path(where: str, frame: Any) -> str:
@@ -125,7 +175,9 @@ def _intrinsics(where: str, data: Mapping[str, Any]) -> CameraIntrinsics:
             )
         return float(number(f"{where}.{name}", data.get(name, default)))
 
-    width, height = (int(value(name)) for name in ("w", "h"))
+    width, height = (
+        check_whole(f"{where}.{name}", _whole(value(name)), 1, MAX_PIXELS) for name in ("w", "h")
+    )
     fx = value("fl_x", _from_angle(width, data.get("camera_angle_x")))
     fy = value("fl_y", _from_angle(height, data.get("camera_angle_y")) or fx)
     model = _distortion_model(where, data)
@@ -150,6 +202,10 @@ def _intrinsics(where: str, data: Mapping[str, Any]) -> CameraIntrinsics:
     )
 
 
+def _whole(value: float) -> float | int:
+    return int(value) if value.is_integer() else value
+
+
 def _from_angle(size: int, angle: Any) -> float | None:
     """Return the focal length of an angle of view, radians, in pixels."""
     if isinstance(angle, (int, float)) and 0 < angle < math.pi:
@@ -159,6 +215,8 @@ def _from_angle(size: int, angle: Any) -> float | None:
 
 def _distortion_model(where: str, data: Mapping[str, Any]) -> str:
     name = data.get("camera_model", "OPENCV_FISHEYE" if data.get("is_fisheye") else "OPENCV")
+    if not isinstance(name, str):
+        raise InputError(f"{where}: camera_model", "a name", abbreviated(name))
     if name == "OPENCV_FISHEYE":
         return "equidistant"
     if name in _PINHOLE:

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
-from focus_planner.core.validation import InputError
+from focus_planner.core.validation import InputError, check_number, check_whole
 from focus_planner.io.files import atomic_write, read_text
+from focus_planner.io.json_values import read_json
+from focus_planner.io.quoting import abbreviated, kind_of
 
+_EXPECTED = "a plan.json"
+_LARGEST = 1e15  # of all numbers: metres, seconds, what drivers take
 _LISTS = ("notes", "cameras")
 _MAY_BE_INFINITE = ("far_limit", "from_sensor")
+_MAY_BE_NEGATIVE = ("device_value", "from_sensor")
 _MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor")
 
 
@@ -55,17 +60,8 @@ def load_plan(path: Path) -> FocusPlan:
     InputError
         If it is not a plan.
     """
-    text = read_text(path, "a plan.json")
-    try:
-        data = json.loads(text)
-    except ValueError as error:
-        raise InputError(str(path), "a plan.json", f"invalid JSON: {error}") from None
-    try:
-        return _plan_from_json(data)
-    except KeyError as error:
-        raise InputError(str(path), f"a plan.json with the key {error}", "none") from None
-    except (TypeError, AttributeError) as error:
-        raise InputError(str(path), "a plan.json", str(error)) from None
+    data = read_json(str(path), read_text(path, _EXPECTED), _EXPECTED)
+    return _plan_from_json(str(path), data)
 
 
 def _list_to_json(name: str, entries: Iterable[dict[str, Any]]) -> str:
@@ -85,23 +81,97 @@ def _focus_to_json(values: dict[str, Any]) -> dict[str, Any]:
     return given | {key: None for key in _MAY_BE_INFINITE if given.get(key) == math.inf}
 
 
-def _plan_from_json(data: dict[str, Any]) -> FocusPlan:
-    known = {each.name: data[each.name] for each in fields(FocusPlan) if each.name not in _LISTS}
+def _plan_from_json(where: str, data: Any) -> FocusPlan:
+    known = _fields_of(FocusPlan, where, data)
     # Version 0.1 wrote no notes.
-    notes = tuple(Note(note["code"], note["text"]) for note in data.get("notes", ()))
-    cameras = tuple(map(_camera_from_json, data["cameras"]))
+    notes = tuple(
+        Note(**_fields_of(Note, at, note))
+        for at, note in _entries(where, "notes", data.get("notes", []))
+    )
+    cameras = tuple(
+        _camera_from_json(at, camera)
+        for at, camera in _entries(where, "cameras", _value(where, data, "cameras"))
+    )
+    if len({len(camera.shots) for camera in cameras}) > 1:
+        raise InputError(f"{where}: cameras", "as many shots of each", "different numbers")
     return FocusPlan(**known, notes=notes, cameras=cameras)
 
 
-def _camera_from_json(data: dict[str, Any]) -> CameraFocus:
+def _camera_from_json(where: str, data: Any) -> CameraFocus:
+    values = _fields_of(CameraFocus, where, data)
     # A single shot is described by the camera's own keys.
-    shots = tuple(Shot(**_fields_of(Shot, shot)) for shot in data.get("shots", [data]))
-    status = CameraStatus[data["status"].upper()]
-    return CameraFocus(**_fields_of(CameraFocus, data | {"status": status, "shots": shots}))
+    shots = _entries(where, "shots", data.get("shots", [data]))
+    if not shots:
+        raise InputError(f"{where}.shots", "at least one", "none")
+    return CameraFocus(
+        **values,
+        status=_status(f"{where}.status", _value(where, data, "status")),
+        shots=tuple(Shot(**_fields_of(Shot, at, shot)) for at, shot in shots),
+    )
 
 
-def _fields_of(kind: type[CameraFocus | Shot], data: dict[str, Any]) -> dict[str, Any]:
-    """Return the constructor's arguments for ``kind``."""
-    infinite = {key: math.inf for key in _MAY_BE_INFINITE if key in data and data[key] is None}
-    data = dict.fromkeys(_MAY_BE_MISSING) | data | infinite
-    return {field.name: data[field.name] for field in fields(kind)}
+def _status(where: str, name: Any) -> CameraStatus:
+    for status in CameraStatus:
+        if name == status.name.lower():
+            return status
+    known = ", ".join(status.name.lower() for status in CameraStatus)
+    raise InputError(where, f"one of {known}", abbreviated(name))
+
+
+def _entries(where: str, name: str, listed: Any) -> list[tuple[str, Any]]:
+    """Return the entries of a list, and what to call each in errors."""
+    if not isinstance(listed, list):
+        raise InputError(f"{where}: {name}", "a list", kind_of(listed))
+    return [(f"{where}: {name}[{i}]", entry) for i, entry in enumerate(listed)]
+
+
+def _fields_of(kind: type[Any], where: str, data: Any) -> dict[str, Any]:
+    """Return the constructor's arguments for ``kind``, without those that are lists."""
+    if not isinstance(data, dict):
+        raise InputError(where, _EXPECTED, kind_of(data))
+    found = {}
+    for name, read in ((f.name, _READERS.get(str(f.type))) for f in fields(kind)):
+        if read is not None and (name in data or name not in _MAY_BE_MISSING):
+            found[name] = read(f"{where}.{name}", name, _value(where, data, name))
+    return found
+
+
+def _value(where: str, data: dict[str, Any], key: str) -> Any:
+    if key not in data:
+        raise InputError(where, f"{_EXPECTED} with the key {key!r}", "none")
+    return data[key]
+
+
+def _number(where: str, name: str, value: Any) -> float:
+    """Return a number; a distance must be one that a lens can obey."""
+    if name in _MAY_BE_INFINITE and value is None:
+        return math.inf
+    above = 0.0 if name == "focus_distance" else None
+    at_least = None if name in _MAY_BE_NEGATIVE else 0.0
+    return check_number(where, value, above=above, at_least=at_least, at_most=_LARGEST)
+
+
+def _optional_number(where: str, name: str, value: Any) -> float | None:
+    return None if value is None and name not in _MAY_BE_INFINITE else _number(where, name, value)
+
+
+def _truth(where: str, _: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(where, "true or false", kind_of(value))
+    return value
+
+
+def _text(where: str, _: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(where, "text", kind_of(value))
+    return value
+
+
+_READERS: dict[str, Callable[[str, str, Any], Any]] = {
+    "str": _text,
+    "str | None": lambda where, name, value: None if value is None else _text(where, name, value),
+    "float": _number,
+    "float | None": _optional_number,
+    "int": lambda where, _, value: check_whole(where, value, 0),
+    "bool": _truth,
+}

@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.defaults import described, notes_on_defaults
+from focus_planner.core.rig.defaults import KINDS, assumed_values, keys_of, notes_on_defaults
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write
 from focus_planner.io.lens_tables import lens_table_from_values, lens_table_values
+from focus_planner.io.quoting import abbreviated, kind_of
 from focus_planner.io.yaml_values import (
     Values,
-    abbreviated,
     errors_within,
     flow,
     load_yaml,
@@ -33,10 +33,13 @@ from focus_planner.io.yaml_values import (
 _Reader = Callable[[str, Any], Any]
 
 _RIG_KEYS = ("frame_id", "image", "lens", "defaults", "grid", "cameras")
-_DEFAULTS = ("image", "lens")
+_DEFAULTS = {
+    **{kind: keys_of(kind) for kind in KINDS},
+    **{key: frozenset([key]) for kind in KINDS for key in sorted(keys_of(kind))},
+}
 # What to do about values that a program wrote and somebody has checked.
 _DELETE = ", or, if that is right, delete it under defaults there"
-_CAMERA_KEYS = ("name", "position", "orientation", "image", "lens")
+_CAMERA_KEYS = ("name", "position", "orientation", "image", "lens", "defaults")
 _IMAGE_KEYS = tuple(field.name for field in fields(CameraIntrinsics))
 _PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
@@ -50,10 +53,11 @@ _ALTERNATIVES = (
 
 
 class _Optics(NamedTuple):
-    """The values that a file gives for a camera's image and lens."""
+    """The values that a file gives for a camera's image and lens, and the keys it doubts."""
 
     image: Values
     lens: Values
+    doubted: frozenset[str]
 
 
 def load_rig(path: str | PathLike[str]) -> Rig:
@@ -66,9 +70,11 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     goes for ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
     converts distances to the driver's values
     (:class:`~focus_planner.core.rig.lens_table.LensTable`); null for none. ``grid`` describes the
-    arrangement of the cameras for ``--tuples grid``. ``defaults`` lists which of ``image`` and
-    ``lens`` a program filled in: of these, values that still are the default's count as said by
-    nobody. The rig has a note on cameras whose image or lens nothing tells.
+    arrangement of the cameras for ``--tuples grid``. ``defaults`` lists what a program filled in,
+    ``image`` or ``lens`` or one value such as ``lens.focal_length``: of these, values that still
+    are the default's count as said by nobody, unless a camera gives them itself. A camera may
+    have ``defaults`` of its own instead. The rig has a note on cameras whose image or lens nothing
+    tells.
 
     Raises
     ------
@@ -80,10 +86,11 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     top = mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):
-        raise InputError(f"{path}: cameras", "a list of cameras", abbreviated(entries))
+        raise InputError(f"{path}: cameras", "a list of cameras", kind_of(entries))
     shared = _Optics(
         _values(f"{path}: image", top.get("image", {}), _IMAGE_KEYS),
         _values(f"{path}: lens", top.get("lens", {}), _LENS_KEYS),
+        _doubted(f"{path}: defaults", top.get("defaults", [])),
     )
     with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
         CameraIntrinsics(**shared.image)
@@ -92,17 +99,21 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
         raise InputError(f"{path}: frame_id", "a name", abbreviated(frame_id))
-    doubted = _defaults(f"{path}: defaults", top)
+    assumed = {
+        camera.name: assumed_values(optics.lens, optics.image, optics.doubted)
+        for camera, optics in read
+    }
+    doubted = frozenset[str]().union(*(optics.doubted for _, optics in read))
     notes = notes_on_defaults(
-        (described(optics.lens, optics.image, doubted) for _, optics in read),
+        (assumed[camera.name] for camera, _ in read),
         f"give your own under lens in {path} (focal_length, and f_number with circle_of_confusion,"
-        " or hyperfocal_distance)" + _DELETE * ("lens" in doubted),
+        " or hyperfocal_distance)" + _DELETE * bool(doubted & keys_of("lens")),
         f"give your own under image in {path} (width, height, fx, fy, cx, cy)"
-        + _DELETE * ("image" in doubted),
+        + _DELETE * bool(doubted & keys_of("image")),
     )
     with errors_within(str(path)):
         cameras = tuple(camera for camera, _ in read)
-        return Rig(cameras, frame_id, _grid(f"{path}: grid", top), notes)
+        return Rig(cameras, frame_id, _grid(f"{path}: grid", top), notes, assumed)
 
 
 def rig_to_yaml(rig: Rig) -> str:
@@ -118,17 +129,21 @@ def rig_to_yaml(rig: Rig) -> str:
         f"image: {flow(_image_values(intrinsics))}   # pixels",
         f"lens: {flow(optics | _differing(lens, Lens()))}   # metres",
     ]
-    codes = {note.code for note in rig.notes}
-    doubted = [name for name in _DEFAULTS if f"default_{name}" in codes]
+    assumed = [rig.assumed.get(camera.name, frozenset[str]()) for camera in rig.cameras]
+    doubted = Counter(assumed).most_common(1)[0][0]
     if doubted:
         lines.append(
-            f"defaults: [{', '.join(doubted)}]   # the paper's, as nothing told yours; delete what"
+            f"defaults: {flow(_names(doubted))}   # the paper's, as nothing told yours; delete what"
             " you have checked"
         )
     if rig.grid:
         lines.append(f"grid: {flow(asdict(rig.grid))}")
     lines.append("cameras:   # position in metres; orientation x, y, z, w of the optical frame")
-    lines.extend(f"  - {flow(_camera_values(camera, intrinsics, lens))}" for camera in rig.cameras)
+    for camera, own in zip(rig.cameras, assumed, strict=True):
+        values = _camera_values(camera, intrinsics, lens)
+        if own != doubted - _given(values):
+            values["defaults"] = _names(own)
+        lines.append(f"  - {flow(values)}")
     return "\n".join(lines) + "\n"
 
 
@@ -186,7 +201,13 @@ def _camera(where: str, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
     image = {**shared.image, **own_image}
     if "fx" in image:
         image.setdefault("fy", image["fx"])  # square pixels, unless it says otherwise
-    optics = _Optics(image, {**_without_replaced(shared.lens, own_lens), **own_lens})
+    own = {"image": own_image, "lens": own_lens}
+    doubted = (
+        _doubted(f"{where}.defaults", data["defaults"])
+        if "defaults" in data
+        else shared.doubted - _given(own)
+    )
+    optics = _Optics(image, {**_without_replaced(shared.lens, own_lens), **own_lens}, doubted)
     with errors_within(where):
         x, y, z = vector(f"{where}.position", data["position"], 3)
         qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
@@ -210,11 +231,24 @@ def _without_replaced(shared: Values, own: Values) -> Values:
     return {key: value for key, value in shared.items() if key not in replaced}
 
 
-def _defaults(where: str, top: Values) -> list[str]:
-    listed = top.get("defaults", [])
-    if not isinstance(listed, list) or not all(name in _DEFAULTS for name in listed):
-        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), abbreviated(listed))
-    return listed
+def _given(values: Values) -> frozenset[str]:
+    """Return the keys of what a camera gives of its image and lens."""
+    return frozenset(f"{kind}.{name}" for kind in KINDS for name in values.get(kind, ()))
+
+
+def _doubted(where: str, listed: Any) -> frozenset[str]:
+    if not isinstance(listed, list) or not all(
+        isinstance(name, str) and name in _DEFAULTS for name in listed
+    ):
+        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), kind_of(listed))
+    return frozenset[str]().union(*(_DEFAULTS[name] for name in listed))
+
+
+def _names(keys: frozenset[str]) -> tuple[str, ...]:
+    """Return the shortest list that names the keys under ``defaults``."""
+    whole = [kind for kind in KINDS if keys_of(kind) <= keys]
+    single = keys.difference(*(keys_of(kind) for kind in whole))
+    return tuple(sorted([*whole, *single]))
 
 
 def _grid(where: str, top: Values) -> Grid | None:

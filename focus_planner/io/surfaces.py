@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from focus_planner.core.surface.cleaning import clean_cloud, clean_mesh
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_readable
+from focus_planner.io.files import SURFACE, check_readable
 from focus_planner.io.formats.arrays import read_npy
 from focus_planner.io.formats.contents import SurfaceContents
 from focus_planner.io.formats.gltf import read_gltf
@@ -92,7 +92,7 @@ def load_surface(
     """
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
-    check_readable(path, "a mesh or point cloud")
+    check_readable(path, SURFACE)
     if kind not in _FORMATS:
         raise InputError(
             str(path),

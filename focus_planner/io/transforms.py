@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.defaults import keys_of
 from focus_planner.core.rig.frames import (
     BODY_FROM_OPTICAL,
     FrameTransform,
@@ -28,8 +29,8 @@ from focus_planner.core.validation import InputError, check_choice, check_number
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
 from focus_planner.io.nerfstudio import nerfstudio_frames, rig_of_frames
+from focus_planner.io.quoting import abbreviated, key_name, kind_of
 from focus_planner.io.yaml_values import (
-    abbreviated,
     errors_within,
     number,
     read_yaml_documents,
@@ -39,6 +40,7 @@ from focus_planner.io.yaml_values import (
 CONVENTIONS = ("optical", "body")
 
 _EXPECTED = "a list of transforms"
+_MAX_BYTES = 16 << 20  # 100,000 transforms
 _PUBLISHER = "static_transform_publisher"
 _FLAGS = {
     "translation": ("--x", "--y", "--z"),
@@ -47,6 +49,7 @@ _FLAGS = {
     "frames": ("--frame-id", "--child-frame-id"),
 }
 _OPTICAL = re.compile(r"(^|[_/])optical(_frame)?$")
+_MAX_SIMILAR = 1000  # frames among which the one that was meant is looked for
 _MAX_SPAN = 100.0  # metres between cameras that need no --scale
 
 
@@ -104,7 +107,7 @@ def load_transforms(
         If the file cannot be read, its frames do not form a tree, or a frame does not exist.
     """
     path = Path(path)
-    text = read_text(path, _EXPECTED)
+    text = read_text(path, _EXPECTED, _MAX_BYTES)
     frames_of_images = nerfstudio_frames(text)
     if frames_of_images is not None:
         if root or convention:
@@ -131,6 +134,7 @@ def load_transforms(
         for frame in frames
     ]
     to_metres = _to_metres(path, poses, scale)
+    assumed = {} if intrinsics_of else dict.fromkeys(names, keys_of("image"))
     intrinsics_of, shared_lens = intrinsics_of or (lambda _: CameraIntrinsics()), lens or Lens()
     rig = Rig(
         tuple(
@@ -138,6 +142,7 @@ def load_transforms(
             for name, at in zip(names, (to_metres @ pose for pose in poses), strict=True)
         ),
         frame_id or root,
+        assumed=assumed,
     )
     return rig, notes
 
@@ -148,7 +153,7 @@ def load_transforms(
 def _root(path: Path, tree: FrameTree, root: str) -> str:
     if root:
         if root not in tree:
-            close = difflib.get_close_matches(root, tree.frames, n=1)
+            close = difflib.get_close_matches(root, tree.frames[:_MAX_SIMILAR], n=1)
             remedy = f"did you mean {close[0]}?" if close else ""
             raise InputError(
                 f"{path}: root", f"one of {first_few(tree.frames)}", repr(root), remedy
@@ -263,7 +268,7 @@ def _entries(path: Path, documents: Sequence[Any]) -> Iterator[Any]:
         if messages is None:  # after the last ---
             continue
         if not isinstance(messages, list):
-            raise InputError(f"{path}: transforms", _EXPECTED, abbreviated(messages))
+            raise InputError(f"{path}: transforms", _EXPECTED, kind_of(messages))
         yield from messages
 
 
@@ -301,7 +306,7 @@ def _transform_of_line(where: str, line: str) -> FrameTransform:
             "x y z qx qy qz qw parent child, or x y z yaw pitch roll parent child",
             f"{len(words)} words",
         )
-    x, y, z, *rotation = (number(where, value) for value in numbers)
+    x, y, z, *rotation = (check_number(where, number(where, value)) for value in numbers)
     if len(rotation) == 3:
         rotation = list(quaternion_from_rpy(*reversed(rotation)))
     return FrameTransform(
@@ -327,7 +332,8 @@ def _transform_of_flags(where: str, words: Sequence[str]) -> FrameTransform:
 
     def values(kind: str) -> list[float]:
         return [
-            number(where, given.get(flag, 1.0 if flag == "--qw" else 0.0)) for flag in _FLAGS[kind]
+            check_number(where, number(where, given.get(flag, float(flag == "--qw"))))
+            for flag in _FLAGS[kind]
         ]
 
     by_angles = any(flag in given for flag in _FLAGS["angles"])
@@ -344,5 +350,7 @@ def _flags(where: str, words: Sequence[str]) -> dict[str, str]:
     known = [flag for flags in _FLAGS.values() for flag in flags]
     given = dict(zip(words[::2], words[1::2], strict=False))
     if not given.keys() <= set(known) or 2 * len(given) != len(words):
-        raise InputError(where, f"a value after each of {' '.join(known)}", " ".join(words))
+        others = [key_name(word.lstrip("-")) for word in given if word not in known]
+        got = f"also {first_few(others)}" if others else f"{len(words)} words"
+        raise InputError(where, f"a value after each of {' '.join(known)}", got)
     return given

@@ -13,29 +13,13 @@ import yaml
 
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
+from focus_planner.io.quoting import abbreviated, key_name, kind_of
+from focus_planner.io.yaml_loader import MAX_NODES, load_documents
 
 Values = Mapping[str, Any]
 
-# The C parser is ten times as fast: 10,000 cameras take it a second.
-_SafeLoader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-
-class _Loader(_SafeLoader):  # type: ignore[misc] # whichever of the two it is
-    """Rejects duplicate keys, of which PyYAML silently uses the last."""
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        seen = set()
-        for key, _ in node.value:
-            name = key.tag, str(key.value)
-            if name in seen:
-                raise yaml.MarkedYAMLError(
-                    problem=f"duplicate key {key.value}", problem_mark=key.start_mark
-                )
-            seen.add(name)
-        return super().construct_mapping(node, deep)
-
-
-def read_yaml(where: str, text: str) -> Any:
+def read_yaml(where: str, text: str, max_nodes: int = MAX_NODES) -> Any:
     """Return the contents of a YAML text.
 
     Parameters
@@ -43,17 +27,22 @@ def read_yaml(where: str, text: str) -> Any:
     where : str
         Where the text is from, for errors.
     text : str
+    max_nodes : int
+        How many keys and values it may have.
 
     Raises
     ------
     InputError
-        If it is not valid YAML or has a duplicate key; names the line.
+        If it is not valid YAML, has a duplicate key, or is beyond a limit of
+        :mod:`focus_planner.io.yaml_loader`; names the line.
     """
-    with _as_yaml(where):
-        return yaml.load(text, _Loader)  # noqa: S506
+    documents = read_yaml_documents(where, text, max_nodes)
+    if len(documents) > 1:
+        raise InputError(where, "YAML of one document", f"{len(documents):,}")
+    return documents[0] if documents else None
 
 
-def load_yaml(path: Path, what: str) -> Any:
+def load_yaml(path: Path, what: str, max_nodes: int = MAX_NODES) -> Any:
     """Return the contents of a YAML file.
 
     Parameters
@@ -61,16 +50,18 @@ def load_yaml(path: Path, what: str) -> Any:
     path : Path
     what : str
         What was expected there, for errors.
+    max_nodes : int
+        How many keys and values it may have.
 
     Raises
     ------
     InputError
         If it cannot be read, or as :func:`read_yaml`.
     """
-    return read_yaml(str(path), read_text(path, what))
+    return read_yaml(str(path), read_text(path, what), max_nodes)
 
 
-def read_yaml_documents(where: str, text: str) -> list[Any]:
+def read_yaml_documents(where: str, text: str, max_nodes: int = MAX_NODES) -> list[Any]:
     """Return the documents of a YAML text, which are separated by ``---``.
 
     Raises
@@ -78,8 +69,10 @@ def read_yaml_documents(where: str, text: str) -> list[Any]:
     InputError
         As :func:`read_yaml`.
     """
-    with _as_yaml(where):
-        return list(yaml.load_all(text, _Loader))
+    try:
+        return load_documents(text, max_nodes)
+    except ValueError as error:
+        raise InputError(where, "YAML", str(error)) from None
 
 
 def value_at(where: str, data: Any, *keys: str) -> Any:
@@ -100,7 +93,7 @@ def value_at(where: str, data: Any, *keys: str) -> Any:
     """
     for key in keys:
         if not isinstance(data, Mapping):
-            raise InputError(where.rstrip(": "), f"{key} and its value", abbreviated(data))
+            raise InputError(where.rstrip(": "), f"{key} and its value", kind_of(data))
         where = where + key if where.endswith(" ") else f"{where}.{key}"
         if key not in data:
             raise InputError(where, "a value", "none")
@@ -118,12 +111,13 @@ def mapping(where: str, data: Any, keys: tuple[str, ...], prefix: str = "") -> V
         ``where``, and the key probably meant.
     """
     if not isinstance(data, dict):
-        raise InputError(where, "keys and values: " + ", ".join(keys), abbreviated(data))
+        raise InputError(where, "keys and values: " + ", ".join(keys), kind_of(data))
     for key in data:
         if key not in keys:
-            close = difflib.get_close_matches(str(key), keys, n=1)
+            name = key_name(key)
+            close = difflib.get_close_matches(name, keys, n=1)
             raise InputError(
-                f"{prefix or where + '.'}{key}",
+                f"{prefix or where + '.'}{name}",
                 "one of the keys " + ", ".join(keys),
                 "an unknown one",
                 f"did you mean {close[0]}?" if close else "",
@@ -146,14 +140,14 @@ def number(where: str, value: Any) -> Any:
 def numbers(where: str, value: Any) -> tuple[Any, ...]:
     """Return a list of numbers."""
     if not isinstance(value, list):
-        raise InputError(where, "a list of numbers", abbreviated(value))
+        raise InputError(where, "a list of numbers", kind_of(value))
     return tuple(number(f"{where}[{i}]", item) for i, item in enumerate(value))
 
 
 def vector(where: str, value: Any, length: int) -> tuple[Any, ...]:
     """Return a list of ``length`` numbers."""
     if not isinstance(value, list) or len(value) != length:
-        raise InputError(where, f"a list of {length} numbers", abbreviated(value))
+        raise InputError(where, f"a list of {length} numbers", kind_of(value))
     return numbers(where, value)
 
 
@@ -168,14 +162,6 @@ def errors_within(where: str) -> Iterator[None]:
         raise InputError(
             f"{where}: {error.argument}", error.expected, error.got, error.remedy
         ) from None
-
-
-def abbreviated(value: Any) -> str:
-    """Return the value as a short text for errors."""
-    if value is None:
-        return "nothing"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def flow(value: Any) -> str:
@@ -193,20 +179,3 @@ def scalar(value: str | float | None) -> str:
         text = repr(value)
         return text if "." in text else text.replace("e", ".0e")
     return yaml.safe_dump(value, width=1_000_000).removesuffix("...\n").rstrip("\n")
-
-
-@contextmanager
-def _as_yaml(where: str) -> Iterator[None]:
-    try:
-        yield
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: an invalid date
-        if isinstance(error, InputError):
-            raise
-        raise InputError(where, "YAML", _syntax_error(error)) from None
-
-
-def _syntax_error(error: Exception) -> str:
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        mark = error.problem_mark
-        return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-    return " ".join(str(error).split())

@@ -20,7 +20,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
-from focus_planner.core.rig.defaults import described, notes_on_defaults
+from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
@@ -251,6 +251,9 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     return optics.complete(Rig(cameras, frame_id, grid, _notes(optics, lacking)))
 
 
+_SET_TO_DEFAULT = "set to their defaults, they count as not set"
+
+
 def _notes(optics: Optics, lacking: list[tuple[bool, bool]]) -> tuple[Note, ...]:
     """Return the notes on the parameters that stand in for what a message lacks.
 
@@ -263,19 +266,27 @@ def _notes(optics: Optics, lacking: list[tuple[bool, bool]]) -> tuple[Note, ...]
         Per camera, whether the message lacks its image, and its lens.
     """
     image, lens = vars(optics.intrinsics), vars(optics.lens)
-    says = {
-        each: described(
+    assumed = {
+        each: assumed_values(
             lens,
             image,
-            [kind for kind, lacks in zip(("image", "lens"), each, strict=True) if lacks],
+            frozenset[str]().union(
+                *(
+                    keys_of(kind)
+                    for kind, lacks in zip(("image", "lens"), each, strict=True)
+                    if lacks
+                )
+            ),
         )
         for each in set(lacking)
     }
     return notes_on_defaults(
-        (says[each] for each in lacking),
+        (assumed[each] for each in lacking),
         "publish each camera's lens on ~/rig, or set the parameters lens.focal_length, and"
-        " lens.f_number with lens.circle_of_confusion, or lens.hyperfocal_distance",
-        "publish each camera's CameraInfo on ~/rig, or set the parameters image.width, ...",
+        " lens.f_number with lens.circle_of_confusion, or lens.hyperfocal_distance"
+        f" ({_SET_TO_DEFAULT})",
+        "publish each camera's CameraInfo on ~/rig, or set the parameters image.width, ..."
+        f" ({_SET_TO_DEFAULT})",
     )
 
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import yaml
-
 from focus_planner.core.validation import InputError, check_choice
+from focus_planner.io.yaml_values import read_yaml
 from focus_planner.lenses.profiles import (
     CAMERA,
     CUSTOM,
@@ -202,8 +201,8 @@ def _profile(values: Mapping[str, Any], unit: str, measures: bool) -> DriverProf
 def _assignment(entry: str) -> Assignment:
     name, equals, text = entry.partition("=")
     try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError:
+        value = read_yaml("first", text)
+    except InputError:
         value = None
     if not (name and equals) or not isinstance(value, (bool, int, float, str)):
         raise InputError("first", "entries like autofocus=false or AfMode=0", repr(entry))

@@ -190,7 +190,9 @@ DECLARATIONS = (
         "",
         "YAML file of lens tables by camera, which map focus distances to the values that lens"
         " drivers take; for cameras that bring no table of their own. '' for none. The file is read"
-        " when this parameter is set; set it again to reread the file." + _NEXT_CALL,
+        " when this parameter is set; set it again to reread the file. While the node runs it can"
+        " be set to what it was at the start, or to a file in one of the data_directories."
+        + _NEXT_CALL,
     ),
     Declaration(
         "cost.projected_area_weight",
@@ -263,7 +265,8 @@ DECLARATIONS = (
         "record_directory",
         "",
         "Folder in which every run is recorded, each in a folder of its own; '' to record none. It"
-        " is created if it does not exist." + _NEXT_CALL,
+        " is created if it does not exist. While the node runs it can be set to what it was at the"
+        " start, or to a folder in one of the data_directories." + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
@@ -287,6 +290,15 @@ DECLARATIONS = (
         "Total size of the runs to keep in record_directory, in bytes: the oldest are deleted,"
         " never the newest; 0 for no limit." + _NEXT_CALL,
         high=MAX_INTEGER,
+        plans=False,
+    ),
+    Declaration(
+        "data_directories",
+        "",
+        "Folders, separated by colons, within which lens_tables and record_directory may be changed"
+        " while the node runs, by anyone on the network; links count as where they lead. '' for"
+        " none.",
+        read_only=True,
         plans=False,
     ),
     Declaration(
@@ -447,7 +459,7 @@ class Settings:
 
     @classmethod
     def from_values(
-        cls, values: Mapping[str, Any], lens_tables_text: str | None = None
+        cls, values: Mapping[str, Any], lens_tables: LensTables | str | None = None
     ) -> Settings:
         """Return the settings that parameters amount to.
 
@@ -455,9 +467,9 @@ class Settings:
         ----------
         values : mapping
             Parameters by name; those left out have their defaults.
-        lens_tables_text : str, optional
-            The contents of the file that the parameter ``lens_tables`` names, as read before; ""
-            for no tables. By default the file is read.
+        lens_tables : LensTables or str, optional
+            What is in the file that the parameter ``lens_tables`` names, or its text, as read
+            before; "" for no tables. By default the file is read.
 
         Raises
         ------
@@ -481,7 +493,7 @@ class Settings:
             optics=Optics(
                 intrinsics=CameraIntrinsics(**group(values, "image.")),
                 lens=lens_from_message(SimpleNamespace(**lens, table=_NO_TABLE)),
-                tables=_lens_tables(values["lens_tables"], lens_tables_text),
+                tables=lens_tables_of(values["lens_tables"], lens_tables),
             ),
             model=CostModel(**group(values, "cost.")),
             limits=Limits(
@@ -523,12 +535,27 @@ class Settings:
         return self.optics.tables.text if self.optics.tables else ""
 
 
-def _lens_tables(name: str, text: str | None) -> LensTables | None:
-    """Return the tables in a text, or else in the file of this name."""
-    if text is None:
+def lens_tables_of(name: str, given: LensTables | str | None = None) -> LensTables | None:
+    """Return the lens tables that are given, or else those in the file of this name.
+
+    Parameters
+    ----------
+    name : str
+        The value of the parameter ``lens_tables``.
+    given : LensTables or str, optional
+        What is in the file, or its text, as read before; "" for no tables.
+
+    Raises
+    ------
+    InputError
+        If they cannot be used.
+    """
+    if given is None:
         path = _path("lens_tables", "a file", name)
         return load_lens_tables(path) if path else None
-    return lens_tables_from_yaml(text, name or "lens_tables") if text else None
+    if isinstance(given, str):
+        return lens_tables_from_yaml(given, name or "lens_tables") if given else None
+    return given
 
 
 def _path(parameter: str, what: str, name: str) -> Path | None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 from focus_planner.core.validation import InputError
@@ -35,8 +36,8 @@ def replay_live(run: Run, node: str, on_step: Callable[[str], None] = lambda _: 
     """Publish a run's inputs to a node, call it as the run did, and return its answer.
 
     Parameters of the node that differ from the recorded ones are set to those, and restored
-    afterwards; its surface and rig stay the run's. Lens tables are passed in a file, so a run that
-    has some needs a node on this machine.
+    afterwards; its surface and rig stay the run's. Lens tables are passed in a file in one of its
+    ``data_directories``, so a run that has some needs a node on this machine that has one.
 
     Parameters
     ----------
@@ -103,19 +104,29 @@ def _failure(recorded: Ending, message: str) -> Ending:
 @contextmanager
 def _parameters_of(client: PlannerClient, settings: Settings) -> Iterator[None]:
     """Give the node these parameters where its own differ, and restore its own in the end."""
-    with TemporaryDirectory() as folder:
-        yield from _temporarily_set(client, _parameters_to_set(settings, Path(folder)))
-
-
-def _parameters_to_set(settings: Settings, folder: Path) -> dict[str, Any]:
-    """Return the parameters to set, after writing the recorded lens tables to a file."""
     planning = {declaration.name for declaration in DECLARATIONS if declaration.plans}
     wanted = {name: value for name, value in settings.values if name in planning}
-    if settings.lens_tables_text:
-        file = folder / "lens_tables.yaml"
-        file.write_text(settings.lens_tables_text, encoding="utf-8")
-        wanted["lens_tables"] = str(file)
-    return wanted
+    with ExitStack() as files:
+        if settings.lens_tables_text:
+            folder = TemporaryDirectory(dir=_data_directory(client))
+            file = Path(files.enter_context(folder)) / "lens_tables.yaml"
+            file.write_text(settings.lens_tables_text, encoding="utf-8")
+            wanted["lens_tables"] = str(file)
+        yield from _temporarily_set(client, wanted)
+
+
+def _data_directory(client: PlannerClient) -> Path:
+    """Return a folder of this machine from which the node reads lens tables while it runs."""
+    named = client.get_parameters(["data_directories"])["data_directories"] or ""
+    for folder in map(Path, named.split(os.pathsep)):
+        if folder.is_absolute() and os.access(folder, os.W_OK | os.X_OK):
+            return folder
+    raise InputError(
+        "the node's data_directories",
+        "a folder that can be written to, for the run's lens tables",
+        repr(named),
+        f"start it with -p data_directories:={gettempdir()}, or replay without --live",
+    )
 
 
 def _temporarily_set(client: PlannerClient, wanted: dict[str, Any]) -> Iterator[None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -15,14 +15,22 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from focus_planner.core.validation import InputError
+from focus_planner.io.bounded_wait import BoundedWait
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.parameters.declaration import Declaration
-from focus_planner.parameters.planner import DECLARATIONS, Settings
+from focus_planner.parameters.folders import PATHS, DataFolders
+from focus_planner.parameters.planner import DECLARATIONS, Settings, lens_tables_of
+
+# For what a changed parameter names, while nobody else is answered.
+_SECONDS_TO_READ = 2.0
 
 
 class Parameters:
     """Declares the node's parameters, and keeps the settings that they result in.
 
-    A change is refused, with a reason, if it would result in invalid settings.
+    A change is refused, with a reason, if it would result in invalid settings, or lead where
+    :class:`~focus_planner.parameters.folders.DataFolders` does not allow. What a change names is
+    read on another thread, which the executor's waits for a limited time.
 
     Attributes
     ----------
@@ -43,19 +51,35 @@ class Parameters:
             for d in DECLARATIONS
         }
         self.current = self._checked = Settings.from_values(self._values)
+        self._folders = DataFolders.from_values(self._values)
+        self._disk = BoundedWait(_SECONDS_TO_READ)
         self._warn_if_ignored()
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         changes = _declared_here(parameters)
-        # The file is read when this parameter is set, not whenever another one changes.
-        text = None if "lens_tables" in changes else self.current.lens_tables_text
         try:
-            self._checked = Settings.from_values(self._values | changes, text)
+            tables = self._read(changes)
+            self._checked = Settings.from_values(self._values | changes, tables)
         except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _read(self, changes: Mapping[str, Any]) -> LensTables | str:
+        """Return the lens tables after a change, once its paths are known to be allowed."""
+        paths = {name: changes[name] for name in PATHS if name in changes}
+        # Their file is read when this parameter is set, not whenever another one changes.
+        kept = "" if "lens_tables" in paths else self.current.lens_tables or ""
+        if not any(paths.values()):
+            return kept
+
+        def read() -> LensTables | str:
+            for name, path in paths.items():
+                self._folders.check(name, path)
+            return lens_tables_of(paths.get("lens_tables", "")) or kept
+
+        return self._disk.call(" and ".join(paths), tuple(paths.items()), read)
 
     def _apply(self, parameters: list[Parameter]) -> None:
         self._values |= _declared_here(parameters)

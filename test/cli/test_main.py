@@ -331,7 +331,7 @@ def test_a_property_counts_as_importance_when_asked(here: Path, capsys: Any) -> 
         ("1\n2\n", "numbers.txt: expected 642 numbers, one per vertex, got 2"),
         ("1\n" * 641 + "nan\n", "mesh vertex_importance: expected finite numbers"),
         ("0\n" * 642, "mesh vertex_importance: expected some above 0"),
-        ("many\n", "could not convert string to float: 'many'"),
+        ("many\n", "something else in place of a number"),
         ("", "got an empty file"),
     ],
 )
@@ -448,6 +448,13 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--gap small", "argument --gap: invalid float value: 'small'"),
         ("--output none/plan.json", "none/plan.json: expected a file in a folder that exists"),
         ("--output .", "got a folder"),
+        ("--output .csv", "--output: expected a name before .csv, got .csv; such as x.csv"),
+        ("--output ./.JSON", "--output: expected a name before .JSON, got .JSON; such as x.JSON"),
+        ("--output .plan", "--output: expected a name that ends in .json for the plan, or in"),
+        ("--problem -", "--problem: expected a name, got -, which stands for stdout; only --out"),
+        ("--picture -", "--picture: expected a name, got -,"),
+        ("--record -", "--record: expected a name, got -,"),
+        ("--output - --output -", "expected different files, got the same twice"),
         ("--output plan.txt", "--output: expected a name that ends in .json for the plan, or in"),
         ("--output plan.json --output none/sheet.pdf", "none/sheet.pdf: expected a file in a fold"),
         ("--problem none/x.npz", "none/x.npz"),
@@ -535,6 +542,15 @@ def test_with_a_lens_sheet_alone_the_plan_is_still_printed(here: Path, capsys: A
 def test_a_plan_may_go_into_a_pipe(here: Path, capsys: Any) -> None:
     assert plan("--samples", "200", "--output", "/dev/null", "--output", "sheet.csv") == 0
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_plan_may_go_to_stdout_beside_files(here: Path, capsys: Any) -> None:
+    assert plan("--samples", "200", "--output", "-", "--output", "plan.json") == 0
+    out, err = capsys.readouterr()
+    assert (out, err) == (Path("plan.json").read_text(encoding="utf-8"), "")
+    assert plan("--samples", "200", "--output", "./-") == 0
+    assert capsys.readouterr() == ("", "")
+    assert json.loads(Path("-").read_text(encoding="utf-8"))["samples"] == 200
 
 
 def test_where_to_write_is_checked_before_anything_is_read(here: Path, capsys: Any) -> None:
@@ -734,6 +750,8 @@ def test_a_person_sees_progress_beside_a_pipe(here: Path) -> None:
 @pytest.mark.processes
 def test_quiet_is_quiet_on_a_terminal(here: Path) -> None:
     assert plan_on_a_terminal("--quiet", "--output", "plan.json") == (0, "")
+    status, shown = plan_on_a_terminal("--quiet", "--output", "-")
+    assert (status, json.loads(shown)["samples"]) == (0, 300)
     assert load_plan(Path("plan.json")).samples == 300
 
 

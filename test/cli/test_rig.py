@@ -17,6 +17,7 @@ from focus_planner.io.rigs import load_rig, save_rig
 
 LENS = Lens(0.035, 5.0)
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05, lens=LENS)
+CASES = Path(__file__).parents[1] / "io/cases"
 LENS_OPTIONS = ["--focal-length", "0.035", "--hyperfocal-distance", "5"]
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.3)
 BALL.apply_translation([0.0, 0.0, 0.9])
@@ -122,6 +123,16 @@ def test_a_model_without_a_scale_says_so(here: Path, capsys: Any) -> None:
     assert (len(rig), rig.frame_id) == (6, "booth")
 
 
+def test_a_model_says_nothing_of_its_lens(here: Path, capsys: Any) -> None:
+    rig, notes = made(capsys, "colmap", str(CASES / "20_import_lens_guessed/model"), "--scale", "1")
+    assert notes.startswith(
+        "focus_planner: note: nothing tells the lens of 2 of 2 cameras: focal length 50 mm and"
+        " hyperfocal distance 10 m are assumed, as in the paper"
+    )
+    (note,) = rig.notes
+    assert note.code == "default_lens"
+
+
 def test_distorted_images_stay_so(here: Path, capsys: Any) -> None:
     write_model(Path("model"), 1.0)
     Path("model/cameras.txt").write_text(
@@ -180,6 +191,23 @@ def test_guesses_are_told(here: Path, capsys: Any) -> None:
     np.testing.assert_allclose(rig.cameras[0].position, (1.5, 0, 2.1))
 
 
+@pytest.mark.parametrize("layout", ["cylinder --rows 1 --columns 4", "transforms tf.txt"])
+def test_what_was_told_is_never_assumed_even_if_it_is_the_default(
+    here: Path, capsys: Any, layout: str
+) -> None:
+    write_transforms(Path("tf.txt"))
+    rig, notes = made(capsys, *layout.split(), "--focal-length", "0.05")
+    (lens,) = (note.text for note in rig.notes if note.code == "default_lens")
+    assert "hyperfocal distance 10 m is assumed" in lens
+    assert "focal" not in lens.partition(" is assumed")[0].replace("hyperfocal", "")
+    assert lens.partition(";")[0] in notes
+    lens_told = ["--focal-length", "0.05", "--hyperfocal-distance", "10"]
+    image_told = ["--image", "580x870", "--fx", "1190.732", "--cx", "284.813", "--cy", "434.44"]
+    rig, notes = made(capsys, *layout.split(), *lens_told, *image_told)
+    assert (notes, rig.notes) == ("", ())
+    assert rig.cameras[0].intrinsics == CameraIntrinsics()
+
+
 def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
     write_transforms(Path("tf.txt"))
     Path("info").mkdir()
@@ -189,6 +217,7 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         )
     rig, _ = made(capsys, "transforms", "tf.txt", "--camera-info", "info")
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
+    assert [note.code for note in rig.notes] == ["default_lens"]  # and no image
     assert rig.cameras[3].intrinsics.distortion == (0.3, 0, 0, 0, 0)
 
 

@@ -53,7 +53,7 @@ def test_an_array_is_copied_contiguous_and_read_only():
         ([1.0, 2.0], (3,), r"p: expected shape \(3\), got shape \(2,\)"),
         ([1.0, 2.0], (None, 3), r"p: expected shape \(n, 3\), got shape \(2,\)"),
         (np.zeros((4, 2)), (None, 3), r"p: expected shape \(n, 3\), got shape \(4, 2\)"),
-        ("abc", (3,), r"p: expected numbers of shape \(3\), got could not convert"),
+        ("abc", (3,), r"p: expected numbers of shape \(3\), got something else"),
         ([[1.0, 2.0, 3.0], [4.0]], (None, 3), r"p: expected numbers of shape \(n, 3\)"),
         ([None, {}, ()], (3,), r"p: expected numbers of shape \(3\)"),
     ],

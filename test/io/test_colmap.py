@@ -244,9 +244,9 @@ def fails(folder: Path, telling: str) -> None:
             *("cameras", " 240.0", ""),
             "line 4: expected 4 parameters of PINHOLE: fx fy cx cy, got 3",
         ),
-        ("cameras", "1 PINHOLE", "one PINHOLE", "expected a whole number, got 'one'"),
-        ("cameras", "500.0", "wide", "expected numbers, got could not convert"),
-        ("cameras", "500.0", "nan", "line 4: expected finite numbers, got nan 510.0 320.0 240.0"),
+        ("cameras", "1 PINHOLE", "one PINHOLE", "expected a whole number, got something else"),
+        ("cameras", "500.0", "wide", "expected numbers, got something else"),
+        ("cameras", "500.0", "nan", "line 4: expected finite numbers, got nan 510 320 240"),
         ("cameras", "500.0", "-1", "line 4: image.fx: expected a number above 0, got -1"),
         ("cameras", " 480 500.0 510.0 320.0 240.0", "", "expected CAMERA_ID MODEL WIDTH HEIGHT"),
         ("images", "1 1 0 0 0", "1 2 0 0 0", "line 3: rotation: expected a unit quaternion"),
@@ -255,7 +255,7 @@ def fails(folder: Path, telling: str) -> None:
         ("images", "1 a.jpg", "", "line 3: expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"),
         (
             *("images", "a.jpg\n", "a.jpg\n2 1 0 0 0 0 0 0 1 b.jpg\n"),
-            "line 4: expected the points of a.jpg: X Y POINT3D_ID each, got '2 1 0 0 0 0 0 0 1",
+            "line 4: expected the points of a.jpg: X Y POINT3D_ID each, got something else",
         ),
         ("images", "1 1 0 0 0 0 0 0 1 a.jpg", "#", "expected some that match *, got none among 0"),
         ("images", "0 0 0 1 a.jpg", "0 0 1e9 1 a.jpg", "image a.jpg: camera a: position: expected"),
@@ -359,7 +359,7 @@ def test_binaries_of_other_cameras_are_refused(tmp_path: Path) -> None:
     write_binary(tmp_path, [replace_width(ONE[0][0], 0)], ONE[1])
     fails(tmp_path, "cameras.bin: camera 1: image.width: expected a whole number of at least 1")
     write_binary(tmp_path, ONE[0], [(3, (0, 0, 0, 0), (0, 0, 0), 1, "a.jpg", [])])
-    fails(tmp_path, "images.bin: image 3 (a.jpg): rotation: expected a unit quaternion")
+    fails(tmp_path, "images.bin: image 3: rotation: expected a unit quaternion")
 
 
 def replace_width(camera: Any, width: int) -> Any:
@@ -400,7 +400,7 @@ def test_an_alignment_is_16_numbers(tmp_path: Path, text: str) -> None:
     ("text", "telling"),
     [
         ("1 2 3\n", "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got 3"),
-        ("a" + " 1" * 15, "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got could not"),
+        ("a" + " 1" * 15, "m.txt: expected numbers, got something else"),
         ("1 " * 16, "m.txt: expected the last row 0 0 0 1"),
         ("", "m.txt: expected 16 numbers, a 4 × 4 matrix row by row, got an empty file"),
     ],

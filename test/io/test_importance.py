@@ -241,7 +241,7 @@ def test_formats_that_do_not_keep_vertices_take_no_file(tmp_path: Path, kind: st
             rf"numbers: expected {COUNT} numbers, one per vertex, got {COUNT - 1}",
         ),
         ("1\n" * (COUNT + 1), rf"one per vertex, got {COUNT + 1}"),
-        ("1\n" * (COUNT - 1) + "one\n", "could not convert string to float: 'one'"),
+        ("1\n" * (COUNT - 1) + "one\n", "got something else in place of a number"),
         ("1\n" * (COUNT - 1) + "nan\n", rf"NaN or infinity in 1 .*first: vertex {COUNT - 1}"),
         ("1\n" * (COUNT - 1) + "-1\n", r"at least 0, got 1 of \d+ below .*-1 of vertex"),
         ("0\n" * COUNT, "some above 0"),

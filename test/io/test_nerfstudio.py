@@ -53,6 +53,37 @@ def test_a_cylinder_comes_back(tmp_path: Path) -> None:
     assert rig.frame_id == "world"
 
 
+@pytest.mark.parametrize(
+    ("moves", "told"),
+    [
+        ({"applied_transform": [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]]}, "(x, z, -y)"),
+        (
+            {"applied_transform": [[0.5, -0.25, 0, -2], [0, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]},
+            "(0.5 x - 0.25 y - 2, 0, z + 1)",
+        ),
+        ({"applied_scale": 0.25}, ": all was multiplied by 0.25;"),
+        (
+            {"applied_transform": np.eye(3, 4)[[1, 0, 2]].tolist(), "applied_scale": 2},
+            "(y, x, z) and all was multiplied by 2;",
+        ),
+        ({"applied_transform": "yes"}, ": by its applied_transform;"),
+        ({"applied_transform": [[1, 0], [0, 1]]}, ": by its applied_transform;"),
+    ],
+)
+def test_poses_that_were_moved_are_kept_and_told(
+    tmp_path: Path, moves: dict[str, Any], told: str
+) -> None:
+    rig, (note,) = load_transforms(write(tmp_path, moves), scale=1)
+    assert rig == load_transforms(write(tmp_path), scale=1)[0]
+    assert told in note
+    assert note.startswith("the poses have been moved since the program that found them, such as")
+
+
+def test_poses_that_were_not_moved_need_no_note(tmp_path: Path) -> None:
+    nothing = {"applied_transform": np.eye(4)[:3].tolist(), "applied_scale": 1.0}
+    assert load_transforms(write(tmp_path, nothing), scale=1)[1] == []
+
+
 def test_what_is_asked_for_goes_first(tmp_path: Path) -> None:
     image = CameraIntrinsics(10, 10, 9, 9, 5, 5)
     rig, notes = load_transforms(

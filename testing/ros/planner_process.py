@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from signal import SIGINT
+from tempfile import gettempdir
 
 from testing.forked import DEVNULL, PIPE, ForkedProcess
 
@@ -96,7 +97,8 @@ class PlannerProcess(NodeProcess):
     def __init__(self, name, *arguments, forked=True, module="focus_planner.ros.node"):
         self.name = f"/{name}"
         remapped = ["--ros-args", "--remap", f"__node:={name}"]
-        self._start(module, [*remapped, *arguments], forked=forked)
+        folders = ["-p", f"data_directories:={gettempdir()}"]  # for what tests set later
+        self._start(module, [*remapped, *folders, *arguments], forked=forked)
 
 
 def _python(module, *arguments, stderr):

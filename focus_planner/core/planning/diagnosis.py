@@ -25,6 +25,7 @@ _FARTHEST = 100.0
 _LARGE = 10.0
 _DIRECTIONS = 64
 _ENCLOSED = 0.8
+_TELLING = 0.25  # of the directions: fewer tell nothing of all
 _TRIAL_SAMPLES = 500
 # With a wrong unit less of the surface than this would be seen, and with inverted normals less
 # than that.
@@ -280,14 +281,21 @@ def _scaled(surface: Surface, factor: float) -> Surface:
 
 
 def _enclosed(scene: Scene, positions: FloatArray) -> NDArray[np.bool_]:
-    """Return per position whether nearly every ray from it hits the inside of the surface."""
+    """Return per position whether nearly every ray from it hits the inside of the surface.
+
+    Of a sparse cloud, a camera may stand among what stands in for the surface around its points:
+    rays that end there tell nothing.
+    """
     directions = _sphere(_DIRECTIONS)
-    hit, outer = scene.first_hits(
+    distance, outer = scene.first_hits(
         np.repeat(positions, len(directions), axis=0), np.tile(directions, (len(positions), 1))
     )
-    inner = hit & ~outer if scene.oriented else hit
-    share: FloatArray = inner.reshape(len(positions), -1).mean(axis=1)
-    return share > _ENCLOSED
+    telling = (distance >= scene.overhang).reshape(len(positions), -1)
+    hit = np.isfinite(distance)
+    inner = (hit & ~outer if scene.oriented else hit).reshape(len(positions), -1)
+    count = telling.sum(axis=1)
+    enclosed: NDArray[np.bool_] = (inner & telling).sum(axis=1) > _ENCLOSED * count
+    return enclosed & (count >= _TELLING * len(directions))
 
 
 def _sphere(count: int) -> FloatArray:

@@ -16,6 +16,7 @@ from focus_planner.core.validation import (
     check_array,
     check_number,
     check_whole,
+    shown,
 )
 
 # Camera names become ROS topic tokens: ~/cameras/<name>/focus.
@@ -33,6 +34,10 @@ DISTORTION_COUNTS = {
     "equidistant": (4,),
 }
 
+#: Of an image's width and height: CameraInfo has 32 bits.
+MAX_PIXELS = 2**32 - 1
+# Pixels: beyond these nothing is an image, and quotients overflow.
+_SHORTEST_FOCAL, _LARGEST_FOCAL, _FARTHEST_CENTRE = 1e-6, 1e12, 1e12
 # Telephoto lenses have large coefficients, but their products must not overflow.
 _LARGEST_COEFFICIENT = 1e30
 
@@ -82,12 +87,16 @@ class CameraIntrinsics:
     region: tuple[int, int, int, int] | None = None
 
     def __post_init__(self) -> None:
-        check_whole("image.width", self.width, 1)
-        check_whole("image.height", self.height, 1)
-        check_number("image.fx", self.fx, above=0)
-        check_number("image.fy", self.fy, above=0)
-        check_number("image.cx", self.cx)
-        check_number("image.cy", self.cy)
+        check_whole("image.width", self.width, 1, MAX_PIXELS)
+        check_whole("image.height", self.height, 1, MAX_PIXELS)
+        for name in ("fx", "fy"):
+            check_number(f"image.{name}", getattr(self, name), above=0, at_most=_LARGEST_FOCAL)
+            check_number(f"image.{name}", getattr(self, name), at_least=_SHORTEST_FOCAL)
+        for name in ("cx", "cy"):
+            centre = check_number(f"image.{name}", getattr(self, name))
+            if abs(centre) > _FARTHEST_CENTRE:
+                expected = f"pixels up to {_FARTHEST_CENTRE:g}"
+                raise InputError(f"image.{name}", expected, f"{centre:g}")
         object.__setattr__(self, "distortion", _checked_distortion(self))
         if not self.distortion:
             object.__setattr__(self, "distortion_model", "")
@@ -108,7 +117,7 @@ class CameraIntrinsics:
 
 def _as_tuple(argument: str, value: object, kind: str) -> tuple[object, ...]:
     if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
-        raise InputError(argument, kind, repr(value))
+        raise InputError(argument, kind, shown(value))
     return tuple(value)
 
 
@@ -152,7 +161,8 @@ def _checked_region(intrinsics: CameraIntrinsics) -> tuple[int, int, int, int] |
     if len(listed) != 4:
         raise InputError(name, "x_offset, y_offset, width, height", f"{len(listed)} numbers")
     x, y, width, height = (
-        check_whole(f"{name}[{i}]", number, int(i > 1)) for i, number in enumerate(listed)
+        check_whole(f"{name}[{i}]", number, int(i > 1), MAX_PIXELS)
+        for i, number in enumerate(listed)
     )
     if x + width > intrinsics.width or y + height > intrinsics.height:
         raise InputError(
@@ -172,7 +182,9 @@ def _checked_binning(intrinsics: CameraIntrinsics) -> tuple[int, int]:
     listed = _as_tuple(name, intrinsics.binning, "columns and rows per bin")
     if len(listed) != 2:
         raise InputError(name, "columns and rows per bin", f"{len(listed)} numbers")
-    columns, rows = (check_whole(f"{name}[{i}]", number, 1) for i, number in enumerate(listed))
+    columns, rows = (
+        check_whole(f"{name}[{i}]", number, 1, MAX_PIXELS) for i, number in enumerate(listed)
+    )
     _, _, width, height = intrinsics.region or (0, 0, intrinsics.width, intrinsics.height)
     if columns > width or rows > height:
         raise InputError(
@@ -216,7 +228,7 @@ class Camera:
             raise InputError(
                 f"camera {self.name}: position",
                 f"finite coordinates up to {MAX_COORDINATE:g} m",
-                f"{self.position}",
+                f"{position}",
             )
         quaternion = _floats(f"camera {self.name}: orientation", self.orientation, 4)
         norm = _norm(quaternion)
@@ -245,7 +257,7 @@ def check_camera_name(name: object) -> None:
         raise InputError(
             "camera name",
             "letters, digits and underscores, starting with a letter (it names a topic)",
-            repr(name),
+            shown(name),
         )
     if len(name) > MAX_NAME:
         raise InputError(

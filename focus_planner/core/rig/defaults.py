@@ -3,89 +3,88 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 
-_LENS, _IMAGE = Lens(), CameraIntrinsics()
-# What has to be told, each with the keys of which one tells it.
-_LENS_VALUES = (
-    (f"focal length {1e3 * _LENS.focal_length:g} mm", ("focal_length",)),
-    (
-        f"hyperfocal distance {_LENS.hyperfocal_distance:g} m",
-        ("hyperfocal_distance", "f_number"),
-    ),
-)
-_IMAGE_VALUES = tuple(
-    (f"{name} {getattr(_IMAGE, name):g} pixels", (name,))
-    for name in ("width", "height", "fx", "fy", "cx", "cy")
-)
+_DEFAULTS = {"lens": Lens(), "image": CameraIntrinsics()}
+# What has to be told, by the key that tells it.
+_VALUES = {
+    "lens.focal_length": f"focal length {1e3 * Lens().focal_length:g} mm",
+    "lens.hyperfocal_distance": f"hyperfocal distance {Lens().hyperfocal_distance:g} m",
+    **{
+        f"image.{name}": f"{name} {getattr(CameraIntrinsics(), name):g} pixels"
+        for name in ("width", "height", "fx", "fy", "cx", "cy")
+    },
+}
+_OTHER_FORMS = {"lens.f_number": "lens.hyperfocal_distance"}
+#: What of a camera has to be told.
+KINDS = tuple(_DEFAULTS)
 
 
-@dataclass(frozen=True)
-class Described:
-    """What is said of one camera: the names of the values that somebody has given."""
-
-    lens: Collection[str]
-    image: Collection[str]
+def keys_of(kind: str) -> frozenset[str]:
+    """Return the keys that have to be told of a ``lens`` or an ``image``, as in ``image.fx``."""
+    return frozenset(key for key in _VALUES if key.startswith(f"{kind}."))
 
 
-def described(
-    lens: Mapping[str, Any], image: Mapping[str, Any], doubted: Collection[str]
-) -> Described:
-    """Return what the values given for a camera say.
+def assumed_values(
+    lens: Mapping[str, Any], image: Mapping[str, Any], doubted: Collection[str] = ()
+) -> frozenset[str]:
+    """Return the keys of a camera that nothing tells.
 
     Parameters
     ----------
     lens, image : mapping
         Values by name; those of a lens may include its ``f_number``.
-    doubted : collection of {"lens", "image"}
-        Of which a value that equals the default says nothing.
+    doubted : collection of str
+        The keys of which a value that equals the default says nothing.
     """
+    given = {
+        f"{kind}.{name}": value
+        for kind, values in (("lens", lens), ("image", image))
+        for name, value in values.items()
+    }
+    said = {
+        _OTHER_FORMS.get(key, key)
+        for key, value in given.items()
+        if key not in doubted or value != _default(key)
+    }
+    return frozenset(_VALUES.keys() - said)
 
-    def said(values: Mapping[str, Any], default: Any, kind: str) -> set[str]:
-        return {
-            name
-            for name, value in values.items()
-            if kind not in doubted or value != getattr(default, name, None)
-        }
 
-    return Described(said(lens, _LENS, "lens"), said(image, _IMAGE, "image"))
+def _default(key: str) -> Any:
+    kind, name = key.split(".")
+    return getattr(_DEFAULTS[kind], name)
 
 
-def notes_on_defaults(cameras: Iterable[Described], lens: str, image: str) -> tuple[Note, ...]:
+def notes_on_defaults(
+    assumed: Iterable[Collection[str]], lens: str, image: str
+) -> tuple[Note, ...]:
     """Return the notes ``default_lens`` and ``default_image``, as far as they apply.
 
     Parameters
     ----------
-    cameras : iterable of Described
-        All cameras of a rig.
+    assumed : iterable of collections of str
+        For every camera of a rig the keys that nothing tells.
     lens, image : str
         What to do to describe them, as a clause.
     """
-    cameras = tuple(cameras)
-    lenses = (tuple(_lacking(_LENS_VALUES, camera.lens)) for camera in cameras)
-    images = (tuple(_lacking(_IMAGE_VALUES, camera.image)) for camera in cameras)
-    return (*_note("lens", tuple(lenses), lens), *_note("image", tuple(images), image))
+    cameras = tuple(assumed)
+    return (*_note("lens", cameras, lens), *_note("image", cameras, image))
 
 
-def _lacking(
-    values: tuple[tuple[str, tuple[str, ...]], ...], said: Collection[str]
-) -> Iterator[str]:
-    return (text for text, names in values if not any(name in said for name in names))
-
-
-def _note(kind: str, lacking: tuple[tuple[str, ...], ...], remedy: str) -> Iterator[Note]:
-    count = sum(map(bool, lacking))
+def _note(kind: str, assumed: tuple[Collection[str], ...], remedy: str) -> Iterator[Note]:
+    keys = keys_of(kind)
+    count = sum(not keys.isdisjoint(each) for each in assumed)
     if not count:
         return
-    *values, last = dict.fromkeys(text for texts in lacking for text in texts)
-    assumed = f"{', '.join(values)} and {last} are" if values else f"{last} is"
+    some = frozenset[str]().union(*assumed)
+    *values, last = (text for key, text in _VALUES.items() if key in keys & some)
+    told = f"{', '.join(values)} and {last} are" if values else f"{last} is"
     yield Note(
         f"default_{kind}",
-        f"nothing tells the {kind} of {count} of {len(lacking)} cameras: {assumed} assumed, as in"
+        f"nothing tells the {kind} of {count} of {len(assumed)} cameras: {told} assumed, as in"
         f" the paper, and the plan holds for nothing else; {remedy}",
     )

@@ -20,6 +20,9 @@ from focus_planner.core.validation import InputError, check_array, check_finite
 
 _TOLERANCE = 1e-3  # of what should be 1, as for a camera's orientation
 _SAME_PLACE = 1e-9  # metres, and radians
+# Of any unit of length: beyond it squares are of no use, and products overflow.
+_LARGEST = 1e50
+_MAX_DEPTH = 100  # frames above a frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,8 @@ class Similarity:
 
     def __matmul__(self, other: Similarity) -> Similarity:
         """Return the composition: ``other`` first, then this."""
-        moved = self.scale * self.rotation.apply(other.translation) + self.translation
+        with np.errstate(over="ignore", invalid="ignore"):  # a camera there is refused
+            moved = self.scale * self.rotation.apply(other.translation) + self.translation
         return Similarity(self.rotation * other.rotation, moved, self.scale * other.scale)
 
     def inverse(self) -> Similarity:
@@ -85,7 +89,7 @@ def similarity_from_pose(
         If a number is not finite, or the quaternion's norm differs from 1 by more than 0.001.
     """
     t = check_array(f"{argument}: translation", translation, (3,))
-    check_finite(f"{argument}: translation", t, "number")
+    _check_lengths(f"{argument}: translation", t)
     q = check_array(f"{argument}: rotation", quaternion, (4,))
     norm = math.hypot(*q)
     if not abs(norm - 1) <= _TOLERANCE:
@@ -122,7 +126,7 @@ def similarity_from_matrix(argument: str, matrix: ArrayLike) -> Similarity:
         flattens.
     """
     values = check_array(argument, matrix, (4, 4))
-    check_finite(argument, values, "row")
+    _check_lengths(argument, values)
     if not np.array_equal(values[3], [0, 0, 0, 1]):
         got = " ".join(f"{value:g}" for value in values[3])
         raise InputError(argument, "the last row 0 0 0 1", got, "write the numbers row by row")
@@ -132,11 +136,18 @@ def similarity_from_matrix(argument: str, matrix: ArrayLike) -> Similarity:
     return Similarity(Rotation.from_matrix(values[:3, :3] / scale), values[:3, 3].copy(), scale)
 
 
+def _check_lengths(argument: str, values: FloatArray) -> None:
+    """Raise unless numbers are finite, and products of some of them too."""
+    check_finite(argument, values, "row" if values.ndim > 1 else "number")
+    if np.abs(values).max() > _LARGEST:
+        raise InputError(argument, f"numbers up to {_LARGEST:g}", f"{np.abs(values).max():g}")
+
+
 def _check_rotation(argument: str, matrix: FloatArray, scale: float) -> None:
     expected = "a rotation times a positive scale as the upper left 3 × 3 block"
     if scale < 0:
         raise InputError(argument, expected, "one that mirrors")
-    rotation = matrix / scale if 0 < scale < math.inf else np.zeros((3, 3))
+    rotation = matrix / scale if scale > 1 / _LARGEST else np.zeros((3, 3))
     if not (np.abs(rotation @ rotation.T - np.eye(3)) <= _TOLERANCE).all():
         raise InputError(argument, expected, "one that shears or flattens")
 
@@ -234,8 +245,11 @@ class FrameTree:
             seen.append(transform.parent)
             if transform.parent == frame:
                 raise InputError(f"frame {frame}", "a tree", f"a cycle: {' → '.join(seen)}")
-            if len(seen) > len(self._frames):  # a cycle further up: its own frames report it
-                return
+            if len(seen) > _MAX_DEPTH:
+                if len(set(seen)) == len(seen):
+                    expected = f"at most {_MAX_DEPTH} frames above it"
+                    raise InputError(f"frame {frame}", expected, "more")
+                return  # a cycle further up: its own frames report it
 
 
 def _agree(one: Similarity, other: Similarity) -> bool:

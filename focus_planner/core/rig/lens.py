@@ -11,9 +11,10 @@ import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS, LensTable
-from focus_planner.core.validation import InputError, check_number, check_whole
+from focus_planner.core.validation import InputError, check_number, check_whole, shown
 
-_LARGEST_LENGTH = 1e12  # metres
+# Metres: products and quotients of others overflow.
+_SHORTEST_LENGTH, _LARGEST_LENGTH = 1e-12, 1e12
 #: Metres. Real lenses have centimetres: a larger one was probably given in millimetres.
 MAX_HIATUS = 1.0
 
@@ -65,11 +66,14 @@ class Lens:
 
     def __post_init__(self) -> None:
         check_number("lens.focal_length", self.focal_length, above=0)
+        check_number("lens.focal_length", self.focal_length, at_least=_SHORTEST_LENGTH)
         check_number("lens.hyperfocal_distance", self.hyperfocal_distance, above=self.focal_length)
         check_number("lens.min_focus", self.min_focus, at_least=0)
         for name in ("focal_length", "hyperfocal_distance", "min_focus"):
             _check_magnitude(f"lens.{name}", getattr(self, name))
         check_number("lens.max_focus", self.max_focus, above=self.focal_length, infinite=True)
+        if self.max_focus < math.inf:
+            _check_magnitude("lens.max_focus", self.max_focus)
         if self.min_focus > self.max_focus:
             raise InputError(
                 "lens.min_focus",
@@ -148,7 +152,7 @@ def _distances_within(distances: FloatArray, lens: Lens) -> FloatArray:
 def _check_table(lens: Lens, table: LensTable) -> None:
     """Raise if the table contradicts the lens's other properties."""
     if not isinstance(table, LensTable):
-        raise InputError("lens.table", "a LensTable", repr(table))
+        raise InputError("lens.table", "a LensTable", shown(table))
     settable = table.settable_distances
     listed = lens.focus_distances is not None or lens.focus_steps is not None
     if settable is not None and listed:
@@ -177,7 +181,7 @@ def _checked_distances(lens: Lens) -> tuple[float, ...]:
     """Return ``focus_distances``, ascending and unique; raise if the lens cannot have them."""
     name, given = "lens.focus_distances", lens.focus_distances
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
-        raise InputError(name, "a list of distances in metres", repr(given))
+        raise InputError(name, "a list of distances in metres", shown(given))
     listed = sorted(
         {
             check_number(f"{name}[{i}]", distance, above=lens.focal_length)
@@ -191,7 +195,7 @@ def _checked_distances(lens: Lens) -> tuple[float, ...]:
             str(len(listed)),
             "leave it out for a lens that takes any distance between its limits",
         )
-    _check_magnitude(name, listed[0])
+    _check_magnitude(name, listed[-1])
     nearest, farthest = lens.focus_limits
     if not nearest <= listed[0] <= listed[-1] <= farthest:
         raise InputError(
@@ -208,7 +212,7 @@ def _check_steps(lens: Lens) -> None:
     if lens.focus_distances is not None:
         raise InputError(name, "either focus_distances or focus_steps", "both")
     if check_whole(name, steps, 2) > MAX_FOCUS_STEPS:
-        raise InputError(name, f"at most {MAX_FOCUS_STEPS}", str(steps))
+        raise InputError(name, f"at most {MAX_FOCUS_STEPS}", shown(steps))
     if lens.focus_limits[0] <= lens.focal_length:
         raise InputError(
             "lens.min_focus",

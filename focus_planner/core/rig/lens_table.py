@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focus_planner.core.validation import InputError, check_array, check_finite, check_number
+from focus_planner.core.validation import InputError, check_array, check_finite, check_number, shown
 
 #: No focus motor has more, and solvers consider every one for every camera.
 MAX_FOCUS_STEPS = 65_536
@@ -69,9 +69,9 @@ class LensTable:
 
     def __post_init__(self) -> None:
         if not isinstance(self.unit, str) or not self.unit:
-            raise InputError("table.unit", "a name such as dioptres or steps", repr(self.unit))
+            raise InputError("table.unit", "a name such as dioptres or steps", shown(self.unit))
         if not isinstance(self.whole, (bool, np.bool_)):
-            raise InputError("table.whole", "true or false", repr(self.whole))
+            raise InputError("table.whole", "true or false", shown(self.whole))
         object.__setattr__(self, "whole", bool(self.whole))
         for name in ("distances", "values"):
             numbers = check_array(f"table.{name}", getattr(self, name), (None,))

@@ -12,6 +12,9 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.validation import check_number
 
+# Of what a lens is given by, metres: beyond these its squares and their quotients overflow.
+_SMALLEST, _LARGEST = 1e-12, 1e12
+
 
 def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusion: float) -> float:
     """Return H = F² / (N·c), metres.
@@ -30,9 +33,14 @@ def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusio
     InputError
         If a value is not positive.
     """
-    check_number("lens.focal_length", focal_length, above=0)
-    check_number("lens.f_number", f_number, above=0)
-    check_number("lens.circle_of_confusion", circle_of_confusion, above=0)
+    given = {
+        "focal_length": focal_length,
+        "f_number": f_number,
+        "circle_of_confusion": circle_of_confusion,
+    }
+    for name, value in given.items():
+        check_number(f"lens.{name}", value, above=0, at_most=_LARGEST)
+        check_number(f"lens.{name}", value, at_least=_SMALLEST)
     return focal_length**2 / (f_number * circle_of_confusion)
 
 

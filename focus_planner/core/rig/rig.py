@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from focus_planner.core.notes import Note
@@ -24,8 +26,8 @@ class Grid:
     columns: int
 
     def __post_init__(self) -> None:
-        check_whole("grid.rows", self.rows, 1)
-        check_whole("grid.columns", self.columns, 1)
+        check_whole("grid.rows", self.rows, 1, MAX_CAMERAS)
+        check_whole("grid.columns", self.columns, 1, MAX_CAMERAS)
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,9 @@ class Rig:
         How the cameras are arranged. It tells the 2-view and 3-view methods which are neighbours.
     notes : tuple of Note
         What was noticed when it was read; plans for it pass them on.
+    assumed : mapping of str to frozenset of str
+        By the name of a camera, which of its values nothing told: ``lens.focal_length``,
+        ``image.width``. Of cameras that are not named, everything was told.
 
     Raises
     ------
@@ -54,6 +59,7 @@ class Rig:
     frame_id: str = "world"
     grid: Grid | None = None
     notes: tuple[Note, ...] = field(default=(), compare=False)
+    assumed: Mapping[str, frozenset[str]] = field(default_factory=dict, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cameras", tuple(self.cameras))
@@ -62,10 +68,9 @@ class Rig:
         if len(self.cameras) > MAX_CAMERAS:
             raise InputError("rig", f"at most {MAX_CAMERAS} cameras", str(len(self.cameras)))
         names = [camera.name for camera in self.cameras]
-        if len(set(names)) < len(names):
-            repeated = next(name for name in names if names.count(name) > 1)
-            got = f"{repeated!r} {names.count(repeated)} times"
-            raise InputError("rig", "unique camera names", got)
+        repeated, times = Counter(names).most_common(1)[0]
+        if times > 1:
+            raise InputError("rig", "unique camera names", f"{repeated!r} {times} times")
         if self.grid is not None and self.grid.rows * self.grid.columns != len(self.cameras):
             raise InputError(
                 "rig.grid",

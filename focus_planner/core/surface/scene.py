@@ -66,6 +66,9 @@ class Scene:
     stop_short : float
         How far before its target a ray must end so as not to be blocked by the target itself,
         metres.
+    overhang : float
+        How far what rays hit reaches beyond the surface, metres: 0 for a mesh. Nearer to it than
+        this, no place can be told to be on one side or the other.
     """
 
     def __init__(
@@ -79,6 +82,7 @@ class Scene:
             crosses = surface.cross_products
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
             self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
+            self.overhang = 0.0
         else:
             self._prepared = prepare_cloud(surface, lambda share: on_progress(0.9 * share))
             cloud, shape = self._prepared.cloud, self._prepared.shape
@@ -86,6 +90,7 @@ class Scene:
             vertices, triangles = surfels(cloud, shape, _SURFEL_RADIUS)
             self.area = float(shape.areas.sum())
             self.stop_short = _STOP_SHORT_OF_CLOUD * shape.spacing
+            self.overhang = _SURFEL_RADIUS * shape.spacing
         self._raycasting = o3d.t.geometry.RaycastingScene()
         self._raycasting.add_triangles(
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
@@ -221,8 +226,8 @@ class Scene:
 
     def first_hits(
         self, origins: FloatArray, directions: FloatArray
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return whether each ray hits the surface, and whether it first hits its outer side.
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return where each ray first hits the surface, and whether that is its outer side.
 
         The latter is meaningless for a cloud without oriented normals.
 
@@ -233,15 +238,17 @@ class Scene:
 
         Returns
         -------
-        hit, outer : (n,) arrays of bool
+        distance : (n,) array
+            In lengths of the direction; infinite if there is no hit.
+        outer : (n,) array of bool
         """
         rays = np.empty((len(directions), 6), dtype=np.float32)
         rays[:, :3] = origins - self._centre
         rays[:, 3:] = directions
         result = self._raycasting.cast_rays(rays)
-        hit = np.isfinite(result["t_hit"].numpy())
+        distance: FloatArray = result["t_hit"].numpy().astype(np.float64)
         normals = result["primitive_normals"].numpy()
-        return hit, hit & ((normals * directions).sum(axis=1) < 0)
+        return distance, np.isfinite(distance) & ((normals * directions).sum(axis=1) < 0)
 
 
 def _extent(surface: Surface) -> tuple[FloatArray, float]:

@@ -15,13 +15,14 @@ from scipy.spatial.transform import Rotation
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
-from focus_planner.core.validation import InputError
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import BrokenFileError, refusing, unreadable
 from focus_planner.io.formats.contents import SurfaceContents
 from focus_planner.io.formats.gltf_buffers import Gltf, read_gltf_file
 
 _INSTANCES = "EXT_mesh_gpu_instancing"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+# A short file may repeat a mesh any number of times.
+_MAX_VERTICES = 100_000_000
 
 
 class _Part(NamedTuple):
@@ -41,15 +42,13 @@ def read_gltf(path: Path) -> SurfaceContents:
         If it is truncated, no such file, or has geometry that is not read here: names it.
     """
     kind = path.suffix.lower().removeprefix(".")
-    try:
-        gltf = read_gltf_file(path)
-        parts = [part for node, pose in _nodes(gltf) for part in _of_node(gltf, node, pose)]
-        notes = [*gltf.notes, *_other_scenes(path, gltf)]
-    except InputError:
-        raise
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Whatever a broken file may lead to.
-        raise unreadable(path, kind, f"{type(error).__name__}: {error}") from None
+    with refusing(path, kind):
+        try:
+            gltf = read_gltf_file(path)
+            parts = _parts(gltf)
+            notes = [*gltf.notes, *_other_scenes(path, gltf)]
+        except KeyError as error:
+            raise BrokenFileError(f"json that lacks {error.args[0]!r} somewhere") from None
     if not parts:
         raise unreadable(path, kind, "no triangle")
     firsts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
@@ -62,6 +61,17 @@ def read_gltf(path: Path) -> SurfaceContents:
         normals,
         notes=tuple(notes),
     )
+
+
+def _parts(gltf: Gltf) -> list[_Part]:
+    parts, vertices = list[_Part](), 0
+    for node, pose in _nodes(gltf):
+        for part in _of_node(gltf, node, pose):
+            parts.append(part)
+            vertices += len(part.points)
+            if vertices > _MAX_VERTICES:
+                raise BrokenFileError(f"more than {_MAX_VERTICES:,} vertices, by repetition")
+    return parts
 
 
 def _normals_or_none(part: _Part) -> FloatArray:
@@ -77,13 +87,14 @@ def _nodes(gltf: Gltf) -> Iterator[tuple[dict[str, Any], FloatArray]]:
     nodes = gltf.items("nodes")
     scenes = gltf.items("scenes")
     if scenes:
-        chosen = list(scenes[gltf.json.get("scene", 0)].get("nodes", []))
+        chosen = list(gltf.item("scenes", gltf.json.get("scene", 0)).get("nodes", []))
     else:
         chosen = sorted(set(range(len(nodes))) - {c for n in nodes for c in n.get("children", [])})
     while chosen:
         index = chosen.pop(0)
-        chosen = [*nodes[index].get("children", []), *chosen]
-        yield nodes[index], poses[index]
+        node = gltf.item("nodes", index)
+        chosen = [*node.get("children", []), *chosen]
+        yield node, poses[index]
 
 
 def _poses(gltf: Gltf) -> dict[int, FloatArray]:
@@ -95,11 +106,12 @@ def _poses(gltf: Gltf) -> dict[int, FloatArray]:
     while waiting:
         index, parent = waiting.pop()
         if index in poses:
-            raise ValueError(f"node {index} with two parents")
-        poses[index] = parent @ _local_pose(nodes[index])
-        waiting += [(child, poses[index]) for child in nodes[index].get("children", [])]
+            raise BrokenFileError(f"node {index} with two parents")
+        node = gltf.item("nodes", index)
+        poses[index] = parent @ _local_pose(node)
+        waiting += [(child, poses[index]) for child in node.get("children", [])]
     if len(poses) < len(nodes):
-        raise ValueError("nodes in a circle")
+        raise BrokenFileError("nodes in a circle")
     return poses
 
 
@@ -129,7 +141,7 @@ def _of_node(gltf: Gltf, node: dict[str, Any], pose: FloatArray) -> Iterator[_Pa
         raise gltf.not_read(_INSTANCES)
     if "mesh" not in node:
         return
-    mesh = gltf.items("meshes")[node["mesh"]]
+    mesh = gltf.item("meshes", node["mesh"])
     weights = node.get("weights", mesh.get("weights", []))
     for primitive in mesh["primitives"]:
         if primitive.get("mode", _TRIANGLES) not in {_TRIANGLES, _STRIP, _FAN}:
@@ -137,7 +149,7 @@ def _of_node(gltf: Gltf, node: dict[str, Any], pose: FloatArray) -> Iterator[_Pa
         triangles, attributes = _primitive(gltf, primitive, weights)
         poses = pose[None]
         if "skin" in node:  # whose own pose is ignored
-            poses = _skinned(gltf, gltf.items("skins")[node["skin"]], attributes)
+            poses = _skinned(gltf, gltf.item("skins", node["skin"]), attributes)
         yield _moved(attributes["POSITION"], attributes.get("NORMAL"), triangles, poses)
 
 
@@ -159,7 +171,7 @@ def _primitive(
                 attributes[name] = attributes[name] + weight * gltf.accessor(index)
     count = len(attributes["POSITION"])
     if any(len(values) != count for values in attributes.values()):
-        raise ValueError("attributes of different lengths")
+        raise BrokenFileError("attributes of different lengths")
     indices: NDArray[Any] = np.arange(count)
     if "indices" in primitive:
         given = (
@@ -172,7 +184,7 @@ def _primitive(
 def _triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
     if mode == _TRIANGLES:
         if len(indices) % 3:
-            raise ValueError(f"{len(indices)} corners of triangles")
+            raise BrokenFileError(f"{len(indices)} corners of triangles")
         return indices.reshape(-1, 3)
     count = max(len(indices) - 2, 0)
     first, second, third = (indices[i : i + count] for i in range(3))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,11 +15,18 @@ from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import check_readable, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    SURFACE,
+    BrokenFileError,
+    read_bytes,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     bytes_after_end,
     optional_library,
 )
+from focus_planner.io.json_values import read_json
 
 DRACO = "KHR_draco_mesh_compression"
 _QUANTIZATION = "KHR_mesh_quantization"
@@ -57,7 +63,18 @@ class Gltf:
     def items(self, name: str) -> list[dict[str, Any]]:
         """Return one of the top-level lists, which may be missing."""
         found: list[dict[str, Any]] = self.json.get(name, [])
+        if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
+            raise BrokenFileError(f"{name} that are no list of objects")
         return found
+
+    def item(self, name: str, index: Any) -> dict[str, Any]:
+        """Return one of a top-level list, by its number counted from 0."""
+        items = self.items(name)
+        if isinstance(index, bool) or not isinstance(index, int):
+            raise BrokenFileError(f"one of its {name} by something else than a number")
+        if not 0 <= index < len(items):
+            raise BrokenFileError(f"number {index} of its {name}, of which there are {len(items)}")
+        return items[index]
 
     def not_read(self, extension: str, got: str = "") -> InputError:
         """Return the error for geometry that is in an extension."""
@@ -73,10 +90,10 @@ class Gltf:
 
         Raises
         ------
-        LookupError, TypeError or ValueError
+        BrokenFileError
             If there are not as many as it announces.
         """
-        accessor = self.items("accessors")[index]
+        accessor = self.item("accessors", index)
         kind, size = np.dtype(_TYPES[accessor["componentType"]]), _SIZES[accessor["type"]]
         count = accessor["count"]
         if "bufferView" in accessor:
@@ -84,7 +101,7 @@ class Gltf:
         elif count * size <= _MAX_ZEROS:
             values = np.zeros((count, size), kind)
         else:
-            raise ValueError(f"accessor {index} of {count} zeros")
+            raise BrokenFileError(f"accessor {index} of {count} zeros")
         if "sparse" in accessor:
             values = self._with_changes(values, accessor["sparse"], kind)
         if accessor.get("normalized") and kind.kind in "iu":
@@ -94,12 +111,16 @@ class Gltf:
     def _values(
         self, place: dict[str, Any], kind: np.dtype[Any], count: int, size: int
     ) -> NDArray[Any]:
-        view = self.items("bufferViews")[place["bufferView"]]
+        view = self.item("bufferViews", place["bufferView"])
         data = self._view(view)
-        stride = view.get("byteStride", kind.itemsize * size)
-        return np.ndarray(
-            (count, size), kind, data, place.get("byteOffset", 0), (stride, kind.itemsize)
-        ).copy()
+        each = kind.itemsize * size
+        stride, offset = view.get("byteStride", each), place.get("byteOffset", 0)
+        # Less than a row apart, a few bytes would stand for any number of vertices.
+        if stride < each or min(offset, count) < 0:
+            raise BrokenFileError(f"{count} rows of {each} bytes at {offset}, {stride} bytes apart")
+        if count and offset + stride * (count - 1) + each > len(data):
+            raise BrokenFileError(f"{len(data)} bytes for {count} rows of {each}")
+        return np.ndarray((count, size), kind, data, offset, (stride, kind.itemsize)).copy()
 
     def _with_changes(
         self, values: NDArray[Any], sparse: dict[str, Any], kind: np.dtype[Any]
@@ -113,10 +134,11 @@ class Gltf:
     def _view(self, view: dict[str, Any]) -> bytes:
         start, length = view.get("byteOffset", 0), view["byteLength"]
         if min(start, length) < 0:
-            raise ValueError("a part of a buffer before its start")
+            raise BrokenFileError("a part of a buffer before its start")
+        self.item("buffers", view["buffer"])
         data: bytes = self._buffers[view["buffer"]][start : start + length]
         if len(data) < length:
-            raise ValueError(f"{len(data)} bytes of the {length} announced")
+            raise BrokenFileError(f"{len(data)} bytes of the {length} announced")
         return data
 
     @cached_property
@@ -132,19 +154,18 @@ class Gltf:
             try:
                 data = base64.b64decode(uri.partition(",")[2], validate=True)
             except binascii.Error:
-                raise ValueError("a buffer that is no base64") from None
+                raise BrokenFileError("a buffer that is no base64") from None
         else:
             file = self.path.parent / unquote(uri)
-            check_readable(file, f"a buffer of {self.path.name}")
-            data = file.read_bytes()
+            data = read_bytes(file, f"a buffer of {self.path.name}")
         announced = int(buffer["byteLength"])
         if len(data) < announced:
-            raise ValueError(f"{len(data)} bytes of the {announced} announced")
+            raise BrokenFileError(f"{len(data)} bytes of the {announced} announced")
         return data
 
     def is_only_in_draco(self, primitive: dict[str, Any]) -> bool:
         """Return whether a primitive is compressed, and there is no copy that is not."""
-        position = self.items("accessors")[primitive["attributes"]["POSITION"]]
+        position = self.item("accessors", primitive["attributes"]["POSITION"])
         return DRACO in primitive.get("extensions", {}) and "bufferView" not in position
 
     def draco(self, primitive: dict[str, Any]) -> dict[str, NDArray[Any]]:
@@ -158,18 +179,17 @@ class Gltf:
         library = optional_library(self.path, f"glTF's {DRACO}", "DracoPy")
         packed = primitive["extensions"][DRACO]
         try:
-            mesh = library.decode(self._view(self.items("bufferViews")[packed["bufferView"]]))
-        except Exception as error:  # noqa: BLE001 - whatever the library raises
-            raise self.not_read(DRACO, f"{DRACO} that cannot be decoded ({error})") from None
+            mesh = library.decode(self._view(self.item("bufferViews", packed["bufferView"])))
+        except Exception:  # noqa: BLE001 - whatever the library raises
+            raise self.not_read(DRACO, f"{DRACO} that cannot be decoded") from None
         by_id = {each["unique_id"]: each["data"] for each in mesh.attributes}
         found = {name: np.asarray(by_id[i]) for name, i in packed["attributes"].items()}
         if "indices" in primitive:
             found["indices"] = np.asarray(mesh.faces)
-        accessors = self.items("accessors")
         places = {**primitive["attributes"], "indices": primitive.get("indices")}
         for name, values in found.items():
             count = values.size if name == "indices" else len(values)
-            if count != accessors[places[name]]["count"]:
+            if count != self.item("accessors", places[name])["count"]:
                 raise self.not_read(DRACO, f"{DRACO} with {count} numbers in {name}")
         return found
 
@@ -181,18 +201,18 @@ def read_gltf_file(path: Path) -> Gltf:
     ------
     InputError
         If it is truncated, no glTF 2.0, or needs an extension that is not read here.
-    LookupError, TypeError or ValueError
+    BrokenFileError, LookupError, TypeError or ValueError
         If it is broken otherwise.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     if content.startswith(b"glTF"):
         text, chunk, notes = _chunks(path, content)
     else:
         text, chunk, notes = without_byte_order_mark(content), b"", ()
     try:
-        data = json.loads(text)
-    except ValueError:
-        raise unreadable(path, path.suffix[1:].lower(), "no json") from None
+        data = read_json(str(path), text, "json")
+    except InputError as error:
+        raise unreadable(path, path.suffix[1:].lower(), f"no json ({error.got})") from None
     if not isinstance(data, dict):
         raise unreadable(path, path.suffix[1:].lower(), "json of something else")
     gltf = Gltf(path, data, chunk, notes)

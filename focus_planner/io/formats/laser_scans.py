@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import unreadable
+from focus_planner.io.files import SURFACE, read_bytes, unreadable
 from focus_planner.io.formats.contents import SurfaceContents, check_announced, optional_library
 
 _LAS_NORMALS = ("NormalX", "NormalY", "NormalZ")  # as CloudCompare calls them
@@ -37,8 +37,8 @@ def read_las(path: Path) -> SurfaceContents:
         extra = list(points.point_format.extra_dimension_names)
         numbers = {name: np.asarray(points[name]) for name in extra}
         xyz = np.asarray(points.xyz)
-    except Exception as error:  # noqa: BLE001 - whatever the library raises for broken files
-        raise unreadable(path, kind, f"{type(error).__name__}: {error}") from None
+    except Exception:  # noqa: BLE001 - whatever the library raises for broken files
+        raise unreadable(path, kind, "what laspy cannot read") from None
     check_announced(path, kind, "points", len(xyz), announced)
     normals = None
     if numbers.keys() >= set(_LAS_NORMALS):
@@ -51,7 +51,7 @@ def _check_header(path: Path, kind: str) -> None:
 
     The libraries would look for it long, or end the process for want of memory.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     start, size = content[:_LAS_HEADER], len(content)
     if size < _LAS_HEADER:
         raise unreadable(path, kind, f"{size} bytes")
@@ -86,8 +86,8 @@ def read_e57(path: Path) -> SurfaceContents:
         file.close()
     except InputError:
         raise
-    except Exception as error:  # noqa: BLE001 - whatever the library raises for broken files
-        raise unreadable(path, "e57", f"{type(error).__name__}: {error}") from None
+    except Exception:  # noqa: BLE001 - whatever the library raises for broken files
+        raise unreadable(path, "e57", "what pye57 cannot read") from None
     return SurfaceContents(np.concatenate([np.empty((0, 3)), *scans]))
 
 

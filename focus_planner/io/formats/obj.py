@@ -6,7 +6,7 @@ A face names its corners by their numbers, counted from 1, or back from the last
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,8 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import THE_REST, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    SURFACE,
+    THE_REST,
+    BrokenFileError,
+    read_bytes,
+    refusing,
+    unfinished_line,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
 )
@@ -31,7 +40,24 @@ _KEYWORD = re.compile(rb"(?m)^[ \t]*(vn?|fo?)(?:[ \t]|$)")
 _ELSEWHERE = re.compile(rb"(?m)^[ \t]*(surf|call)\b")
 _NOT_READ = {b"surf": "free-form surfaces", b"call": "a call of another file"}
 _CONTINUED = re.compile(rb"\\[ \t]*\n")
+# A name that ends in a backslash, such as a folder of Windows, above a whole statement. A line of
+# numbers, or of what has numbers, is continued there.
+_NAME_ABOVE_STATEMENT = re.compile(
+    rb"(?m)^([ \t]*(?!(?:v|vn|vt|vp|f|fo|l|p)[ \t]|[-+.\d])[^\s][^\n]*)\\[ \t]*\n"
+    rb"(?=[ \t]*(?:vn?(?:[ \t]+[-+]?\.?\d[^\s\\]*){3}|fo?(?:[ \t]+-?\d[-\d/]*){3})(?:\s|\Z))"
+)
 _COMMENT = re.compile(rb"#[^\n]*")
+# Comments that count all of a file, as MeshLab and ZBrush write above it, or an object that ends
+# there, as MeshLab and 3ds Max write below it.
+_COUNTED = tuple(
+    (what, re.compile(rb"(?mi)^[ \t]*#[ \t]*" + phrase + rb"[ \t]*$"))
+    for what, phrase in (
+        ("vertices", rb"(?:vertices:|vertex count)[ \t]*(\d+)"),
+        ("vertices", rb"(\d+) vertices(?:, *\d+ vertices normals)?"),
+        ("faces", rb"(?:faces:|face count)[ \t]*(\d+)"),
+        ("faces", rb"(\d+) faces(?:, *\d+ coords texture)?"),
+    )
+)
 _AFTER_VERTEX = re.compile(rb"/[^\s]*")
 _WITH_NORMAL = re.compile(rb"/[^\s/]*/[^\s/]")
 _BEFORE_NORMAL = re.compile(rb"[^\s/]+/[^\s/]*/")
@@ -54,16 +80,18 @@ def read_obj(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no obj file, has no faces, or has surface that is not polygons.
     """
-    try:
-        content = without_byte_order_mark(path.read_bytes())
+    with refusing(path, "obj"):
+        content = without_byte_order_mark(read_bytes(path, SURFACE))
         finished = content.endswith((b"\n", b"\r"))
         statements = _statements(path, content)
         counts = _corner_counts(statements, finished)
         points, vectors = _vectors(statements.vertices), _vectors(statements.normals)
         corners, of_normals = _corners(statements, counts)
-    except ValueError as error:
-        raise unreadable(path, "obj", str(error)) from None
-    notes = unfinished_line(path, content, THE_REST)
+    most = int(np.maximum(counts - 2, 1).sum())  # some count the triangles of polygons
+    notes = (
+        *unfinished_line(path, content, THE_REST),
+        *_compared(path, content, {"vertices": (len(points),) * 2, "faces": (len(counts), most)}),
+    )
     if not (of_normals >= 0).any():
         triangles = triangulate(points, corners, counts)
         return SurfaceContents(points, triangles, notes=notes)
@@ -78,11 +106,48 @@ def read_obj(path: Path) -> SurfaceContents:
     )
 
 
+def _compared(path: Path, content: bytes, came: Mapping[str, tuple[int, int]]) -> tuple[Note, ...]:
+    """Compare what comments count with what came, from so many to so many by the way of counting.
+
+    Returns
+    -------
+    tuple of Note
+        If more came than the comments count: the last may be missing.
+
+    Raises
+    ------
+    InputError
+        If less came.
+    """
+    if b"#" not in content:
+        return ()
+    text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    notes = {}
+    for what, phrase in _COUNTED:
+        found = [int(number[:18]) for number in phrase.findall(text)]
+        fewest, most = came[what]
+        if sum(found) > most:
+            raise InputError(
+                str(path),
+                f"the {sum(found)} {what} that its comments count",
+                f"{fewest}",
+                "it is probably truncated; if it is whole, delete those comments",
+            )
+        if found and sum(found) < fewest:
+            notes[what] = Note(
+                "left_out",
+                f"{path}: {fewest} {what} came, where its comments count {sum(found)}: if it was"
+                " cut off, the rest is missing; if it is whole, delete those comments",
+            )
+    return tuple(notes.values())
+
+
 def _statements(path: Path, content: bytes) -> _Statements:
     text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in text:
         text = _COMMENT.sub(b"", text)
     if b"\\" in text:
+        text = _NAME_ABOVE_STATEMENT.sub(rb"\1\n", text)
         text = _CONTINUED.sub(b" ", text)
     elsewhere = _ELSEWHERE.search(text)
     if elsewhere:
@@ -100,7 +165,7 @@ def _vectors(lines: Sequence[bytes]) -> FloatArray:
     text = b"\n".join(lines)
     counts = words_per_line(text)
     if len(counts) < len(lines) or counts.min(initial=3) < 3:
-        raise ValueError("a vertex of less than three numbers")
+        raise BrokenFileError("a vertex of less than three numbers")
     if len(counts) and (counts == counts[0]).all():
         return np.ascontiguousarray(numbers_of_text(text).reshape(len(lines), -1)[:, :3])
     return columns_of_lines(text.decode("utf-8", "replace").split("\n"), (0, 1, 2))
@@ -109,12 +174,12 @@ def _vectors(lines: Sequence[bytes]) -> FloatArray:
 def _corner_counts(statements: _Statements, finished: bool) -> NDArray[np.int64]:
     """Return how many corners each face has."""
     if not statements.faces:
-        raise ValueError("no triangle")
+        raise BrokenFileError("no triangle")
     counts = words_per_line(b"\n".join(statements.faces))
     if len(counts) < len(statements.faces) or counts.min() < 1:
-        raise ValueError("a face without corners")
+        raise BrokenFileError("a face without corners")
     if counts[-1] < 3 and not finished:
-        raise ValueError("a last face of less than three corners")
+        raise BrokenFileError("a last face of less than three corners")
     return counts
 
 
@@ -127,12 +192,12 @@ def _corners(
     before = np.repeat(_count_before(statements, b"v"), counts)
     corners = _numbers(_AFTER_VERTEX.sub(b"", text) if b"/" in text else text, total)
     if (corners == 0).any():
-        raise ValueError("a corner 0, where vertices are counted from 1")
+        raise BrokenFileError("a corner 0, where vertices are counted from 1")
     corners = np.where(corners > 0, corners - 1, before + corners)
     beyond = np.flatnonzero((corners < 0) | (corners >= len(statements.vertices)))
     if len(beyond):
         wrong = corners[beyond[0]] + 1
-        raise ValueError(f"a corner at vertex {wrong} of {len(statements.vertices)}")
+        raise BrokenFileError(f"a corner at vertex {wrong} of {len(statements.vertices)}")
     with_normals = len(_WITH_NORMAL.findall(text)) if b"/" in text else 0
     if with_normals == 0:
         return corners, np.full(total, -1)
@@ -157,7 +222,7 @@ def _numbers(text: bytes, count: int) -> NDArray[np.int64]:
     values = numbers_of_text(text)
     whole = values.astype(np.int64)
     if len(values) != count or not np.array_equal(whole, values):
-        raise ValueError("corners of faces that are no whole numbers")
+        raise BrokenFileError("corners of faces that are no whole numbers")
     return whole
 
 

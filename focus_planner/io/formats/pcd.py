@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import struct
 from collections.abc import Callable
 from itertools import accumulate
@@ -13,16 +14,27 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.core.notes import Note
+from focus_planner.io.files import (
+    DIGITS,
+    SURFACE,
+    BrokenFileError,
+    read_bytes,
+    refusing,
+    unfinished_line,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
 )
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
 
+_WHOLE = re.compile(r"[0-9]{1,12}")
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 _POINT = ("x", "y", "z")
 _NORMAL = ("normal_x", "normal_y", "normal_z")
+_NO_VIEWPOINT = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # a place, and a quaternion w, x, y, z
 
 
 class _Field(NamedTuple):
@@ -43,19 +55,18 @@ def read_pcd(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, or no pcd file.
     """
-    content = path.read_bytes()
-    stream = io.BytesIO(without_byte_order_mark(content))
-    try:
+    content = read_bytes(path, SURFACE)
+    with refusing(path, "pcd"):
+        stream = io.BytesIO(without_byte_order_mark(content))
         header = _header(stream)
-        fields, form, count = _fields(header), header["DATA"][0], _count(header)
+        fields, form, count = _fields(header), _words(header, "DATA")[0], _count(header)
+        if form not in _READERS or not fields.keys() >= set(_POINT):
+            raise _UnusableError("DATA" if form not in _READERS else "x, y and z among its FIELDS")
         wanted = [name for name, field in fields.items() if field.single or name in _POINT]
-        reader, _ = _READERS[form], [fields[name] for name in _POINT]
-    except (KeyError, ValueError, IndexError, TypeError) as error:
-        raise unreadable(path, "pcd", f"a header without a usable {error}") from None
-    try:
-        columns, rest = reader(stream.read(), [fields[name] for name in wanted], count)
-    except (ValueError, IndexError, TypeError) as error:
-        raise unreadable(path, "pcd", f"{count} points announced, and {error}") from None
+        try:
+            columns, rest = _READERS[form](stream.read(), [fields[n] for n in wanted], count)
+        except BrokenFileError as error:
+            raise BrokenFileError(f"{count} points announced, and {error}") from None
     numbers = dict(zip(wanted, columns, strict=True))
     points = np.stack([numbers.pop(name) for name in _POINT], axis=1)
     normals = None
@@ -65,14 +76,59 @@ def read_pcd(path: Path) -> SurfaceContents:
         notes = unfinished_line(path, content, DIGITS)
     else:
         notes = bytes_after_end(path, "pcd", rest, fields["x"].stride, "points")
+    notes += _viewpoint(path, header.get("VIEWPOINT", []))
     return SurfaceContents(points, None, normals, numbers, notes=notes)
+
+
+def _viewpoint(path: Path, words: list[str]) -> tuple[Note, ...]:
+    """Return a note on the pose of the sensor, if it tells one.
+
+    To PCL it is where the points were seen from, and they stand in their common frame without it;
+    CloudCompare and others store by it where a cloud was moved to, and leave the points alone.
+    """
+    try:
+        pose = [float(word) for word in words]
+    except ValueError:
+        return ()
+    if len(pose) != len(_NO_VIEWPOINT) or pose[:3] + [abs(w) for w in pose[3:]] == _NO_VIEWPOINT:
+        return ()
+    place, turn = (", ".join(f"{x:g}" for x in part) for part in (pose[:3], pose[3:]))
+    return (
+        Note(
+            "left_out",
+            f"{path}: its VIEWPOINT, a sensor at ({place}) turned by the quaternion ({turn}) in the"
+            " order w, x, y, z, is not applied: points are taken as they stand, as PCL does; if a"
+            " program moved the cloud by it alone, as CloudCompare does, save it there without its"
+            " sensor, so that the points themselves are moved",
+        ),
+    )
+
+
+class _UnusableError(BrokenFileError):
+    """Something is missing in a header, or is something else."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f"a header without a usable {what}")
+
+
+def _words(header: dict[str, list[str]], key: str) -> list[str]:
+    if not header.get(key):
+        raise _UnusableError(key)
+    return header[key]
+
+
+def _wholes(header: dict[str, list[str]], key: str) -> list[int]:
+    words = _words(header, key)
+    if not all(_WHOLE.fullmatch(word) for word in words):
+        raise _UnusableError(key)
+    return [int(word) for word in words]
 
 
 def _count(header: dict[str, list[str]]) -> int:
     """Return the number of points, which the header tells twice."""
-    size = int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
-    if size < 0 or size != int(header.get("POINTS", [str(size)])[0]):
-        raise ValueError("WIDTH, HEIGHT and POINTS")
+    size = _wholes(header, "WIDTH")[0] * _wholes(header, "HEIGHT")[0]
+    if "POINTS" in header and size != _wholes(header, "POINTS")[0]:
+        raise _UnusableError("WIDTH, HEIGHT and POINTS")
     return size
 
 
@@ -88,13 +144,15 @@ def _header(stream: io.BytesIO) -> dict[str, list[str]]:
 
 
 def _fields(header: dict[str, list[str]]) -> dict[str, _Field]:
-    names = header["FIELDS"]
-    sizes = [int(size) for size in header["SIZE"]]
-    counts = [int(count) for count in header.get("COUNT", ["1"] * len(names))]
-    if min(sizes + counts) < 1 or not len(names) == len(sizes) == len(counts):
-        raise ValueError("FIELDS, SIZE and COUNT")
-    kinds = [_KINDS[kind] for kind in header["TYPE"]]
-    formats = [np.dtype(f"<{kind}{size}") for kind, size in zip(kinds, sizes, strict=True)]
+    names, sizes, types = _words(header, "FIELDS"), _wholes(header, "SIZE"), _words(header, "TYPE")
+    counts = _wholes(header, "COUNT") if "COUNT" in header else [1] * len(names)
+    if min(sizes + counts) < 1 or not len(names) == len(sizes) == len(counts) == len(types):
+        raise _UnusableError("FIELDS, SIZE, TYPE and COUNT")
+    try:
+        kinds = [_KINDS[kind] for kind in types]
+        formats = [np.dtype(f"<{kind}{size}") for kind, size in zip(kinds, sizes, strict=True)]
+    except (KeyError, TypeError):
+        raise _UnusableError("SIZE and TYPE") from None
     columns = list(accumulate(counts, initial=0))
     offsets = list(accumulate(map(mul, sizes, counts), initial=0))
     return {
@@ -109,7 +167,7 @@ def _ascii(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDArray[
     words = words_per_line(body)
     lines = int((words > 0).sum())
     if lines != count:
-        raise ValueError(f"{lines} there")
+        raise BrokenFileError(f"{lines} there")
     if count == 0:
         return [np.empty(0) for _ in fields], b""
     width = words.max()
@@ -123,7 +181,7 @@ def _ascii(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDArray[
 def _binary(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDArray[Any]], bytes]:
     size = fields[0].stride * count
     if len(body) < size:
-        raise ValueError(f"{len(body) // fields[0].stride} there")
+        raise BrokenFileError(f"{len(body) // fields[0].stride} there")
     columns: list[Any] = [np.ndarray(count, f.kind, body, f.offset, f.stride) for f in fields]
     return columns, body[size:]
 
@@ -132,14 +190,19 @@ def _compressed(body: bytes, fields: list[_Field], count: int) -> tuple[list[NDA
     """Return the columns, which are stored one after another once decompressed."""
     packed, size = struct.unpack_from("<II", body) if len(body) >= 8 else (0, 0)
     if len(body) < 8 + packed or size != fields[0].stride * count:
-        raise ValueError("fewer bytes there")
-    raw = _unpack_lzf(memoryview(body)[8 : 8 + packed])
+        raise BrokenFileError("fewer bytes there")
+    try:
+        raw = _unpack_lzf(memoryview(body)[8 : 8 + packed], size)
+    except IndexError:
+        raise BrokenFileError("compressed bytes that end too soon") from None
+    if len(raw) < size:
+        raise BrokenFileError(f"{len(raw)} bytes there of the {size} that they take")
     columns: list[Any] = [np.frombuffer(raw, f.kind, count, f.offset * count) for f in fields]
     return columns, body[8 + packed :]
 
 
-def _unpack_lzf(packed: memoryview) -> bytearray:
-    """Decompress LZF.
+def _unpack_lzf(packed: memoryview, size: int) -> bytearray:
+    """Decompress LZF to ``size`` bytes.
 
     A byte n below 32 is followed by n + 1 literal bytes. Any other starts a back-reference: three
     bits of length (7: add the next byte), plus 2; thirteen bits of distance, plus 1.
@@ -147,6 +210,8 @@ def _unpack_lzf(packed: memoryview) -> bytearray:
     out = bytearray()
     at = 0
     while at < len(packed):
+        if len(out) > size:
+            raise BrokenFileError(f"more than the {size} bytes announced")
         control = packed[at]
         at += 1
         if control < 32:
@@ -160,7 +225,7 @@ def _unpack_lzf(packed: memoryview) -> bytearray:
         distance = ((control & 31) << 8) + packed[at] + 1
         at += 1
         if distance > len(out):
-            raise ValueError("a reference before its start")
+            raise BrokenFileError("a reference before its start")
         repeated = bytes(out[-distance:][: length + 2])
         out += (repeated * ((length + 2) // len(repeated) + 1))[: length + 2]
     return out

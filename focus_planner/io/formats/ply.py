@@ -17,7 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import DIGITS, unfinished_line, unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    DIGITS,
+    SURFACE,
+    BrokenFileError,
+    read_bytes,
+    refusing,
+    unfinished_line,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
@@ -83,12 +92,10 @@ def read_ply(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no ply file, or its faces are not polygons.
     """
-    content = path.read_bytes()
-    try:
+    content = read_bytes(path, SURFACE)
+    with refusing(path, "ply"):
         header, body = _header(without_byte_order_mark(content))
         columns, lists, rest = _body(header, body)
-    except ValueError as error:
-        raise unreadable(path, "ply", str(error)) from None
     if header.order:
         notes = bytes_after_end(path, "ply", rest, _SMALLEST_RECORD, "elements")
     else:
@@ -127,12 +134,12 @@ def _triangles(
 
 
 def _header(content: bytes) -> tuple[_Header, bytes]:
-    """Return the header and what follows it; raise ValueError if it is none."""
+    """Return the header and what follows it; raise BrokenFileError if it is none."""
     first = _FIRST_LINE.match(content)
     end = content.find(first[1] + b"end_header") if first else -1
     last = re.compile(rb"\s*end_header[ \t]*" + (first[1] if first else b"")).match(content, end)
     if first is None or end < 0 or last is None:
-        raise ValueError("no complete header")
+        raise BrokenFileError("no complete header")
     order, elements = "?", list[tuple[str, int, list[_Property]]]()
     for line in content[first.end() : end].decode("utf-8", "replace").splitlines():
         match line.split():
@@ -149,7 +156,7 @@ def _header(content: bytes) -> tuple[_Header, bytes]:
             ):
                 elements[-1][2].append(_Property(name, _TYPES[kind], _TYPES[count]))
             case _:
-                raise ValueError(f"a header with the line {line.strip()!r}")
+                raise BrokenFileError(f"a header with the line {line.strip()!r}")
     header = _Header(order, tuple(_Element(name, n, tuple(p)) for name, n, p in elements))
     _check_names(header)
     return header, content[last.end() :]
@@ -157,16 +164,16 @@ def _header(content: bytes) -> tuple[_Header, bytes]:
 
 def _check_names(header: _Header) -> None:
     if header.order == "?":
-        raise ValueError("a header without a format")
+        raise BrokenFileError("a header without a format")
     for names in [
         [element.name for element in header.elements],
         *([each.name for each in element.properties] for element in header.elements),
     ]:
         if len(set(names)) < len(names):
-            raise ValueError(f"a header with one name twice among {', '.join(names)}")
+            raise BrokenFileError(f"a header with one name twice among {', '.join(names)}")
     vertex = [each.properties for each in header.elements if each.name == "vertex"]
     if not vertex or not {each.name for each in vertex[0] if not each.count_kind} >= set(_POINT):
-        raise ValueError("a header without x, y and z of vertices")
+        raise BrokenFileError("a header without x, y and z of vertices")
 
 
 # --- the body ----------------------------------------------------------------------------------
@@ -184,7 +191,7 @@ def _body(header: _Header, body: bytes) -> tuple[dict[str, _Columns], dict[str, 
         layout = element if header.order else _of_doubles(element)
         columns[element.name], lists[element.name], at = _element(layout, order, data, at)
     if not header.order and at < len(data):
-        raise ValueError(f"{(len(data) - at) // 8} numbers more than announced")
+        raise BrokenFileError(f"{(len(data) - at) // 8} numbers more than announced")
     return columns, lists, data[at:]
 
 
@@ -217,7 +224,7 @@ def _rows_like_first(
             else:
                 lengths[each.name] = _counts_in(data, count)(offset)
             if lengths[each.name] > len(data):
-                raise ValueError(_too_few(element, 0))
+                raise BrokenFileError(_too_few(element, 0))
             fields.append((f"{each.name} count", count))
             fields.append((each.name, order + each.kind, (lengths[each.name],)))
         else:
@@ -225,11 +232,11 @@ def _rows_like_first(
         offset = at + np.dtype(fields).itemsize
     size = np.dtype(fields).itemsize
     if size == 0:
-        raise ValueError(f"an element {element.name} without properties")
+        raise BrokenFileError(f"an element {element.name} without properties")
     if len(data) - at < size * element.count:
         if lengths:
             return None
-        raise ValueError(_too_few(element, (len(data) - at) // size))
+        raise BrokenFileError(_too_few(element, (len(data) - at) // size))
     rows = np.frombuffer(data, np.dtype(fields), element.count, at)
     if any((rows[f"{name} count"] != length).any() for name, length in lengths.items()):
         return None
@@ -307,7 +314,7 @@ def _walk(
         at = len(data) + 1
     if at > len(data):
         complete = max(len(anchors) // (len(steps) + 1) - 1, 0)
-        raise ValueError(_too_few(element, complete))
+        raise BrokenFileError(_too_few(element, complete))
     table = np.array(anchors, dtype=np.int64).reshape(-1, len(steps) + 1)
     heads = np.array([skipped + size for skipped, _, size, _ in steps])
     items = np.array([item for _, _, _, item in steps])
@@ -324,7 +331,7 @@ def _counts_in(data: bytes, kind: np.dtype[Any]) -> Callable[[int], int]:
     def count_at(at: int) -> int:
         (count,) = read(data, at)
         if not count == count // 1 >= 0:  # in text they are read as doubles
-            raise ValueError(f"a list of {count:g} items")
+            raise BrokenFileError(f"a list of {count:g} items")
         return int(count)
 
     return count_at

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
-from focus_planner.io.files import unreadable, without_byte_order_mark
+from focus_planner.io.files import (
+    SURFACE,
+    BrokenFileError,
+    read_bytes,
+    refusing,
+    unreadable,
+    without_byte_order_mark,
+)
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
@@ -33,13 +40,11 @@ def read_stl(path: Path) -> SurfaceContents:
     InputError
         If it is truncated, no stl file, or has no triangle.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, SURFACE)
     notes: tuple[Note, ...] = ()
     if _is_text(content):
-        try:
+        with refusing(path, "stl"):
             corners = _ascii(without_byte_order_mark(content))
-        except ValueError as error:
-            raise unreadable(path, "stl", str(error)) from None
     else:
         corners, rest = _binary(path, content)
         notes = bytes_after_end(path, "stl", rest, _TRIANGLE.itemsize, "triangles")
@@ -70,20 +75,20 @@ def _binary(path: Path, content: bytes) -> tuple[NDArray[Any], bytes]:
 
 
 def _ascii(content: bytes) -> NDArray[Any]:
-    """Return the (T, 3, 3) corners; raise ValueError if a facet or a solid does not end."""
+    """Return the (T, 3, 3) corners; raise BrokenFileError if a facet or a solid does not end."""
     text = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     found = _KEYWORD.findall(text)
     keywords = [keyword.lower() for keyword, _ in found]
     solids, ends = keywords.count(b"solid"), keywords.count(b"endsolid")
     if solids != ends:
-        raise ValueError(f"{ends} ends of {solids} solids")
+        raise BrokenFileError(f"{ends} ends of {solids} solids")
     facets = [keyword for keyword in keywords if keyword not in {b"solid", b"endsolid"}]
     count = keywords.count(b"facet")
     if facets != _FACET * count:
-        raise ValueError(f"{count} facets that are not all of three vertices")
+        raise BrokenFileError(f"{count} facets that are not all of three vertices")
     numbers = numbers_of_text(
         b"\n".join(rest for (keyword, rest) in found if keyword.lower() == b"vertex")
     )
     if len(numbers) != 9 * count:
-        raise ValueError(f"{len(numbers)} coordinates of the {9 * count} of {count} facets")
+        raise BrokenFileError(f"{len(numbers)} coordinates of the {9 * count} of {count} facets")
     return numbers.reshape(-1, 3, 3)

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.io.files import BrokenFileError
+from focus_planner.io.quoting import word as quoted
 
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
 _BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
@@ -21,7 +23,7 @@ def numbers_of_text(text: bytes) -> FloatArray:
 
     Raises
     ------
-    ValueError
+    BrokenFileError
         If there is anything else in it; names it.
     """
     text = with_usual_nan(text)
@@ -32,7 +34,7 @@ def numbers_of_text(text: bytes) -> FloatArray:
             warnings.simplefilter("error")  # NumPy warns and goes on with a part
             return np.fromstring(text.decode("latin-1"), sep=" ")
     except (ValueError, DeprecationWarning):
-        raise ValueError(f"{_first_that_is_no_number(text)!r} in place of a number") from None
+        raise BrokenFileError(f"{_first_that_is_no_number(text)} in place of a number") from None
 
 
 def with_usual_nan(text: bytes) -> bytes:
@@ -42,7 +44,7 @@ def with_usual_nan(text: bytes) -> bytes:
 
 def _first_that_is_no_number(text: bytes) -> str:
     words = (word for word in text.split() if not is_number(word))
-    return next(words, b"something").decode("utf-8", "replace")
+    return quoted(next(words, b"").decode("utf-8", "replace"))
 
 
 def is_number(word: bytes) -> bool:
@@ -51,7 +53,7 @@ def is_number(word: bytes) -> bool:
         float(word)
     except ValueError:
         return False
-    return True
+    return b"_" not in word  # which only Python allows
 
 
 def words_per_line(text: bytes) -> NDArray[np.int64]:
@@ -80,12 +82,25 @@ def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray
 
     Raises
     ------
-    ValueError
+    BrokenFileError
         If a line lacks one of them, or has something else there; names it.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of empty input, which is refused as a surface
         try:
             return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
-        except ValueError as error:
-            raise ValueError(str(error).partition(";")[0]) from None
+        except (ValueError, OverflowError):
+            raise BrokenFileError(_first_that_is_wrong(lines, columns)) from None
+
+
+def _first_that_is_wrong(lines: Sequence[str], columns: Sequence[int]) -> str:
+    """Return what is wrong with the first line that lacks a number in one of the columns."""
+    for row, line in enumerate(lines, 1):
+        words = line.split()
+        if words and len(words) <= max(columns):
+            return f"{len(words)} words in row {row}, of which {max(columns) + 1} are needed"
+        for column in columns if words else ():
+            if not is_number(words[column].encode()):
+                place = f"in place of a number in row {row}, column {column + 1}"
+                return f"{quoted(words[column])} {place}"
+    return "something else in place of a number"

@@ -21,9 +21,12 @@ from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
+    SURFACE,
     THE_REST,
+    BrokenFileError,
+    read_bytes,
+    refusing,
     unfinished_line,
-    unreadable,
     without_byte_order_mark,
 )
 from focus_planner.io.formats.contents import (
@@ -37,6 +40,7 @@ from focus_planner.io.formats.tables import (
     with_usual_nan,
     words_per_line,
 )
+from focus_planner.io.quoting import word as quoted
 
 _COMMENT = re.compile(rb"(#|//)[^\n]*")
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+([eE][-+]?\d+)?")
@@ -96,8 +100,8 @@ def read_text_cloud(path: Path) -> SurfaceContents:
         not say which columns are x, y and z.
     """
     kind = path.suffix.lower().removeprefix(".")
-    content = path.read_bytes()
-    try:
+    content = read_bytes(path, SURFACE)
+    with refusing(path, kind):
         text = whole = without_byte_order_mark(content)
         if b"\n" not in text:
             text = text.replace(b"\r", b"\n")
@@ -108,10 +112,6 @@ def read_text_cloud(path: Path) -> SurfaceContents:
             _check_last_digits(text)
         columns = _columns(path, kind, titles, min((words for words, _ in scans), default=3))
         tables = [_table(lines, words, columns) for words, lines in scans]
-    except InputError:
-        raise
-    except ValueError as error:
-        raise unreadable(path, kind, str(error)) from None
     table = np.concatenate(tables) if tables else np.empty((0, 3 + len(columns.normals)))
     normals = table[:, 3:6] if columns.normals else None
     numbers = {
@@ -151,7 +151,7 @@ def _without_titles(text: bytes) -> tuple[_Titles, bytes]:
         start = end
     else:
         if any(not _COMMENT.match(line) for line in above):
-            raise ValueError(f"no line of numbers among its first {_TITLES}")
+            raise BrokenFileError(f"no line of numbers among its first {_TITLES}")
     body = text[start:]
     for line in above:  # which the next scan may have as well
         if b"\n" + line in body:
@@ -202,12 +202,13 @@ def _scans(path: Path, kind: str, text: bytes) -> tuple[list[tuple[int, bytes]],
     bounds = [*alone.tolist(), len(words)]
     scans = []
     if words[: alone[0]].any():
-        raise ValueError(f"a single number in line {alone[0] + 1}, below points")
+        raise BrokenFileError(f"a single number in line {alone[0] + 1}, below points")
     for first, last in pairwise(bounds):
         counts = words[first + 1 : last]
         wanted = lines[first].strip()
         if not wanted.isdigit():
-            raise ValueError(f"{wanted.decode('utf-8', 'replace')!r} in place of a point")
+            said = quoted(wanted.decode("utf-8", "replace"))
+            raise BrokenFileError(f"{said} in place of a point")
         check_announced(path, kind, "points", int((counts > 0).sum()), int(wanted))
         if counts.any():
             scans.append((_width(counts, first + 1), b"\n".join(lines[first + 1 : last])))
@@ -220,9 +221,9 @@ def _width(words: NDArray[np.int64], above: int) -> int:
     width = int(words[filled[0]])
     others = filled[words[filled] != width]
     if width < 3:
-        raise ValueError(f"{width} numbers in line {above + filled[0] + 1} of the points")
+        raise BrokenFileError(f"{width} numbers in line {above + filled[0] + 1} of the points")
     if len(others):
-        raise ValueError(
+        raise BrokenFileError(
             f"{words[others[0]]} numbers in line {above + others[0] + 1} of the points,"
             f" {width} in the first"
         )
@@ -238,7 +239,7 @@ def _columns(path: Path, kind: str, titles: _Titles, width: int) -> _Columns:
         others = {name: i for i, name in enumerate(names) if i not in taken}
         return _Columns(points, normals, others)
     if points and tuple(points) != (0, 1, 2):
-        raise ValueError(f"{len(names)} titles of {width} columns")
+        raise BrokenFileError(f"{len(names)} titles of {width} columns")
     ordinals = names == [str(i) for i in range(width)]
     understood = bool(points) or len(names) != width or ordinals
     if titles.comment:
@@ -253,7 +254,7 @@ def _columns(path: Path, kind: str, titles: _Titles, width: int) -> _Columns:
     if kind != "xyzn":
         return _Columns((0, 1, 2), (), {}, understood)
     if width < 6:
-        raise ValueError(f"{width} numbers per line, where the normal follows the point")
+        raise BrokenFileError(f"{width} numbers per line, where the normal follows the point")
     return _Columns((0, 1, 2), (3, 4, 5), {}, understood)
 
 
@@ -291,4 +292,6 @@ def _check_last_digits(text: bytes) -> None:
     *before, last = ([len(word.partition(b".")[2]) for word in line.split()] for line in lines)
     same = all(decimals == before[0] for decimals in before)
     if len(before) == _LAST_LINES and same and last[-1:] < before[0][-1:] and last:
-        raise ValueError(f"a last number of {last[-1]} decimals, where others have {before[0][-1]}")
+        raise BrokenFileError(
+            f"a last number of {last[-1]} decimals, where others have {before[0][-1]}"
+        )

@@ -19,6 +19,7 @@ Value = str | int | float | None
 
 # Decimals of a distance: at least millimetres, at most micrometres.
 _FEWEST, _MOST = 3, 6
+_WHOLE = 2**53  # beyond it, a float counts in steps of more than one
 _NOTHING = {
     CameraStatus.SEES_NOTHING: "nothing, sees no surface: leave as it is",
     CameraStatus.UNASSIGNED: "nothing, others image it better: leave as it is",
@@ -228,7 +229,9 @@ def _number(value: float | None, decimals: int) -> Cell:
 def _device(value: float | None) -> Cell:
     if value is None:
         return Cell(None, "–")
-    return Cell(value, f"{value:.0f}" if value.is_integer() else f"{value:.6g}")
+    if value.is_integer() and abs(value) < _WHOLE:
+        return Cell(int(value), f"{value:.0f}")
+    return Cell(value, f"{value:.6g}")
 
 
 def _holds(plan: FocusPlan, camera: CameraFocus, shot: Shot) -> str:

@@ -126,6 +126,26 @@ def test_cameras_inside_the_body_are_named(surface):
     )
 
 
+@pytest.mark.parametrize("normals", [True, False])
+def test_a_camera_near_a_sparse_cloud_is_not_inside(normals):
+    """What stands in for the surface between the points reaches past the cameras there."""
+    shell, beside = sphere(0.3, centre=(0, 0, 0)), 0.33
+    surface = cloud_of(shell, normals=normals, count=60)
+    close = moved(cylinder_rig(1, 24, radius=beside, bottom=0, top=0))
+    apart = cylinder_rig(2, 8, radius=1.0, bottom=-0.2, top=0.2)
+    cameras = tuple(dataclasses.replace(c, name=f"close_{c.name}") for c in close.cameras)
+    plan = plan_focus(Scene(surface), Rig((*apart.cameras, *cameras)), REQUEST)
+    assert plan.covered_area > 0
+
+
+@pytest.mark.parametrize("normals", [True, False])
+def test_200_points_of_a_body_enclose_no_camera(normals):
+    for seed in (1, 2, 3):
+        samples = sample_mesh(body("arms_out"), 200, seed)
+        surface = PointCloud(samples.points, samples.normals if normals else None)
+        assert plan_focus(Scene(surface), cylinder_rig(), REQUEST).covered_area > 1
+
+
 def test_a_camera_in_a_fold_is_not_inside():
     # In the torus' hole, and between a body's arm and side.
     rig = Rig((*around(3, 1.2).cameras, looking_at("hole", (0.0, 0, 0.05), (1, 0, 0))))

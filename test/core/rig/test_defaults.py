@@ -1,40 +1,49 @@
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import pytest
 
-from focus_planner.core.rig.defaults import Described, described, notes_on_defaults
+from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
 
 LENS = {"focal_length": 0.05, "hyperfocal_distance": 10.0}
 IMAGE = {"width": 580, "height": 870, "fx": 1190.732, "fy": 1190.732, "cx": 284.813, "cy": 434.44}
 
 
-def codes(*cameras: Described) -> list[str]:
+def codes(*cameras: Collection[str]) -> list[str]:
     return [note.code for note in notes_on_defaults(cameras, "tell it", "tell that")]
 
 
 def test_what_is_given_is_told_even_if_it_is_the_default() -> None:
-    assert codes(described(LENS, IMAGE, ())) == []
-    assert codes(described({}, {}, ())) == ["default_lens", "default_image"]
+    assert codes(assumed_values(LENS, IMAGE)) == []
+    assert codes(assumed_values({}, {})) == ["default_lens", "default_image"]
 
 
 def test_doubted_values_tell_something_if_they_are_not_the_default() -> None:
-    assert codes(described(LENS, IMAGE, ["lens"])) == ["default_lens"]
-    assert codes(described(LENS, IMAGE, ["image"])) == ["default_image"]
+    assert codes(assumed_values(LENS, IMAGE, keys_of("lens"))) == ["default_lens"]
+    assert codes(assumed_values(LENS, IMAGE, keys_of("image"))) == ["default_image"]
     own = {"focal_length": 0.035, "hyperfocal_distance": 5.0}
-    assert codes(described(own, IMAGE, ["lens"])) == []
-    assert codes(described({"focal_length": 0.05, "f_number": 8}, IMAGE, ["lens"])) == [
+    assert codes(assumed_values(own, IMAGE, keys_of("lens"))) == []
+    assert codes(assumed_values({"focal_length": 0.05, "f_number": 8}, IMAGE, keys_of("lens"))) == [
         "default_lens"
     ]
 
 
+def test_a_value_may_be_doubted_alone() -> None:
+    assert assumed_values(LENS, IMAGE, {"lens.focal_length"}) == {"lens.focal_length"}
+    assert assumed_values({"focal_length": 0.035}, IMAGE, {"lens.focal_length"}) == {
+        "lens.hyperfocal_distance"
+    }
+
+
 def test_the_note_names_what_is_assumed_and_for_how_many() -> None:
-    cameras = [described(LENS, IMAGE, ())] * 3 + [described({"focal_length": 0.035}, IMAGE, ())]
+    cameras = [assumed_values(LENS, IMAGE)] * 3 + [assumed_values({"focal_length": 0.035}, IMAGE)]
     (note,) = notes_on_defaults(cameras, "tell it", "tell that")
     assert note.text == (
         "nothing tells the lens of 1 of 4 cameras: hyperfocal distance 10 m is assumed, as in the"
         " paper, and the plan holds for nothing else; tell it"
     )
-    *_, note = notes_on_defaults([described(LENS, {}, ())], "tell it", "tell that")
+    *_, note = notes_on_defaults([assumed_values(LENS, {})], "tell it", "tell that")
     assert note.text == (
         "nothing tells the image of 1 of 1 cameras: width 580 pixels, height 870 pixels, fx"
         " 1190.73 pixels, fy 1190.73 pixels, cx 284.813 pixels and cy 434.44 pixels"
@@ -44,12 +53,12 @@ def test_the_note_names_what_is_assumed_and_for_how_many() -> None:
 
 
 def test_an_aperture_tells_the_hyperfocal_distance() -> None:
-    assert codes(described({"focal_length": 0.05, "f_number": 8}, IMAGE, ())) == []
+    assert codes(assumed_values({"focal_length": 0.05, "f_number": 8}, IMAGE)) == []
 
 
 @pytest.mark.parametrize("missing", IMAGE)
 def test_every_value_of_an_image_has_to_be_told(missing: str) -> None:
     some = {name: value for name, value in IMAGE.items() if name != missing}
-    (note,) = notes_on_defaults([described(LENS, some, ())], "tell it", "tell that")
+    (note,) = notes_on_defaults([assumed_values(LENS, some)], "tell it", "tell that")
     assert note.code == "default_image"
     assert f": {missing} {IMAGE[missing]:g} pixels is assumed" in note.text

@@ -214,3 +214,28 @@ def test_progress_is_told_as_a_growing_share():
 def test_points_apart_from_one_another_are_no_surface():
     with pytest.raises(InputError, match="cloud: expected points on a surface, got points apart"):
         smooth(PointCloud(np.random.default_rng(0).random((500, 3))), Scatter(1e-4, 1e-4))
+
+
+def seen_with_noise(noise, random):
+    """Points on a sphere that four depth cameras saw, off along their rays by so much."""
+    points, directions = ball(0.0)
+    cameras = 1.2 * np.array([[1, 0, 0], [-1, 0, 0.5], [0, 1, -0.5], [0, -1, 0]])
+    rays = cameras - points[:, None]
+    rays /= np.linalg.norm(rays, axis=2)[..., None]
+    facing = (rays * directions[:, None]).sum(axis=2)
+    # Any of those that it faces; the one that it faces most at the poles, which none sees.
+    choice = np.where(facing > 0.2, 1 + random.random(facing.shape), facing).argmax(axis=1)
+    rays = rays[np.arange(len(points)), choice]
+    return points + noise * random.standard_normal((len(points), 1)) * rays, directions
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_noise_along_the_rays_of_depth_cameras(given):
+    points, directions = seen_with_noise(SPACING, np.random.default_rng(5))
+    rig = around(8, 1.2)
+    request = PlanRequest(samples=3000, fresh_samples=6000)
+    truth = plan_focus(Scene(sphere(RADIUS, subdivisions=4)), rig, request)
+    plan = plan_focus(Scene(PointCloud(points, directions if given else None)), rig, request)
+    assert "noise" in {note.code for note in plan.notes}
+    assert plan.fresh_cost == pytest.approx(truth.fresh_cost, rel=0.03)
+    assert plan.surface_area == pytest.approx(truth.surface_area, rel=0.05)

@@ -324,11 +324,16 @@ def test_other_scenes_are_told(tmp_path: Path) -> None:
     ("change", "telling"),
     [
         ({"asset": {"version": "1.0"}}, "glTF 2.0, got glTF 1.0"),
-        ({"nodes": [{"mesh": 5}]}, "IndexError"),
+        ({"nodes": [{"mesh": 5}]}, "number 5 of its meshes, of which there are 1"),
+        ({"nodes": [{"mesh": -1}]}, "number -1 of its meshes, of which there are 1"),
+        ({"nodes": [{"mesh": "0"}]}, "one of its meshes by something else than a number"),
+        ({"scene": 1}, "number 1 of its scenes, of which there are 1"),
+        ({"skins": {}, "nodes": [{"mesh": 0, "skin": 0}]}, "skins that are no list of objects"),
+        ({"meshes": [{}]}, "json that lacks 'primitives' somewhere"),
         ({"nodes": [{"mesh": 0, "children": [0]}], "scenes": [{"nodes": [0]}]}, "in a circle"),
         ({"nodes": [{"children": [2]}, {"children": [2]}, {}]}, "node 2 with two parents"),
         ({"nodes": [{}]}, "no triangle"),
-        ({"nodes": [{"mesh": 0, "rotation": [0, 0, 0, 0]}]}, "ValueError"),
+        ({"nodes": [{"mesh": 0, "rotation": [0, 0, 0, 0]}]}, "values that do not fit together"),
     ],
 )
 def test_what_does_not_add_up_is_refused(
@@ -367,7 +372,7 @@ def test_a_glb_announces_its_length(tmp_path: Path) -> None:
     content = path.read_bytes()
     for end in range(0, len(content), 7):
         path.write_bytes(content[:end])
-        with pytest.raises(InputError, match="a complete glb file"):
+        with pytest.raises(InputError, match=r"a complete glb file|an empty file"):
             read_gltf(path)
     path.write_bytes(content + b"\0\n")
     assert [note.code for note in read_gltf(path).notes] == ["left_out"]

@@ -46,6 +46,81 @@ def test_corners_are_written_in_many_ways(tmp_path: Path, faces: str) -> None:
     assert triangles(tmp_path / "a.obj", text) == [[0, 1, 2]]
 
 
+@pytest.mark.parametrize(
+    "above",
+    [
+        "usemtl wood \\\n grain",
+        "g left \\\n upper \\\n v",
+        "g left \\\nf",
+        "mtllib a.mtl \\ \n b.mtl",
+        # Names of folders on Windows, above whole statements.
+        "mtllib C:\\models\\\nvn 0 0 1",
+        "usemtl C:\\skin\\\nf 1 3 4",
+        "g part \\\n of \\\nf -4 -2/-1 -1//",
+        "# until here \\\nf 1 3 4",
+    ],
+)
+def test_names_may_be_continued(tmp_path: Path, above: str) -> None:
+    found = triangles(tmp_path / "a.obj", f"{SQUARE}vt 0 0\n{above}\nf 1 2 3\n")
+    assert found[-1] == [0, 1, 2]
+    assert found[:-1] == ([[0, 2, 3]] if "\nf " in above else [])
+
+
+def test_faces_and_vertices_may_be_continued(tmp_path: Path) -> None:
+    text = f"v 0 0 \\\n 0\n{SQUARE[8:]}f 1 2 \\\n3 \\\n4\n"
+    assert triangles(tmp_path / "a.obj", text) == [[0, 1, 2], [0, 2, 3]]
+
+
+COUNTED = (
+    "####\n# Object a.obj\n# Vertices: 4\n# Faces: {}\n####\n"
+    + SQUARE
+    + "# 4 vertices, 0 vertices normals\n\nf 1 2 3 4\n# {} faces, 0 coords texture\n"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        COUNTED.format(1, 1),
+        COUNTED.format(2, 2),  # triangles, of which it has quads
+        COUNTED.format(1, 1).replace("\n", "\r\n"),
+        f"#Vertex Count 4\n#Face Count 1\n{SQUARE}f 1 2 3\n",
+        f"{SQUARE}# 4 vertices\nf 1 2 3\n# 1 faces\n{SQUARE}# 4 vertices\nf 5 6 7\n# 1 faces\n",
+        f"# reduced from 900 vertices\n# 2 polygons - 8 triangles\n{SQUARE}f 1 2 3\n# 9 coords\n",
+    ],
+)
+def test_comments_that_count_what_came(tmp_path: Path, text: str) -> None:
+    assert triangles(tmp_path / "a.obj", text)
+    assert read_obj(tmp_path / "a.obj").notes == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "telling"),
+    [
+        (COUNTED.format(3, 2), "the 3 faces that its comments count, got 1; it is probably trunc"),
+        (f"# 5 vertices\n{SQUARE}f 1 2 3\n", "the 5 vertices that its comments count, got 4;"),
+        (f"#Face Count 2\n{SQUARE}f 1 2 3\n", "the 2 faces that its comments count, got 1;"),
+        (COUNTED.format(1, 1) + COUNTED.format(1, 1)[:-80], "that its comments count, got"),
+    ],
+)
+def test_less_than_comments_count_is_refused(tmp_path: Path, text: str, telling: str) -> None:
+    (tmp_path / "a.obj").write_text(text)
+    with pytest.raises(InputError, match=telling) as caught:
+        read_obj(tmp_path / "a.obj")
+    assert "if it is whole, delete those comments" in str(caught.value)
+
+
+def test_more_than_comments_count_is_told(tmp_path: Path) -> None:
+    text = f"{SQUARE}# 4 vertices\nf 1 2 3\n# 1 faces\n{SQUARE}f 5 6 7\n"
+    assert len(triangles(tmp_path / "a.obj", text)) == 2
+    vertices, faces = (note.text for note in read_obj(tmp_path / "a.obj").notes)
+    assert vertices.endswith(
+        "a.obj: 8 vertices came, where its comments count 4: if it was cut off, the rest is"
+        " missing; if it is whole, delete those comments"
+    )
+    assert "2 faces came, where its comments count 1" in faces
+
+
 def test_corners_count_back_from_where_they_stand(tmp_path: Path) -> None:
     part = f"{SQUARE}vn 0 0 1\nf -4//-1 -3//-1 -2//-1 -1//-1\n"
     later = part.replace("vn 0 0 1", "vn 0 0 -1").replace(" 0\n", " 5\n")
@@ -96,12 +171,12 @@ def test_normals_that_a_corner_lacks_are_none(tmp_path: Path) -> None:
         ("f 1 2 -5\n", "a corner at vertex 0 of 4"),
         ("f 0 1 2\n", "a corner 0, where vertices are counted from 1"),
         ("f 1 2 3.5\n", "corners of faces that are no whole numbers"),
-        ("f 1 2 three\n", "'three' in place of a number"),
+        ("f 1 2 three\n", "got something else in place of a number"),
         ("f\n", "a face without corners"),
         ("f 1 2", "a last face of less than three corners"),
         ("", "no triangle"),
         ("v 1 2\nf 1 2 3\n", "a vertex of less than three numbers"),
-        ("v 1 2 x\nf 1 2 3\n", "'x' in place of a number"),
+        ("v 1 2 x\nf 1 2 3\n", "got something else in place of a number"),
         ("f 1 2 3\nsurf 0 1 0 1 1 2 3 4\n", "a mesh of polygons, got free-form surfaces"),
         ("f 1 2 3\ncall part.obj\n", "got a call of another file"),
     ],

@@ -42,7 +42,7 @@ def test_polygons_are_read(tmp_path: Path, text: str) -> None:
         (f"OFF\n4 2 0\n{POINTS}3 0 1 2\n", "5 lines of the 6 announced"),
         (f"OFF\n4 1 0\n{POINTS}3 0 1 2\n3 0 1 2\n", "6 lines of the 5 announced"),
         (f"OFF\n4 1 0\n{POINTS}4 0 1 2\n", "3 corners of the 4 announced"),
-        (f"OFF\n4 1 0\n{POINTS}3 0 1 x\n", "invalid literal"),
+        (f"OFF\n4 1 0\n{POINTS}3 0 1 x\n", "something else in place of a whole number"),
         (f"OFF\nfour 1 0\n{POINTS}3 0 1 2\n", "no counts of vertices and faces"),
         (f"4 1 0\n{POINTS}3 0 1 2\n", "no OFF at its beginning"),
         ("OFF BINARY\n4 1 0\n", "three coordinates per vertex, got 'OFF BINARY"),

@@ -72,7 +72,7 @@ def test_a_second_solid_that_is_cut_off_is_refused(tmp_path: Path) -> None:
         ("endfacet", "", "2 facets that are not all of three vertices"),
         ("vertex 0.0", "vertex 0.0 1.0", "19 coordinates of the 18 of 2 facets"),
         ("vertex 0.0", "", "2 facets that are not all of three vertices"),
-        ("vertex 0.0", "vertex zero", "'zero' in place of a number"),
+        ("vertex 0.0", "vertex zero", "something else in place of a number"),
     ],
 )
 def test_facets_are_triangles(tmp_path: Path, old: str, new: str, telling: str) -> None:

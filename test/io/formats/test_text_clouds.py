@@ -100,7 +100,7 @@ def test_what_a_scanner_did_not_see(tmp_path: Path) -> None:
     [
         (PLAIN.replace(ROWS[4], "1 2"), "2 numbers in line 5 of the points, 3 in the first"),
         (PLAIN.replace(ROWS[4], ROWS[4] + " 9"), "4 numbers in line 5 of the points, 3 in the"),
-        (PLAIN.replace(ROWS[4], "1 2 z"), "could not convert string 'z' to float64 at row 4"),
+        (PLAIN.replace(ROWS[4], "1 2 z"), "something else in place of a number in row 5, column 3"),
         (PLAIN.replace(ROWS[4], "7"), "a single number in line 5, below points"),
         ("1 2\n" + PLAIN, "2 numbers in line 1 of the points"),
         (f"31\n{PLAIN}", "30 points of the 31 announced"),

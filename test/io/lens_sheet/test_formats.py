@@ -49,6 +49,13 @@ def test_csv_reads_back_as_the_plan(planned, rig):
         assert (row["set"], row["checked"]) == ("", "")
 
 
+def test_csv_writes_whole_steps_as_whole_numbers():
+    rows = csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(in_steps(), RIG)), newline=""))
+    values = {row["device_value"] for row in rows}
+    assert {"1235", "7.25", ""} <= values
+    assert not any(value.endswith(".0") for value in values)
+
+
 def test_csv_writes_infinity_as_programs_read_it():
     rows = csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(plan(), RIG)), newline=""))
     far = {row["name"]: row["far_m"] for row in rows}
