@@ -30,6 +30,7 @@ from focus_planner.lenses.profiles import Assignment, Value
 from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, AdapterSettings
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.lens_frames import PolledFrames
+from focus_planner.ros.log import LoggedNode
 from focus_planner.ros.process import declare, run, spinning
 from focus_planner.ros.qos import LATCHED
 
@@ -78,7 +79,7 @@ class DriverParameters:
         return {name: found.get(name) for name in names}
 
 
-class LensAdapter(Node):
+class LensAdapter(LoggedNode):
     """Sets lenses to their planned focus, and reports how that went.
 
     Subscribes (reliable, transient local, depth 1)

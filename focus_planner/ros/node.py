@@ -10,7 +10,6 @@ import os
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import datetime, timezone
@@ -37,6 +36,7 @@ from focus_planner.ros.process import run
 from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
 from focus_planner.runtime.diagnostics import Diagnosis, diagnose
+from focus_planner.runtime.log import log_exception
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.status import PlannerReport, Snapshot
 
@@ -304,7 +304,7 @@ class PlannerNode(ManagedNode):
                 f"could not send a response: {error}", throttle_duration_sec=1.0
             )
         except Exception:  # noqa: BLE001 - no message and no caller may end the node
-            self.get_logger().error(traceback.format_exc())
+            log_exception(self.get_logger())
 
 
 def main(args: list[str] | None = None) -> int:

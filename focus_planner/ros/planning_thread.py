@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -20,7 +19,7 @@ from focus_planner.messages.typestore import RIG, serialize
 from focus_planner.recording.software import software
 from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
 from focus_planner.runtime.inputs import Arrival, Unheard
-from focus_planner.runtime.log import Log
+from focus_planner.runtime.log import Log, log_exception
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Request
 from focus_planner.runtime.status import Snapshot
@@ -113,7 +112,7 @@ class PlanningThread:
         try:
             job()
         except Exception:  # noqa: BLE001 - no message may end the node
-            self._log.error(traceback.format_exc())
+            log_exception(self._log)
 
     def _warm_up(self) -> None:
         # The first calls take some time.

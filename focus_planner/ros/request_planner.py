@@ -6,7 +6,6 @@ Importing this module loads the solvers, which takes seconds.
 from __future__ import annotations
 
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
@@ -33,6 +32,7 @@ from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime.feedback import Feedback
 from focus_planner.runtime.inputs import with_unheard
+from focus_planner.runtime.log import log_exception
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import MESSAGES, Outcome, Request
@@ -127,7 +127,7 @@ class RequestPlanner:
         except InputError as error:
             outcome = self._failure(request, Reason.BAD_REQUEST, str(error), recorder)
         except Exception as error:  # noqa: BLE001 - answered; the log has the details
-            self._host.get_logger().error(traceback.format_exc())
+            log_exception(self._host.get_logger())
             outcome = self._failure(request, Reason.INTERNAL, internal_error(error), recorder)
         if not request.finish(outcome):
             outcome.on_sent()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import traceback
 from datetime import datetime
 from typing import Protocol
+
+_MAX_LINES = 100  # of a traceback
 
 
 class Log(Protocol):
@@ -14,6 +17,19 @@ class Log(Protocol):
 
     def error(self, message: str) -> object:
         """Report what should not have happened."""
+
+
+def log_exception(log: Log) -> None:
+    """Report the exception that is being handled, each line of its traceback by itself.
+
+    So that no line break in its text begins an entry of another kind.
+    """
+    lines = traceback.format_exc().rstrip("\n").split("\n")
+    if len(lines) > _MAX_LINES:
+        half = _MAX_LINES // 2
+        lines[half:-half] = [f"… {len(lines) - 2 * half} lines …"]
+    for line in lines:
+        log.error("| " + line)
 
 
 class SilentLog:
