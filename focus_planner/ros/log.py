@@ -26,7 +26,7 @@ class PrintableLogger(RcutilsLogger):
 
     def get_child(self, name: str) -> PrintableLogger:
         """Return a logger whose name is below this one's, as those of actions are."""
-        child = super().get_child(name)
+        child: PrintableLogger = super().get_child(name)
         child.__class__ = PrintableLogger
         return child
 

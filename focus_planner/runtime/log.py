@@ -28,8 +28,8 @@ def log_exception(log: Log) -> None:
     if len(lines) > _MAX_LINES:
         half = _MAX_LINES // 2
         lines[half:-half] = [f"… {len(lines) - 2 * half} lines …"]
-    for line in lines:
-        log.error("| " + line)
+    for entry in (f"| {line}" for line in lines):
+        log.error(entry)
 
 
 class SilentLog:
