@@ -35,6 +35,7 @@ from focus_planner.ros.plan_server import PlanServer
 from focus_planner.ros.process import run
 from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
+from focus_planner.ros.supervisor import Supervisor
 from focus_planner.runtime.diagnostics import Diagnosis, diagnose
 from focus_planner.runtime.log import log_exception
 from focus_planner.runtime.reason import Reason
@@ -123,6 +124,8 @@ class PlannerNode(ManagedNode):
         self._lens_states: Subscription | None = None
         self._publishers_checked = 0.0
         self._stopping = threading.Event()
+        self._supervisor = Supervisor()
+        self._supervisor.watch(self)
         # Not the node's own clock, which stands still while a simulation is paused.
         self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -135,6 +138,9 @@ class PlannerNode(ManagedNode):
         # Calls made before this wait, instead of being answered that the node is inactive.
         self._answering.is_open = True
         self._wake_executor()
+        # Not after a start that failed.
+        if not self._settings.current.serving.autostart or self.state != "unconfigured":
+            self._supervisor.ready()
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Serve until :meth:`stop`, and then until every caller has been answered."""
@@ -147,6 +153,7 @@ class PlannerNode(ManagedNode):
     def stop(self) -> None:
         """Stop planning at the solver's next step, answer all callers, then end :meth:`spin`."""
         self._stopping.set()
+        self._supervisor.stopping()
         if self._planning:
             self._planning.stop()
         if self.executor:
