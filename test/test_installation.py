@@ -7,7 +7,6 @@ name in it is looked up.
 from __future__ import annotations
 
 import ast
-import configparser
 import importlib
 import itertools
 import os
