@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from action_msgs.srv import CancelGoal
 from focus_planner_msgs.msg import CameraFocus
+from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
@@ -94,11 +95,8 @@ def test_a_peer_can_do_what_the_page_says(planner, client, peer, body, rig):
 
     # Stop it from serving, for good.
     for label in ("deactivate", "shutdown"):
-        request = ChangeState.Request()
-        request.transition.label = label
-        state = peer.call(
-            ChangeState, f"{planner.name}/change_state", transition=request.transition
-        )
+        transition = Transition(label=label)
+        state = peer.call(ChangeState, f"{planner.name}/change_state", transition=transition)
         assert state.success
     assert client.plan().reason == Reason.INACTIVE
     assert client.state() == "finalized"
