@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import ast
+import threading
 from pathlib import Path
 
 import pytest
 import rclpy
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl import rcutils_logger
+from rclpy.node import Node
 
 from focus_planner.core.text import MAX_LINE
 from focus_planner.ros import log as log_module
 from focus_planner.ros.lifecycle import ManagedNode
 from focus_planner.ros.log import LoggedNode
+from testing.ros.lens_processes import LensProcess, Orchestrator
+from testing.ros.planner_process import PATIENCE
 
 ROS = Path(log_module.__file__).parent
 HOSTILE = "cam\x1b[2J\u202e\n[INFO] [0.1] [focus_planner]: ready\x9b\x7f\udc80"
@@ -94,3 +100,46 @@ def names(path):
 def test_no_node_has_another_log(path):
     if path.name not in {"log.py", "lifecycle.py"}:
         assert not names(path) & {"Node", "LifecycleNode", "get_logger"}
+
+
+# --- from a driver to the adapter's log, over DDS ------------------------------------------------
+
+
+@pytest.fixture
+def driver():
+    """A driver whose reason to refuse is made to deceive whoever reads the log."""
+
+    def refuse(_):
+        return SetParametersResult(successful=False, reason=HOSTILE[:-1] + "x" * 1_000_000)
+
+    context = Context()
+    rclpy.init(args=[], context=context)
+    node = Node("deceiver", context=context, use_global_arguments=False)
+    node.declare_parameter("ring", 1.0)
+    node.add_on_set_parameters_callback(refuse)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin)
+    thread.start()
+    orchestrator = Orchestrator(context)
+    yield orchestrator
+    orchestrator.close()
+    executor.shutdown()
+    thread.join()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+@pytest.mark.processes
+def test_a_drivers_reason_is_logged_escaped_and_cut(driver):
+    settings = {"driver": "custom", "driver_node": "/deceiver", "parameter": "ring", "unit": "m"}
+    settings |= {"cameras": ["deceived"], "retries": 0, "timeout": float(PATIENCE)}
+    adapter = LensProcess("lens_adapter", **settings)
+    adapter.wait_for_log("ready")
+    driver.plan("deceived", "a")
+    adapter.wait_for_log("refused ring")
+    assert adapter.stop() == 0
+    lines = adapter.log.splitlines()
+    assert any(TOLD.removesuffix(r"\udc80") in line for line in lines)
+    assert all(line.isprintable() and len(line) < MAX_LINE + 100 for line in lines)
+    assert not any(line.endswith("[focus_planner]: ready") for line in lines)
