@@ -20,11 +20,16 @@ class Log(Protocol):
 
 
 def log_exception(log: Log) -> None:
-    """Report the exception that is being handled, each line of its traceback by itself.
+    """Report the exception that is being handled, with its traceback."""
+    log_lines(log, traceback.format_exc())
 
-    So that no line break in its text begins an entry of another kind.
+
+def log_lines(log: Log, text: str) -> None:
+    """Report a text of several lines, such as a traceback: each by itself, and marked.
+
+    So that no line break in a name or reason begins an entry of another kind.
     """
-    lines = traceback.format_exc().rstrip("\n").split("\n")
+    lines = text.rstrip("\n").split("\n")
     if len(lines) > _MAX_LINES:
         half = _MAX_LINES // 2
         lines[half:-half] = [f"… {len(lines) - 2 * half} lines …"]
