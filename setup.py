@@ -49,7 +49,10 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", ["config/focus_planner.yaml"]),
         (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),
-        (f"share/{NAME}/security", ["security/loopback.xml", "security/policies.xml"]),
+        (
+            f"share/{NAME}/security",
+            ["security/loopback.xml", "security/loopback_udp.xml", "security/policies.xml"],
+        ),
     ],
     # Each floor is the oldest release in requirements.lock for any Python: nothing older is tested.
     install_requires=[

@@ -26,6 +26,7 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.text import printable
 from focus_planner.io.bodies import body
 from focus_planner.io.lens_sheet.content import lens_sheet
 from focus_planner.io.lens_sheet.saving import save_lens_sheet
@@ -78,7 +79,7 @@ def run(
     int
         The exit status.
     """
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False, emoji=False)
     output_directory.mkdir(parents=True, exist_ok=True)
     _keep_to_this_machine()
     path = body(_BODY)
@@ -89,8 +90,9 @@ def run(
         with _status(console, "starting the node; the first time, it compiles for a minute"):
             results = _run_node(log, mesh, rig, output_directory / "runs")
     except _NodeFailed as error:
-        console.print(f"{error}; its log is {log} and ends with:", style="red")
-        console.print("\n".join(log.read_text().splitlines()[-5:]), markup=False)
+        console.print(printable(f"{error}; its log is {log} and ends with:"), style="red")
+        for line in log.read_text(errors="replace").splitlines()[-5:]:
+            console.print(printable(line))
         return 1
     _show(console, rig, results)
     with _status(console, "drawing"), computing():
@@ -285,6 +287,7 @@ def _measured(plan: FocusPlan) -> str:
 
 def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
     program = Path(sys.argv[0])
+    directory = Path(printable(str(directory)))
     command = os.path.relpath(program) if program.name == "focus_planner" else "focus_planner"
     console.print(
         f"\nThe picture: {directory / 'plans.png'}"

@@ -89,7 +89,9 @@ def _run(argv: list[str]) -> int:
 
 
 def _fail(message: str) -> int:
-    print("focus_planner: error:", " ".join(message.split()), file=sys.stderr)
+    from focus_planner.cli.terminal import show_error
+
+    show_error(message)
     return _BAD_INPUT
 
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.notes import show_note
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
 from focus_planner.cli.request_options import add_request_options, request_from_options
+from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -298,8 +298,9 @@ def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
 
 
 def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from focus_planner.cli.console import PlainConsole
 
     table = Table(title=f"{plan.method}, {len(plan.cameras)} cameras", show_header=False)
     table.add_column()
@@ -307,7 +308,7 @@ def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
     table.add_column()
     for name, value, note in _summary(plan):
         table.add_row(name, value, note)
-    Console(file=stream).print(table)
+    PlainConsole(stream).print(table)
 
 
 def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:

@@ -30,18 +30,21 @@ def shown(quiet: bool) -> Iterator[Tell]:
         yield lambda _: ctrl_c.check()
         ctrl_c.check()
         return
-    from rich.console import Console
+    from rich.text import Text
+
+    from focus_planner.cli.console import PlainConsole
+    from focus_planner.core.text import printable
 
     def tell(text: str) -> None:
         ctrl_c.check()
-        status.update(text)
+        status.update(Text(printable(text)))
 
     def notify() -> None:
         # The next Ctrl-C ends the process before it can.
         os.write(sys.stderr.fileno(), _SHOW_CURSOR)
         status.update("stopping; Ctrl-C again to stop at once")
 
-    with Console(stderr=True).status("") as status, ctrl_c.notifying(notify):
+    with PlainConsole(sys.stderr).status("") as status, ctrl_c.notifying(notify):
         yield tell
         ctrl_c.check()
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from focus_planner.cli.terminal import show_error
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import SolvedPlan
@@ -91,7 +92,7 @@ class CommandRecorder:
 
     def _fail(self, why: str) -> None:
         self.failed = True
-        print("focus_planner: error: not recorded:", " ".join(why.split()), file=sys.stderr)
+        show_error(f"not recorded: {why}")
 
 
 def _no_end(*_: object) -> None:

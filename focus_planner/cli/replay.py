@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
+from focus_planner.cli.terminal import show_error
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from focus_planner.cli.console import PlainConsole
     from focus_planner.core.planning.plan import FocusPlan
     from focus_planner.parameters.declaration import Value
     from focus_planner.recording.replay import Difference
@@ -112,14 +112,7 @@ def run(options: argparse.Namespace) -> int:
             place = f"{number} of {len(paths)}: " if len(paths) > 1 else ""
             replays.append(_replay(path, changes, options, recorder, tell, place))
     if options.json:
-        print(
-            json.dumps(
-                [_as_json(replay) for replay in replays],
-                indent=2,
-                ensure_ascii=False,
-                allow_nan=False,
-            )
-        )
+        print(json.dumps([_as_json(replay) for replay in replays], indent=2, allow_nan=False))
     else:
         _show(replays)
     status = max(_STATUS[replay.outcome] for replay in replays)
@@ -224,15 +217,13 @@ def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
 
 
 def _show(replays: list[_Replay]) -> None:
-    from rich.console import Console
+    from focus_planner.cli.console import PlainConsole
 
-    width = None if sys.stdout.isatty() else _WIDTH
-    console = Console(file=sys.stdout, highlight=False, width=width)
+    console = PlainConsole(sys.stdout, width=None if sys.stdout.isatty() else _WIDTH)
     for replay in replays:
         if replay.outcome in (_UNREADABLE, _REFUSED):
-            # On stderr: stdout is for results.
             whose = f"{replay.path}: " if replay.outcome == _REFUSED and len(replays) > 1 else ""
-            print(f"focus_planner: error: {whose}{replay.why}", file=sys.stderr)
+            show_error(f"{whose}{replay.why}")
         elif (
             replay.outcome == _PLANNED
             or len(replays) == 1
@@ -244,34 +235,34 @@ def _show(replays: list[_Replay]) -> None:
         _show_all(console, replays)
 
 
-def _show_one(console: Console, replay: _Replay) -> None:
+def _show_one(console: PlainConsole, replay: _Replay) -> None:
     from functools import partial
-
-    from rich.markup import escape
 
     say = partial(console.print, soft_wrap=True)
     assert replay.run is not None
-    say(f"[bold]{escape(_name(replay))}[/] [{_COLOURS[replay.outcome]}]{replay.outcome}[/]")
+    say(_name(replay), style="bold", end=" ")
+    say(replay.outcome, style=_COLOURS[replay.outcome])
     for note in replay.notes:
-        say(f"  note: {escape(note)}")
+        say(f"  note: {note}")
     if replay.outcome == _PLANNED:
         _show_comparison(console, replay)
     elif replay.differences:
         for difference in replay.differences:
-            say(f"  [bold]{difference.stage}[/]: {escape(difference.what)}")
+            say(f"  {difference.stage}", style="bold", end="")
+            say(f": {difference.what}")
         for name, (then, now) in _software(replay).items():
-            say(f"  {name}: {escape(then)} then, {escape(now)} now")
+            say(f"  {name}: {then} then, {now} now")
     elif replay.now is not None:
-        say(f"  {escape(replay.now.summary())}")
+        say(f"  {replay.now.summary()}")
     else:
-        say(f"  no plan, then as now: {escape(replay.why)}")
+        say(f"  no plan, then as now: {replay.why}")
     for plan_note in replay.now.notes if replay.now else ():
-        say(f"  note: {escape(plan_note.text)}")
+        say(f"  note: {plan_note.text}")
     if replay.recorded_as is not None:
-        say(f"  recorded: {escape(str(replay.recorded_as))}")
+        say(f"  recorded: {replay.recorded_as}")
 
 
-def _show_comparison(console: Console, replay: _Replay) -> None:
+def _show_comparison(console: PlainConsole, replay: _Replay) -> None:
     from rich.table import Table
 
     from focus_planner.recording.comparison import quantities
@@ -292,7 +283,7 @@ def _show_comparison(console: Console, replay: _Replay) -> None:
         _show_cameras(console, before, after)
 
 
-def _show_cameras(console: Console, before: FocusPlan, after: FocusPlan) -> None:
+def _show_cameras(console: PlainConsole, before: FocusPlan, after: FocusPlan) -> None:
     from rich.table import Table
 
     from focus_planner.recording.comparison import camera_changes, median_moved
@@ -317,9 +308,9 @@ def _show_cameras(console: Console, before: FocusPlan, after: FocusPlan) -> None
     console.print(table)
 
 
-def _show_all(console: Console, replays: list[_Replay]) -> None:
-    from rich.markup import escape
+def _show_all(console: PlainConsole, replays: list[_Replay]) -> None:
     from rich.table import Table
+    from rich.text import Text
 
     table = Table("run", "outcome", "method", "samples", "cost", "now", "s", "")
     for column in (3, 4, 5, 6):
@@ -334,8 +325,8 @@ def _show_all(console: Console, replays: list[_Replay]) -> None:
         )
         what = replay.differences[0].stage if replay.differences else ""
         table.add_row(
-            escape(_name(replay)),
-            f"[{_COLOURS[replay.outcome]}]{replay.outcome}[/]",
+            _name(replay),
+            Text(replay.outcome, _COLOURS[replay.outcome]),
             methods,
             samples,
             cost,

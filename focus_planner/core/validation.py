@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import warnings
 from collections.abc import Iterable
 from typing import Any
@@ -12,13 +11,14 @@ import numpy as np
 from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from focus_planner.core.text import printable
+
 #: Metres. Larger coordinates are mistakes, and products of them may overflow.
 MAX_COORDINATE = 1e8
 
 #: How far from 1 rounding leaves the length of a vector that was just normalised.
 UNIT_ROUNDING = 1e-15
 
-_LINE_BREAK = re.compile(r"\s*[\r\n]\s*")
 # Longest text, in characters: messages may contain names of any length, and an error is one line
 # of a log.
 _MAX_TEXT, _MAX_EXPECTED = 400, 2000
@@ -36,25 +36,16 @@ class InputError(ValueError):
         What would have been accepted, and what was given. Each becomes a single printable line;
         long texts are shortened in the middle.
     remedy : str, optional
-        What to do about it, as a clause.
+        What to do about it, as a clause; printable likewise.
     """
 
     def __init__(self, argument: str, expected: str, got: str, remedy: str = "") -> None:
-        self.argument = _one_line(argument)
-        self.expected = _one_line(expected, _MAX_EXPECTED)
-        self.got = _one_line(got)
-        self.remedy = remedy
-        tail = f"; {remedy}" if remedy else ""
+        self.argument = printable(argument, _MAX_TEXT)
+        self.expected = printable(expected, _MAX_EXPECTED)
+        self.got = printable(got, _MAX_TEXT)
+        self.remedy = printable(remedy, _MAX_EXPECTED)
+        tail = f"; {self.remedy}" if remedy else ""
         super().__init__(f"{self.argument}: expected {self.expected}, got {self.got}{tail}")
-
-
-def _one_line(text: str, max_length: int = _MAX_TEXT) -> str:
-    """Return the text as a single printable line, shortened in the middle if it is long."""
-    if len(text) > max_length:
-        half = max_length // 2
-        text = f"{text[:half]} … {text[-half:]}"
-    line = _LINE_BREAK.sub(" ", text)
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
 def check_array(

@@ -40,6 +40,7 @@ from focus_planner.messages.writing import (
     rig_to_fields,
 )
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.log import LoggedNode
 from focus_planner.ros.qos import ALL_CALLS, LATCHED
 
 _INPUTS = {
@@ -107,7 +108,7 @@ class PlannerClient:
         self._context = Context()
         self._context.init(args=[])
         name = f"focus_planner_client_{uuid4().hex[:8]}"
-        self._node = Node(
+        self._node = LoggedNode(
             name,
             context=self._context,
             use_global_arguments=False,

@@ -30,8 +30,10 @@ from focus_planner.lenses.profiles import Assignment, Value
 from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, AdapterSettings
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.lens_frames import PolledFrames
+from focus_planner.ros.log import LoggedNode
 from focus_planner.ros.process import declare, run, spinning
 from focus_planner.ros.qos import LATCHED
+from focus_planner.ros.supervisor import Supervisor
 
 # Every default callback is one more entity per camera for the executor to wait on.
 _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
@@ -78,7 +80,7 @@ class DriverParameters:
         return {name: found.get(name) for name in names}
 
 
-class LensAdapter(Node):
+class LensAdapter(LoggedNode):
     """Sets lenses to their planned focus, and reports how that went.
 
     Subscribes (reliable, transient local, depth 1)
@@ -141,6 +143,10 @@ class LensAdapter(Node):
             self._loop.call_soon_threadsafe(self._loop.stop)
             thread.join()
             self._loop.close()
+
+    def be_watched(self, supervisor: Supervisor) -> None:
+        """Have both threads, while they work, tell that they are alive."""
+        supervisor.watch(self, self._loop.call_soon_threadsafe)
 
     def _control(self, camera: str, settings: AdapterSettings) -> LensControl:
         lens = settings.lenses[camera]
@@ -230,10 +236,14 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _serve(wait: Callable[[], None]) -> None:
-    adapter = LensAdapter()
-    with adapter.working(), spinning([adapter]):
-        adapter.get_logger().info("ready")
-        wait()
+    adapter, supervisor = LensAdapter(), Supervisor()
+    with adapter.working():
+        adapter.be_watched(supervisor)
+        with spinning([adapter]):
+            adapter.get_logger().info("ready")
+            supervisor.ready()
+            wait()
+            supervisor.stopping()
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -11,11 +10,13 @@ from rclpy._rclpy_pybind11 import RCLError
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from focus_planner.core.validation import InputError
+from focus_planner.ros.log import PrintableLog
+from focus_planner.runtime.log import log_exception
 
 _INITIAL, _FINAL = "unconfigured", "finalized"
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(PrintableLog, LifecycleNode):
     """A managed node, as the ROS 2 design of managed nodes describes it.
 
     A subclass overrides :meth:`configure`, :meth:`activate`, :meth:`deactivate` and
@@ -110,7 +111,7 @@ class ManagedNode(LifecycleNode):
             self.get_logger().error(str(error))
             return TransitionCallbackReturn.FAILURE
         except Exception:  # noqa: BLE001 - the state errorprocessing is for these
-            self.get_logger().error(traceback.format_exc())
+            log_exception(self.get_logger())
             return TransitionCallbackReturn.ERROR
 
     def _refuse_impossible_transitions(self) -> None:

@@ -10,7 +10,6 @@ import os
 import signal
 import threading
 import time
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from datetime import datetime, timezone
@@ -38,8 +37,10 @@ from focus_planner.ros.process import run
 from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
+from focus_planner.ros.supervisor import Supervisor
 from focus_planner.runtime.diagnostics import Diagnosis, diagnose
 from focus_planner.runtime.fork_server import ForkedProcess, ForkServer, ForkServerEnded
+from focus_planner.runtime.log import log_exception
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied
 from focus_planner.runtime.status import PlannerReport, Snapshot
@@ -136,6 +137,8 @@ class PlannerNode(ManagedNode):
         self._lens_states: Subscription | None = None
         self._publishers_checked = 0.0
         self._stopping = threading.Event()
+        self._supervisor = Supervisor()
+        self._supervisor.watch(self)
         # Not the node's own clock, which stands still while a simulation is paused.
         self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -148,6 +151,8 @@ class PlannerNode(ManagedNode):
         # Calls made before this wait, instead of being answered that the node is inactive.
         self._answering.is_open = True
         self._wake_executor()
+        if not self.has_failed:
+            self._supervisor.ready()
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Serve until :meth:`stop`, and then until every caller has been answered."""
@@ -160,6 +165,7 @@ class PlannerNode(ManagedNode):
     def stop(self) -> None:
         """Stop planning at the solver's next step, answer all callers, then end :meth:`spin`."""
         self._stopping.set()
+        self._supervisor.stopping()
         if self._planning:
             self._planning.stop()
         if self.executor:
@@ -335,7 +341,7 @@ class PlannerNode(ManagedNode):
                 f"could not send a response: {error}", throttle_duration_sec=1.0
             )
         except Exception:  # noqa: BLE001 - no message and no caller may end the node
-            self.get_logger().error(traceback.format_exc())
+            log_exception(self.get_logger())
 
 
 def run_node(server: ForkServer, args: list[str] | None) -> tuple[int, bool]:

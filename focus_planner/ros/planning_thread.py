@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import traceback
 from collections.abc import Callable
 from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -14,7 +13,7 @@ from focus_planner.messages.typestore import RIG, serialize
 from focus_planner.recording.software import software
 from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
 from focus_planner.runtime.inputs import Arrival, Unheard
-from focus_planner.runtime.log import Log
+from focus_planner.runtime.log import Log, log_exception
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied, PlanningEnded, Wish
 from focus_planner.runtime.requests import Request, Turns
@@ -127,7 +126,7 @@ class PlanningThread:
         try:
             job()
         except Exception:  # noqa: BLE001 - no message may end the node
-            self._log.error(traceback.format_exc())
+            log_exception(self._log)
 
     def _answer_next(self) -> None:
         request = self._turns.next()

@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args, try_shutdown
 
+from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Declaration
 from focus_planner.ros.node_parameters import describe
@@ -58,7 +59,7 @@ def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[st
             serve(wait)
         except _BAD as error:
             what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
-            line = " ".join(f"{program}: {what}{error}".split())
+            line = printable(" ".join(f"{program}: {what}{error}".split()))
             print(line, file=sys.stderr)  # noqa: T201 - no logger yet
             return _BAD_INPUT
         finally:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import traceback
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
@@ -29,6 +28,7 @@ from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import with_unheard
+from focus_planner.runtime.log import log_exception, log_lines
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import (
     PlanningDied,
@@ -159,7 +159,7 @@ class RequestPlanner:
             why = f"the planning process has gone, and is started anew: {error}"
             outcome = self._failure(request, Reason.INTERNAL, why, run)
         except Exception as error:  # noqa: BLE001 - answered; the log has the details
-            self._host.get_logger().error(traceback.format_exc())
+            log_exception(self._host.get_logger())
             outcome = self._failure(request, Reason.INTERNAL, _internal(error), run)
         if not request.finish(outcome):
             outcome.on_sent()
@@ -270,7 +270,7 @@ class RequestPlanner:
                 )
                 raise NoPlan(Reason.BAD_REQUEST, str(error))
             case orders.Failed(why, details):
-                self._host.get_logger().error(details)
+                log_lines(self._host.get_logger(), details)
                 raise NoPlan(Reason.INTERNAL, why)
         raise AssertionError(result)
 

@@ -12,6 +12,7 @@ from datetime import datetime
 from enum import IntEnum
 from pathlib import Path
 
+from focus_planner.core.text import printable
 from focus_planner.core.validation import first_few
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.writing import Fields
@@ -53,13 +54,17 @@ class Diagnosis:
     values: dict[str, str]
 
     def to_fields(self, node: str) -> Fields:
-        """Return a ``DiagnosticStatus`` message from the node with this full name."""
+        """Return a ``DiagnosticStatus`` message from the node with this full name.
+
+        Reasons and names that peers gave are escaped and cut.
+        """
+        values = {printable(key): printable(value) for key, value in self.values.items()}
         return {
             "level": bytes([self.level]),
             "name": f"{node.removeprefix('/')}: {self.name}",
-            "message": self.message,
+            "message": printable(self.message),
             "hardware_id": node,
-            "values": [{"key": key, "value": value} for key, value in self.values.items()],
+            "values": [{"key": key, "value": value} for key, value in values.items()],
         }
 
 

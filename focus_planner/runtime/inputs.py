@@ -5,7 +5,6 @@ Without ROS. Apart from :meth:`InputSlot.receive`, all of it is for one thread o
 
 from __future__ import annotations
 
-import traceback
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from typing import Generic, TypeVar
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import header_stamp
 from focus_planner.messages.reading import Optics
-from focus_planner.runtime.log import Log, ThrottledLog
+from focus_planner.runtime.log import Log, ThrottledLog, log_exception
 
 # Messages kept while a plan is being made. Only the newest valid one counts; a few older ones stay
 # as substitutes in case it is refused.
@@ -287,7 +286,7 @@ class InputSlot(Generic[Content, Value]):
         except InputError as error:
             self.refuse(arrival, error)
         except Exception as error:  # noqa: BLE001 - no message may end the node
-            self._log.error(traceback.format_exc())
+            log_exception(self._log)
             self.refuse(arrival, internal_input_error(self.name, error))
         return None
 

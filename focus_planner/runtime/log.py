@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import traceback
 from datetime import datetime
 from typing import Protocol
+
+_MAX_LINES = 100  # of a traceback
 
 
 class Log(Protocol):
@@ -14,6 +17,24 @@ class Log(Protocol):
 
     def error(self, message: str) -> object:
         """Report what should not have happened."""
+
+
+def log_exception(log: Log) -> None:
+    """Report the exception that is being handled, with its traceback."""
+    log_lines(log, traceback.format_exc())
+
+
+def log_lines(log: Log, text: str) -> None:
+    """Report a text of several lines, such as a traceback: each by itself, and marked.
+
+    So that no line break in a name or reason begins an entry of another kind.
+    """
+    lines = text.rstrip("\n").split("\n")
+    if len(lines) > _MAX_LINES:
+        half = _MAX_LINES // 2
+        lines[half:-half] = [f"… {len(lines) - 2 * half} lines …"]
+    for entry in (f"| {line}" for line in lines):
+        log.error(entry)
 
 
 class SilentLog:

@@ -29,6 +29,25 @@ def test_arguments_that_are_not_for_ros_end_it_with_one_line():
     )
 
 
+def test_why_it_ends_is_told_escaped():
+    command = [sys.executable, "-m", "focus_planner.ros.node", "\x1b]0;owned\x07\u202e\r\nready"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    (line,) = ended.stderr.split("\n")[:-1]
+    assert r"got \x1b]0;owned\x07\u202e ready" in line
+    assert line.isprintable()
+
+
+def test_so_is_any_other_error_of_its_start(capsys):
+    def serve(wait):
+        raise RuntimeError("\x1b[2J" + "x" * 5_000_000)
+
+    assert run("planner_node", serve, []) == 2
+    line = capsys.readouterr().err
+    assert line.startswith(r"planner_node: RuntimeError: \x1b[2Jx")
+    assert len(line) < 5000
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_idle_it_ends_cleanly(start_planner, number):
     planner = start_planner(forked=False)

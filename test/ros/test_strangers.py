@@ -25,6 +25,7 @@ from testing.ros.planner_process import PATIENCE
 ROOT = Path(__file__).parents[2]
 STRANGERS = ROOT / "testing" / "ros" / "strangers.py"
 PROFILE = ROOT / "security" / "loopback.xml"
+WITHOUT_SHARED_MEMORY = ROOT / "security" / "loopback_udp.xml"
 DOMAIN = 33
 # The port numbers of RTPS 2.2, 9.6.1: those of a domain, and of its multicast discovery.
 PORTS = range(7400 + 250 * DOMAIN, 7400 + 250 * (DOMAIN + 1))
@@ -92,6 +93,16 @@ def test_with_the_loopback_profile_nodes_listen_on_loopback_only():
     assert found["met"]
     assert found["groups"] == ["224.0.0.1"]
     assert listening(found) == {"127.0.0.1"}
+    assert found["shared"]
+
+
+@pytest.mark.processes
+@pytest.mark.usefixtures("own_network")
+def test_with_the_profile_of_udp_they_share_no_memory_either():
+    found = seen("SUBNET", FASTRTPS_DEFAULT_PROFILES_FILE=str(WITHOUT_SHARED_MEMORY))
+    assert found["met"]
+    assert listening(found) == {"127.0.0.1", DISCOVERY}
+    assert not found["shared"]
 
 
 @pytest.mark.processes

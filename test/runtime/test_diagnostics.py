@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from focus_planner.core.planning.plan import CameraStatus
+from focus_planner.core.text import MAX_LINE
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.parameters.planner import Settings
@@ -322,3 +323,14 @@ def test_every_part_of_a_planner_is_diagnosed(tmp_path):
     ]
     assert found[4].values["sent"] == "3"
     assert found[5].values["runs to write"] == "3"
+
+
+def test_what_peers_gave_is_reported_escaped_and_cut():
+    hostile = "\x1b[2J\u202e\n[ERROR] forged\x9b"
+    told = r"\x1b[2J\u202e [ERROR] forged\x9b"
+    state = replace(SURFACE, refused=hostile, unheard="x" * 5_000_000)
+    fields = diagnose_input(state, NOW, 5.0).to_fields("/planner")
+    assert fields["message"] == f"a newer one was refused: {told}"
+    values = {each["key"]: each["value"] for each in fields["values"]}
+    assert values["refused"] == told
+    assert len(values["not received"]) <= MAX_LINE

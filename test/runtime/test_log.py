@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta, timezone
 
-from focus_planner.runtime.log import SilentLog, ThrottledLog
+from focus_planner.runtime.log import SilentLog, ThrottledLog, log_exception
 from testing.messages import Log
 
 START = datetime(2025, 1, 1, tzinfo=timezone.utc)
@@ -51,3 +51,25 @@ def test_a_silent_log_discards_everything(capsys):
     SilentLog().warning("a warning")
     SilentLog().error("an error")
     assert capsys.readouterr() == ("", "")
+
+
+def raise_and_log(error):
+    log = Log()
+    try:
+        raise error
+    except type(error):
+        log_exception(log)
+    return log.errors
+
+
+def test_every_line_of_a_traceback_is_marked_as_one():
+    entries = raise_and_log(ValueError("bad\n[INFO] [0.1] [focus_planner]: ready"))
+    assert entries[0] == "| Traceback (most recent call last):"
+    assert entries[-2:] == ["| ValueError: bad", "| [INFO] [0.1] [focus_planner]: ready"]
+    assert all(entry.startswith("| ") and "\n" not in entry for entry in entries)
+
+
+def test_a_long_traceback_is_cut():
+    entries = raise_and_log(ValueError("bad\n" * 100_000))
+    assert len(entries) == 101
+    assert sum(" lines …" in entry for entry in entries) == 1

@@ -51,6 +51,12 @@ def packets():
     return {row[0]: int(row[10]) for row in rows if row[0].endswith(":")}
 
 
+def shared():
+    """Return the files of Fast DDS that this process shares with others of this machine."""
+    maps = Path("/proc/self/maps").read_text().splitlines()
+    return sorted({line.split()[-1] for line in maps if "/dev/shm/fastrtps" in line})
+
+
 def main(patience):
     """Wait for the two to meet, at most so many seconds, and print what was seen."""
     bring_up_loopback()
@@ -64,7 +70,7 @@ def main(patience):
     until = time.monotonic() + patience
     while not publisher.get_subscription_count() and time.monotonic() < until:
         time.sleep(0.05)
-    seen = {"sockets": sockets(), "groups": groups(), "packets": packets()}
+    seen = {"sockets": sockets(), "groups": groups(), "packets": packets(), "shared": shared()}
     seen["met"] = publisher.get_subscription_count() == 1
     sys.stdout.write(json.dumps(seen))
     for node in nodes:

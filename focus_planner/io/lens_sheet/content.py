@@ -13,6 +13,7 @@ from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPla
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.rig.walk import walking_order
+from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
 
 Value = str | int | float | None
@@ -63,7 +64,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Cell:
-    """A value with all its digits, and as it is printed."""
+    """A value with all its digits, and as it is printed: a text is printable in both."""
 
     value: Value
     text: str
@@ -151,7 +152,7 @@ def lens_sheet(
         title=f"Lens sheet for {_counted(len(rig), 'camera')}",
         facts=tuple(_facts(plan, rig, surface, rig_file, made)),
         measures=tuple(_measures(plan, rig)),
-        notes=tuple(note.text for note in plan.notes),
+        notes=tuple(printable(note.text) for note in plan.notes),
         columns=tuple(column for column, _ in fields),
         rows=tuple(rows),
     )
@@ -217,7 +218,8 @@ def _any_table(plan: FocusPlan) -> bool:
 
 
 def _text(text: str | None) -> Cell:
-    return Cell(text, text or "–")
+    shown = printable(text) if text else text
+    return Cell(shown, shown or "–")
 
 
 def _number(value: float | None, decimals: int) -> Cell:
@@ -273,7 +275,7 @@ def _facts(
         ("in focus", _area(plan)),
         ("cameras", _statuses(plan)),
     ]
-    return [(name, text) for name, text in facts if text]
+    return [(name, printable(text)) for name, text in facts if text]
 
 
 def _method(plan: FocusPlan) -> str:

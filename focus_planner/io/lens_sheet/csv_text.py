@@ -5,17 +5,26 @@ from __future__ import annotations
 import csv
 import io
 
-from focus_planner.io.lens_sheet.content import LensSheet
+from focus_planner.io.lens_sheet.content import LensSheet, Value
+
+# What formulas begin with in spreadsheets, also in those of East Asia.
+_FORMULAS = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
 
 
 def sheet_to_csv(sheet: LensSheet) -> str:
     """Return the table as CSV: a line of names with units, then one line per row of the sheet.
 
     Numbers have all their digits; an infinite distance is ``inf``, and what is unknown is empty,
-    as are the boxes to tick.
+    as are the boxes to tick. A text that a spreadsheet would take for a formula has an apostrophe
+    before it; only the name of a driver's unit can be one.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow([column.key for column in sheet.columns])
-    writer.writerows([cell.value for cell in row.cells] for row in sheet.rows)
+    writer.writerows([_no_formula(cell.value) for cell in row.cells] for row in sheet.rows)
     return text.getvalue()
+
+
+def _no_formula(value: Value) -> Value:
+    is_formula = isinstance(value, str) and value.lstrip().startswith(_FORMULAS)
+    return f"'{value}" if is_formula else value

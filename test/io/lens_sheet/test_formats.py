@@ -14,6 +14,7 @@ import pytest
 from pypdf import PdfReader
 
 from focus_planner import InputError, Rig, cylinder_rig
+from focus_planner.core.notes import Note
 from focus_planner.io.lens_sheet import SUFFIXES
 from focus_planner.io.lens_sheet.content import lens_sheet
 from focus_planner.io.lens_sheet.csv_text import sheet_to_csv
@@ -61,6 +62,31 @@ def test_csv_writes_infinity_as_programs_read_it():
     far = {row["name"]: row["far_m"] for row in rows}
     assert far["cam_1_00"] == "inf"
     assert math.isinf(float(far["cam_1_00"]))
+
+
+@pytest.mark.parametrize("unit", ["=cmd|' /C calc'!A0", "+1", "-1", "@SUM(A1)", " =1", "＝1"])
+def test_csv_holds_no_formula(unit):
+    planned = in_steps()
+    cameras = tuple(replace(each, device_unit=unit) for each in planned.cameras)
+    text = sheet_to_csv(lens_sheet(replace(planned, cameras=cameras), RIG))
+    rows = list(csv.DictReader(io.StringIO(text, newline="")))
+    assert {row["device_unit"] for row in rows} == {f"'{unit}"}
+    assert {row["name"] for row in rows} == {each.name for each in cameras}
+
+
+HOSTILE = "\x1b[2J\u202e\x9b\r\n<b>\udcff"
+
+
+@pytest.mark.parametrize("write", [sheet_to_csv, sheet_to_html])
+def test_no_format_holds_what_steers_a_terminal(write):
+    planned = in_steps()
+    cameras = tuple(replace(each, device_unit=HOSTILE) for each in planned.cameras)
+    planned = replace(planned, cameras=cameras, notes=(Note("up_axis", HOSTILE),))
+    sheet = lens_sheet(planned, RIG, surface=HOSTILE, rig_file=HOSTILE)
+    text = write(sheet)
+    assert re.search(r"\\x1b\[2J\\u202e\\x9b (<|&lt;)b(>|&gt;)\\udcff", text)
+    assert text.replace("\r\n", "").replace("\n", "").isprintable()
+    assert sheet_to_pdf(sheet).startswith(b"%PDF")
 
 
 # --- HTML --------------------------------------------------------------------------------------

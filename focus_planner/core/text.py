@@ -1,0 +1,44 @@
+"""Text from elsewhere, made fit for a line of a log or of a terminal."""
+
+from __future__ import annotations
+
+import re
+
+#: Characters of a line, unless its reader says otherwise.
+MAX_LINE = 4000
+
+_GAP = " … "
+_LINE_BREAK = re.compile(r"\s*[\r\n]\s*")
+
+
+def printable(text: str, limit: int = MAX_LINE) -> str:
+    r"""Return a text as one line that shows what is in it, and does nothing else.
+
+    Names and reasons come from files, messages and drivers. Written as they are, they could move a
+    terminal's cursor, forge lines of a log, or turn the order of what follows.
+
+    Parameters
+    ----------
+    text : str
+    limit : int, optional
+        Longest result, characters. A longer text keeps its beginning and its end.
+
+    Returns
+    -------
+    str
+        Line breaks are spaces. Whatever else does not print is escaped as in Python: control
+        characters (``\x1b``), marks of direction and other invisible ones (``\u202e``), what is no
+        character at all (``\udc80``, an undecodable byte of a file's name).
+    """
+    line = _LINE_BREAK.sub(" ", _cut(text, limit))
+    if not line.isprintable():
+        line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return _cut(line, limit)
+
+
+def _cut(text: str, limit: int) -> str:
+    """Return the text, without its middle if it is too long."""
+    if len(text) <= limit:
+        return text
+    half = (limit - len(_GAP)) // 2
+    return f"{text[:half]}{_GAP}{text[-half:]}"

@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from focus_planner.core.text import MAX_LINE, printable
+
+HOSTILE = {
+    "a colour": ("\x1b[31mred", r"\x1b[31mred"),
+    "a title of the window": ("\x1b]0;owned\x07", r"\x1b]0;owned\x07"),
+    "a control of eight bits": ("\x9b2J", r"\x9b2J"),
+    "a line of its own": ("a\n[INFO] ready", "a [INFO] ready"),
+    "a line over this one": ("a\r \n b", "a b"),
+    "an overwritten beginning": ("a\rb", "a b"),
+    "a step back": ("a\x08b\x7f", r"a\x08b\x7f"),
+    "a turned order": ("\u202egpj.exe\u2066", r"\u202egpj.exe\u2066"),
+    "what cannot be seen": ("a\u200bb\ufeff\xad", r"a\u200bb\ufeff\xad"),
+    "lines of Unicode": ("a\u2028b\u2029c\x85d", r"a\u2028b\u2029c\x85d"),
+    "bytes that are no text": ("a\udcff", r"a\udcff"),
+    "an end of C's": ("a\0b", r"a\x00b"),
+    "characters to come": ("\U000e0041\ufffe", r"\U000e0041\ufffe"),
+}
+
+
+@pytest.mark.parametrize(("text", "told"), HOSTILE.values(), ids=HOSTILE)
+def test_what_does_not_print_is_escaped(text, told):
+    assert printable(text) == told
+
+
+@pytest.mark.parametrize("text", ["", "cam_0", "Zürich 3 µm ± 2 % → ≥ 1", "漢字 😀", r"C:\dir"])
+def test_what_prints_stays_as_it_is(text):
+    assert printable(text) == text
+
+
+def test_of_a_long_text_the_beginning_and_the_end_are_told():
+    told = printable("a" + "b" * 5_000_000 + "c")
+    assert len(told) <= MAX_LINE
+    assert told.startswith("ab")
+    assert told.endswith("bc")
+    assert printable("a" * 100, 100) == "a" * 100
+    assert " … " in printable("a" * 101, 100)
+
+
+def test_escapes_make_it_no_longer_than_allowed():
+    assert len(printable("\U000e0041" * 100, 100)) <= 100
+
+
+@given(st.text(), st.integers(9, 200))
+def test_any_text_becomes_one_short_line_without_controls(text, limit):
+    told = printable(text, limit)
+    assert len(told) <= limit
+    assert told.isprintable()
+    assert not any(unicodedata.category(c) in {"Cc", "Cf", "Cs", "Zl", "Zp"} for c in told)
+    told.encode()

@@ -1,0 +1,145 @@
+"""What nodes write to their log, and to /rosout."""
+
+from __future__ import annotations
+
+import ast
+import threading
+from pathlib import Path
+
+import pytest
+import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl import rcutils_logger
+from rclpy.node import Node
+
+from focus_planner.core.text import MAX_LINE
+from focus_planner.ros import log as log_module
+from focus_planner.ros.lifecycle import ManagedNode
+from focus_planner.ros.log import LoggedNode
+from testing.ros.lens_processes import LensProcess, Orchestrator
+from testing.ros.planner_process import PATIENCE
+
+ROS = Path(log_module.__file__).parent
+HOSTILE = "cam\x1b[2J\u202e\n[INFO] [0.1] [focus_planner]: ready\x9b\x7f\udc80"
+TOLD = r"cam\x1b[2J\u202e [INFO] [0.1] [focus_planner]: ready\x9b\x7f\udc80"
+
+
+@pytest.fixture(params=[LoggedNode, ManagedNode])
+def node(request):
+    context = Context()
+    rclpy.init(args=[], context=context)
+    node = request.param("logging", context=context, use_global_arguments=False)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+
+
+@pytest.fixture
+def logged(monkeypatch):
+    """Keep what is handed to ROS: the name, the text, and who logged it."""
+    entries = []
+
+    class Instead:
+        def __getattr__(self, name):
+            return getattr(genuine, name)
+
+        @staticmethod
+        def rclpy_logging_rcutils_log(severity, name, message, function, file, line):
+            entries.append((name, message, function, Path(file).name))
+
+    genuine = rcutils_logger._rclpy
+    monkeypatch.setattr(rcutils_logger, "_rclpy", Instead())
+    return entries
+
+
+@pytest.mark.parametrize("level", ["info", "warning", "error", "fatal"])
+def test_what_peers_send_is_logged_escaped(node, logged, level):
+    getattr(node.get_logger(), level)(f"refused {HOSTILE}")
+    ((name, text, function, file),) = logged
+    assert text == f"refused {TOLD}"
+    assert name == "logging"
+    # Throttling tells callers apart by this.
+    assert (function, file) == (test_what_peers_send_is_logged_escaped.__name__, "test_log.py")
+
+
+def test_what_is_long_is_cut(node, logged):
+    node.get_logger().info("x" * 5_000_000)
+    assert len(logged[0][1]) <= MAX_LINE
+
+
+def test_so_is_what_rclpy_logs_of_actions(node, logged):
+    node.get_logger().get_child("action_server").error(f"error in a callback: {HOSTILE}")
+    assert logged[0][:2] == ("logging.action_server", f"error in a callback: {TOLD}")
+
+
+def test_callers_are_throttled_one_by_one(node, logged):
+    for _ in range(3):
+        node.get_logger().info("one", throttle_duration_sec=1e6)
+        node.get_logger().info("two", throttle_duration_sec=1e6)
+    assert [text for _, text, *_ in logged] == ["one", "two"]
+
+
+def names(path):
+    return {
+        node.id
+        for each in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in (
+            [*each.bases]
+            if isinstance(each, ast.ClassDef)
+            else [each.func]
+            if isinstance(each, ast.Call)
+            else []
+        )
+        if isinstance(node, ast.Name)
+    }
+
+
+@pytest.mark.parametrize("path", sorted(ROS.glob("*.py")), ids=lambda path: path.stem)
+def test_no_node_has_another_log(path):
+    if path.name not in {"log.py", "lifecycle.py"}:
+        assert not names(path) & {"Node", "LifecycleNode", "get_logger"}
+
+
+# --- from a driver to the adapter's log, over DDS ------------------------------------------------
+
+
+@pytest.fixture
+def driver():
+    """A driver whose reason to refuse is made to deceive whoever reads the log."""
+
+    def refuse(_):
+        return SetParametersResult(successful=False, reason=HOSTILE[:-1] + "x" * 1_000_000)
+
+    context = Context()
+    rclpy.init(args=[], context=context)
+    node = Node("deceiver", context=context, use_global_arguments=False)
+    node.declare_parameter("ring", 1.0)
+    node.add_on_set_parameters_callback(refuse)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin)
+    thread.start()
+    orchestrator = Orchestrator(context)
+    yield orchestrator
+    orchestrator.close()
+    executor.shutdown()
+    thread.join()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+@pytest.mark.processes
+def test_a_drivers_reason_is_logged_escaped_and_cut(driver):
+    settings = {"driver": "custom", "driver_node": "/deceiver", "parameter": "ring", "unit": "m"}
+    settings |= {"cameras": ["deceived"], "retries": 0, "timeout": float(PATIENCE)}
+    adapter = LensProcess("lens_adapter", **settings)
+    adapter.wait_for_log("ready")
+    driver.plan("deceived", "a")
+    adapter.wait_for_log("refused ring")
+    assert adapter.stop() == 0
+    lines = adapter.log.splitlines()
+    assert any(TOLD.removesuffix(r"\udc80") in line for line in lines)
+    assert all(line.isprintable() and len(line) < MAX_LINE + 100 for line in lines)
+    assert not any(line.endswith("[focus_planner]: ready") for line in lines)
