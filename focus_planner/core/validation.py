@@ -38,16 +38,16 @@ class InputError(ValueError):
     """
 
     def __init__(self, argument: str, expected: str, got: str, remedy: str = "") -> None:
-        self.argument = _one_line(argument)
-        self.expected = _one_line(expected, _MAX_EXPECTED)
-        self.got = _one_line(got)
+        self.argument = one_line(argument)
+        self.expected = one_line(expected, _MAX_EXPECTED)
+        self.got = one_line(got)
         self.remedy = remedy
         tail = f"; {remedy}" if remedy else ""
         super().__init__(f"{self.argument}: expected {self.expected}, got {self.got}{tail}")
 
 
-def _one_line(text: str, max_length: int = _MAX_TEXT) -> str:
-    """Return the text as a single printable line, shortened in the middle if it is long."""
+def one_line(text: str, max_length: int = _MAX_TEXT) -> str:
+    """Return a text as a single printable line, shortened in the middle if it is long."""
     if len(text) > max_length:
         half = max_length // 2
         text = f"{text[:half]} … {text[-half:]}"

@@ -10,7 +10,8 @@ import pytest
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.lenses.calls import Timeouts
 from focus_planner.lenses.control import LensControl
-from focus_planner.lenses.driver import FocusOrder, LensStatus, Tolerance
+from focus_planner.lenses.driver import LensStatus, Tolerance
+from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.profiles import DIOPTRES, PROFILES, DriverProfile
 from testing.virtual_time import run_in_virtual_time
 
@@ -58,6 +59,12 @@ class FakeDriver:
         except asyncio.CancelledError:
             self.cancelled += 1
             raise
+
+    async def connect(self):
+        pass
+
+    def strangeness(self):
+        return ""
 
     async def list_parameters(self, names):
         await self._answer()
