@@ -10,8 +10,8 @@ import pytest
 from focus_planner.lenses.calls import Timeouts
 from focus_planner.lenses.control import LensControl
 from focus_planner.lenses.driver import LensStatus
-from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.frames import Frame, FrameLog
+from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.profiles import PROFILES
 from focus_planner.lenses.simulated_devices import PerFrameDevice
 from focus_planner.lenses.simulation import LensMechanics
