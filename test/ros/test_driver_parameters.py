@@ -10,7 +10,6 @@ import pytest
 from rcl_interfaces.msg import ParameterType, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from focus_planner.lenses.calls import Timeouts
@@ -65,22 +64,6 @@ class Driver:
     def _set(self, _, response):
         response.result = self.result
         return response
-
-
-@pytest.fixture
-def named(context):
-    """Make nodes with names, and no services of their own."""
-    nodes = []
-
-    def named(name):
-        namespace, _, name = name.rpartition("/")
-        settings = {"use_global_arguments": False, "start_parameter_services": False}
-        nodes.append(Node(name, namespace=namespace, context=context, **settings))
-        return nodes[-1]
-
-    yield named
-    for node in nodes:
-        node.destroy_node()
 
 
 @pytest.fixture
