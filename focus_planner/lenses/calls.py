@@ -10,6 +10,8 @@ from typing import Any, Protocol, TypeVar
 from focus_planner.lenses.profiles import Assignment
 
 Answer = TypeVar("Answer")
+# The values of what a driver has tell that it has it.
+_NAMING = "get_parameters or list_parameters"
 
 
 class UnreachableError(Exception):
@@ -138,7 +140,7 @@ class DriverCalls:
 
     async def having(self, names: Collection[str]) -> Collection[str]:
         """Return which of these parameters it has."""
-        return await self._call(lambda: self._driver.list_parameters(names), "list_parameters")
+        return await self._call(lambda: self._driver.list_parameters(names), _NAMING)
 
     async def set(self, values: Sequence[Assignment]) -> None:
         """Set all of these parameters or none.

@@ -18,6 +18,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from focus_planner.lenses.calls import StrangeError
 from focus_planner.lenses.profiles import Assignment
@@ -45,9 +46,16 @@ class DriverParameters:
         Full name of the driver node.
     wanted : deque of DriverParameters
         Where it queues for its clients.
+
+    Raises
+    ------
+    rclpy.exceptions.InvalidServiceNameException
+        If the name cannot be that of a node.
     """
 
     def __init__(self, node: Node, name: str, wanted: deque[DriverParameters]) -> None:
+        # Not when its clients are made, where nobody would hear of it.
+        validate_full_topic_name(f"{name}/get_parameters", is_service=True)
         self.name = name
         self._node = node
         self._wanted = wanted

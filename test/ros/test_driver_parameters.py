@@ -5,11 +5,15 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
+from contextlib import contextmanager
 
 import pytest
 from rcl_interfaces.msg import ParameterType, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
+from rclpy.context import Context
+from rclpy.exceptions import InvalidServiceNameException
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from focus_planner.lenses.calls import Timeouts
@@ -18,6 +22,7 @@ from focus_planner.lenses.driver import LensStatus
 from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.profiles import PROFILES
 from focus_planner.ros.driver_parameters import DriverClients
+from testing.ros.calls import until
 from testing.ros.planner_process import PATIENCE
 
 CAMERA_ROS = PROFILES["camera_ros"]
@@ -66,9 +71,31 @@ class Driver:
         return response
 
 
+@contextmanager
+def spinning(node):
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin)
+    thread.start()
+    try:
+        yield
+    finally:
+        executor.shutdown()
+        thread.join()
+
+
 @pytest.fixture
-def driver(named):
-    return Driver(named(NAME))
+def driver():
+    # In a process of its own, as far as the middleware knows.
+    context = Context()
+    context.init(args=[])
+    namespace, _, name = NAME.rpartition("/")
+    settings = {"use_global_arguments": False, "start_parameter_services": False}
+    node = Node(name, namespace=namespace, context=context, **settings)
+    with spinning(node):
+        yield Driver(node)
+    node.destroy_node()
+    context.try_shutdown()
 
 
 @pytest.fixture
@@ -77,16 +104,11 @@ def adapter(named):
 
 
 @pytest.fixture
-def reported(driver, adapter):
+def reported(adapter):
     """Apply an order; return the report with a verdict, and all before."""
 
     def reported(timeouts=PATIENT):
         clients = DriverClients(adapter, [NAME])
-        executor = SingleThreadedExecutor(context=adapter.context)
-        for node in (driver.node, adapter):
-            executor.add_node(node)
-        thread = threading.Thread(target=executor.spin)
-        thread.start()
 
         async def apply():
             reports, settled = [], asyncio.Event()
@@ -103,11 +125,8 @@ def reported(driver, adapter):
             await asyncio.sleep(0)
             return reports
 
-        try:
+        with spinning(adapter):
             return asyncio.run(apply())
-        finally:
-            executor.shutdown()
-            thread.join()
 
     return reported
 
@@ -195,8 +214,23 @@ def test_a_refusal_without_end(driver, reported):
     assert report.message.startswith(f"{NAME} refused AfMode = 0, LensPosition = 2.0: nono")
 
 
-def test_services_of_another_type(driver, reported):
+def until_seen(adapter, driver):
+    """Wait until the adapter can see what the driver has."""
+    namespace, _, name = NAME.rpartition("/")
+    served = {service.srv_name for service in driver.node.services}
+
+    def seen():
+        if NAME not in adapter.get_fully_qualified_node_names():
+            return False
+        found = adapter.get_service_names_and_types_by_node(name, namespace)
+        return served <= {name for name, _ in found}
+
+    until(seen)
+
+
+def test_services_of_another_type(driver, adapter, reported):
     driver.serve(get_parameters=Trigger)
+    until_seen(adapter, driver)
     (report,) = reported(HASTY)
     assert report.status is LensStatus.FAILED
     assert report.message == (
@@ -205,14 +239,18 @@ def test_services_of_another_type(driver, reported):
     )
 
 
-def test_a_node_without_parameter_services(driver, reported):
+def test_a_node_without_parameter_services(driver, adapter, reported):
+    until_seen(adapter, driver)
     (report,) = reported(HASTY)
     assert report.status is LensStatus.FAILED
     assert "found a node without get_parameters, list_parameters, set_param" in report.message
 
 
-def test_nobody(named, driver, reported):
-    driver.node.destroy_node()
-    driver.node = named("/another")
+def test_a_name_that_is_none_is_refused_at_once(adapter):
+    with pytest.raises(InvalidServiceNameException, match="Invalid service name"):
+        DriverClients(adapter, ["/cam/my-node"])
+
+
+def test_nobody(reported):
     (report,) = reported(HASTY)
     assert report.message.startswith(f"{NAME}: expected a running driver, found none; start it")
