@@ -217,7 +217,7 @@ def test_a_refusal_without_end(driver, reported):
 def until_seen(adapter, driver):
     """Wait until the adapter can see what the driver has."""
     namespace, _, name = NAME.rpartition("/")
-    served = {service.srv_name for service in driver.node.services}
+    served = {each.srv_name for each in driver.node.services if each.srv_name.startswith(NAME)}
 
     def seen():
         if NAME not in adapter.get_fully_qualified_node_names():

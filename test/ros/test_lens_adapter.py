@@ -177,7 +177,8 @@ def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     state = orchestrator.wait_for("webcam", "a", ACCEPTED)
     assert (state.unit, state.sent_value) == ("steps", 100.0)
     assert (state.read_value, state.read_distance) == (100.0, pytest.approx(0.5))
-    orchestrator.plan("webcam", "b", device_value=150.0, device_unit="steps")
+    planned = {"focus_distance": 1 / 3, "device_value": 150.0, "device_unit": "steps"}
+    orchestrator.plan("webcam", "b", **planned)
     assert orchestrator.wait_for("webcam", "b", ACCEPTED).read_value == 150.0
     assert VERIFIED not in [s.status for s in orchestrator.states("webcam", "b")]
 
