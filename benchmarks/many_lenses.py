@@ -25,12 +25,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.scenes import hall
 from benchmarks.service import running_node
+from focus_planner import cylinder_rig
 from focus_planner.ros.qos import LATCHED
 
 _CAMERAS = 1000
-_SIMULATED = (100, 400)  # each driver node has eight services
+_SIMULATED = (100, 200)  # each driver node has eight services
 _TICKS = os.sysconf("SC_CLK_TCK")
 _PATIENCE = 300.0
 
@@ -177,7 +177,7 @@ def _seconds_to_topics() -> float:
         node = client._node  # noqa: SLF001
         namespace, _, short = client._planner.rpartition("/")  # noqa: SLF001
         began = time.perf_counter()
-        client.publish_rig(hall(_CAMERAS)[1])
+        client.publish_rig(cylinder_rig(rows=10, columns=_CAMERAS // 10))
         while len(node.get_publisher_names_and_types_by_node(short, namespace)) < _CAMERAS:
             time.sleep(0.05)
         return time.perf_counter() - began
