@@ -1,7 +1,8 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
 The default ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones are ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale`` and ``cancelling``.
+the long ones are ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale``, ``cancelling`` and
+``many_lenses``.
 ``load``, ``endurance``, ``fuzz``, ``faults`` and ``limits`` test the node's guarantees under load
 and faults; the exit status is 1 if one is violated.
 """
@@ -14,7 +15,7 @@ from importlib import import_module
 from rich.console import Console
 
 _DEFAULT = ("speed", "memory", "service", "recording", "quality", "clouds")
-_LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling")
+_LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling", "many_lenses")
 _GUARANTEES = ("load", "endurance", "fuzz", "faults", "limits")
 _ALL = _DEFAULT + _LONG + _GUARANTEES
 

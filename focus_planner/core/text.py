@@ -6,6 +6,8 @@ import re
 
 #: Characters of a line, unless its reader says otherwise.
 MAX_LINE = 4000
+#: Characters of a name or reason within a line.
+MAX_REASON = 400
 
 _GAP = " … "
 _LINE_BREAK = re.compile(r"\s*[\r\n]\s*")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from focus_planner.core.text import printable
+from focus_planner.core.text import MAX_REASON, printable
 
 #: Metres. Larger coordinates are mistakes, and products of them may overflow.
 MAX_COORDINATE = 1e8
@@ -21,7 +21,7 @@ UNIT_ROUNDING = 1e-15
 
 # Longest text, in characters: messages may contain names of any length, and an error is one line
 # of a log.
-_MAX_TEXT, _MAX_EXPECTED = 400, 2000
+_MAX_EXPECTED = 2000
 _MAX_BITS = 400  # of a whole number in an error: 120 digits
 
 
@@ -40,9 +40,9 @@ class InputError(ValueError):
     """
 
     def __init__(self, argument: str, expected: str, got: str, remedy: str = "") -> None:
-        self.argument = printable(argument, _MAX_TEXT)
+        self.argument = printable(argument, MAX_REASON)
         self.expected = printable(expected, _MAX_EXPECTED)
-        self.got = printable(got, _MAX_TEXT)
+        self.got = printable(got, MAX_REASON)
         self.remedy = printable(remedy, _MAX_EXPECTED)
         tail = f"; {self.remedy}" if remedy else ""
         super().__init__(f"{self.argument}: expected {self.expected}, got {self.got}{tail}")

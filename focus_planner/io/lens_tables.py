@@ -67,8 +67,12 @@ class LensTables:
         self._check_names([camera.name for camera in rig.cameras])
         return replace(rig, cameras=tuple(map(self._with_table, rig.cameras)))
 
+    def table_of(self, camera: str) -> LensTable | None:
+        """Return a camera's table, by name; None if it has none."""
+        return self.cameras.get(camera, self.default)
+
     def _with_table(self, camera: Camera) -> Camera:
-        table = self.cameras.get(camera.name, self.default)
+        table = self.table_of(camera.name)
         if table is None or camera.lens.table is not None:
             return camera
         with errors_within(f"{self.where}: camera {camera.name}"):

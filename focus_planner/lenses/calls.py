@@ -7,9 +7,11 @@ from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from focus_planner.lenses.profiles import Assignment, Value
+from focus_planner.lenses.profiles import Assignment
 
 Answer = TypeVar("Answer")
+# The values of what a driver has tell that it has it.
+_NAMING = "get_parameters or list_parameters"
 
 
 class UnreachableError(Exception):
@@ -20,15 +22,28 @@ class RefusedError(Exception):
     """The driver refuses the value: another attempt would not help."""
 
 
+class StrangeError(RefusedError):
+    """The driver answers with what is no answer."""
+
+
 class Driver(Protocol):
-    """A driver node's parameters. Calls have no timeout of their own, and can be cancelled."""
+    """A driver node's parameters. Calls have no timeout of their own, and can be cancelled.
+
+    Where it reads answers it raises :class:`StrangeError` if they are none.
+    """
 
     @property
     def name(self) -> str:
         """Full name of the node."""
 
+    async def connect(self) -> None:
+        """Get ready to call it; only then it can be discovered."""
+
     def is_available(self) -> bool:
         """Return whether its parameter services are available."""
+
+    def strangeness(self) -> str:
+        """Return what is there in place of its parameter services; "" if nothing is."""
 
     async def list_parameters(self, names: Collection[str]) -> Collection[str]:
         """Return which of these parameters it has."""
@@ -36,7 +51,7 @@ class Driver(Protocol):
     async def set_parameters(self, values: Sequence[Assignment]) -> str | None:
         """Set all of these parameters or none; return None, or the reason why it was refused."""
 
-    async def get_parameters(self, names: Sequence[str]) -> Mapping[str, Value | None]:
+    async def get_parameters(self, names: Sequence[str]) -> Mapping[str, object]:
         """Return parameters' values; None for one without a value, or that it does not have."""
 
 
@@ -101,7 +116,13 @@ class DriverCalls:
         return self._driver.is_available()
 
     def absent(self) -> UnreachableError:
-        """Return the error that it is not running."""
+        """Return the error that it is not running, or is something else."""
+        strange = self._driver.strangeness()
+        if strange:
+            return UnreachableError(
+                f"{self.name}: expected a driver with parameter services, found {strange}; check"
+                " the adapter's parameters driver and driver_node"
+            )
         return UnreachableError(
             f"{self.name}: expected a running driver, found none; start it, and the value will be"
             " sent"
@@ -109,6 +130,7 @@ class DriverCalls:
 
     async def wait(self) -> None:
         """Wait for discovery: an order may arrive before the driver is discovered."""
+        await self._driver.connect()
         now = asyncio.get_running_loop().time
         deadline = now() + self._timeouts.timeout
         while not self._driver.is_available():
@@ -118,7 +140,7 @@ class DriverCalls:
 
     async def having(self, names: Collection[str]) -> Collection[str]:
         """Return which of these parameters it has."""
-        return await self._call(lambda: self._driver.list_parameters(names), "list_parameters")
+        return await self._call(lambda: self._driver.list_parameters(names), _NAMING)
 
     async def set(self, values: Sequence[Assignment]) -> None:
         """Set all of these parameters or none.
@@ -135,7 +157,7 @@ class DriverCalls:
             refused = ", ".join(f"{name} = {value}" for name, value in values)
             raise RefusedError(f"{self.name} refused {refused}: {reason or 'no reason given'}")
 
-    async def get(self, names: Sequence[str]) -> Mapping[str, Value | None]:
+    async def get(self, names: Sequence[str]) -> Mapping[str, object]:
         """Return parameters' values."""
         return await self._call(lambda: self._driver.get_parameters(names), "get_parameters")
 

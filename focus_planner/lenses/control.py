@@ -18,19 +18,17 @@ from focus_planner.lenses.calls import (
     UnreachableError,
 )
 from focus_planner.lenses.driver import (
-    FocusOrder,
     LensCommand,
     LensReport,
     LensStatus,
-    Time,
     Tolerance,
     command_for,
     distance_of,
 )
 from focus_planner.lenses.observation import DriverLens, Frames
+from focus_planner.lenses.orders import NO_TIME, FocusOrder, Time
 from focus_planner.lenses.profiles import DriverProfile
 
-_NO_TIME = (0, 0)
 _AS_SENT = (LensStatus.VERIFIED, LensStatus.ACCEPTED)
 # A value that a driver took and that did not arrive is sent once more.
 _ATTEMPTS = 2
@@ -42,8 +40,8 @@ class LensControl:
     Runs in the running asyncio loop, in one task, which the next order replaces. It never gives
     up: the value is sent again to a driver that was absent, did not respond or has restarted. To a
     lens that is not where it was sent it is sent once more, after ``verify_timeout`` or when a lens
-    that was there has moved since. What a driver refuses, and a lens that still differs, is
-    reported and left alone until the next order, or until the driver restarts.
+    that was there has moved since. What a driver refuses or answers strangely, and a lens that
+    still differs, is reported and left alone until the next order, or until the driver restarts.
 
     Parameters
     ----------
@@ -82,20 +80,45 @@ class LensControl:
         self._order: FocusOrder | None = None
         self._task: asyncio.Task[None] | None = None
         self._last: LensReport | None = None
+        self._refusal: LensReport | None = None
+
+    @property
+    def plan_id(self) -> str | None:
+        """Of the order in force; None if there is none."""
+        return None if self._order is None else self._order.plan_id
 
     def apply(self, order: FocusOrder) -> None:
         """Begin to carry out an order.
 
         The same order again, as a latched topic delivers it, does not disturb what is in progress.
-        A lens that was as sent is looked at once more, and set again only if it has moved.
+        A lens that was as sent is looked at once more, and set again only if it has moved. An order
+        that cannot be carried out, or is of an older plan, is refused.
         """
+        try:
+            if self._order is not None:
+                order.check_newer(self._order, self._now)
+            command = command_for(order, self._profile, self._table)
+        except InputError as error:
+            self.refuse(order.plan_id, order.focus_distance, error)
+            return
         repeated = order == self._order
         if repeated and (self._last is None or self._last.status not in _AS_SENT):
             return
         self.stop()
-        self._order = order
-        self._task = asyncio.get_running_loop().create_task(self._carry_out(order, repeated))
+        self._order, self._refusal = order, None
+        self._task = asyncio.get_running_loop().create_task(
+            self._carry_out(order, command, repeated)
+        )
         self._task.add_done_callback(partial(self._report_crash, order))
+
+    def refuse(self, plan_id: str, focus_distance: float, reason: InputError) -> None:
+        """Report that an order is none; the one in force is carried out further."""
+        refusal = LensReport(
+            plan_id, LensStatus.FAILED, focus_distance, message=str(reason), refused=True
+        )
+        if not _same(refusal, self._refusal):
+            self._refusal = refusal
+            self._on_report(refusal)
 
     def stop(self) -> None:
         """Stop carrying out the order; the lens stays as it is."""
@@ -107,12 +130,7 @@ class LensControl:
         if not task.cancelled() and (error := task.exception()):
             self._report(_failed(order, f"internal error: {type(error).__name__}: {error}"))
 
-    async def _carry_out(self, order: FocusOrder, repeated: bool) -> None:
-        try:
-            command = command_for(order, self._profile, self._table)
-        except InputError as error:
-            self._report(_failed(order, str(error)))
-            return
+    async def _carry_out(self, order: FocusOrder, command: LensCommand, repeated: bool) -> None:
         attempts = _ATTEMPTS
         if repeated:
             attempts = await self._confirm(order, command)
@@ -165,7 +183,11 @@ class LensControl:
         last = self._last
         if last is None or last.status not in (*_AS_SENT, LensStatus.DIFFERS):
             return False
-        read = await self._look(command, last, self._now(), self._timeouts.timeout)
+        try:
+            read = await self._look(command, last, self._now(), self._timeouts.timeout)
+        except RefusedError as error:
+            self._report(replace(last, status=LensStatus.FAILED, message=str(error)))
+            return False
         elsewhere = read.status is LensStatus.DIFFERS and not _equal(read, last)
         if told or elsewhere or read.status is not last.status:
             self._report(read)
@@ -189,7 +211,11 @@ class LensControl:
             self._report(sent)
             await asyncio.sleep(self._timeouts.settle_time)
             timeout = self._timeouts.verify_timeout
-            read = await self._look(command, sent, taken_at, timeout, arriving=True)
+            try:
+                read = await self._look(command, sent, taken_at, timeout, arriving=True)
+            except RefusedError as error:
+                self._report(replace(sent, status=LensStatus.FAILED, message=str(error)))
+                return
             if read.status is not LensStatus.DIFFERS:
                 break
             message = f"sent again: {read.message}"
@@ -240,7 +266,7 @@ class LensControl:
             sent,
             status=seen.status,
             read_value=seen.value,
-            read_at=_NO_TIME if unknown else seen.at or self._now(),
+            read_at=NO_TIME if unknown else seen.at or self._now(),
             read_distance=math.nan if unknown else distance_of(command, seen.value, self._table),
             message=seen.message,
         )

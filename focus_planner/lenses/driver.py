@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any
 
 from focus_planner.core.rig.lens_table import DIOPTRES, METRES, LensTable
+from focus_planner.core.text import MAX_REASON, printable
 from focus_planner.core.validation import InputError
+from focus_planner.lenses.orders import NO_TIME, FocusOrder, Time
 from focus_planner.lenses.profiles import DEVICE, DriverProfile
 from focus_planner.messages.writing import Fields, time_to_fields
 
-Time = tuple[int, int]
-
 _NAN = math.nan
-_NO_TIME = (0, 0)
 # A value that differs by more from 1 / distance, which messages hold in 64 bits, is from a table.
 _ROUNDING = 1e-9
+_HALF = 0.5
 
 
 class LensStatus(IntEnum):
@@ -29,30 +28,6 @@ class LensStatus(IntEnum):
     DIFFERS = 3
     FAILED = 4
     ACCEPTED = 5
-
-
-@dataclass(frozen=True)
-class FocusOrder:
-    """Where a lens is to focus.
-
-    Attributes
-    ----------
-    plan_id : str
-    focus_distance : float
-        [m], along the optical axis from the centre of projection.
-    planned : bool
-        Whether the message has a planned distance at all.
-    device_value : float or None
-        The value for the distance in the planner's lens table; None without one.
-    device_unit : str
-        Its unit; "" without a table.
-    """
-
-    plan_id: str
-    focus_distance: float
-    planned: bool = True
-    device_value: float | None = None
-    device_unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,7 +71,8 @@ class Tolerance:
 class LensReport:
     """How far a lens has applied a plan: the fields of ``LensState`` without name and stamp.
 
-    Times are seconds and nanoseconds.
+    Times are seconds and nanoseconds. With ``refused`` the order was none, and nothing was done:
+    the one before, if there was one, is still in force.
     """
 
     plan_id: str
@@ -104,27 +80,16 @@ class LensReport:
     planned_distance: float
     unit: str = ""
     sent_value: float = field(default=_NAN)
-    sent_at: Time = _NO_TIME
+    sent_at: Time = NO_TIME
     read_value: float = field(default=_NAN)
-    read_at: Time = _NO_TIME
+    read_at: Time = NO_TIME
     read_distance: float = field(default=_NAN)
     message: str = ""
-
-
-def order_from_message(message: Any) -> FocusOrder:
-    """Return the order in a ``CameraFocus`` message."""
-    has_value = message.device_unit != "" and math.isfinite(message.device_value)
-    return FocusOrder(
-        plan_id=message.plan_id,
-        focus_distance=float(message.focus_distance),
-        planned=message.status != 0,
-        device_value=float(message.device_value) if has_value else None,
-        device_unit=message.device_unit if has_value else "",
-    )
+    refused: bool = False
 
 
 def report_to_fields(report: LensReport, name: str, stamp: Time) -> Fields:
-    """Return the fields of a ``LensState`` message."""
+    """Return the fields of a ``LensState`` message: texts, such as a driver's reason, are cut."""
     return {
         "header": {"stamp": time_to_fields(stamp)},
         "name": name,
@@ -137,7 +102,7 @@ def report_to_fields(report: LensReport, name: str, stamp: Time) -> Fields:
         "read_value": report.read_value,
         "read_at": time_to_fields(report.read_at),
         "read_distance": report.read_distance,
-        "message": report.message,
+        "message": printable(report.message, MAX_REASON),
     }
 
 
@@ -205,6 +170,7 @@ def _device_value(
             "give the planner and the adapter the same lens tables",
         )
     if order.device_value is not None and _takes(profile, order.device_unit):
+        _check_by_table(order, order.device_value, profile, table)
         return order.device_value, order.device_unit
     if table is not None and _takes(profile, table.unit):
         return table.value_at(order.focus_distance), table.unit
@@ -217,6 +183,24 @@ def _device_value(
             "give the planner or this adapter lens tables",
         )
     return plain, profile.unit
+
+
+def _check_by_table(
+    order: FocusOrder, value: float, profile: DriverProfile, table: LensTable | None
+) -> None:
+    """Raise unless a planner's value is the adapter's own for the same distance."""
+    if table is None:
+        return
+    own = table.value_at(order.focus_distance)
+    # Only where the driver takes whole values is the planner's rounded, and the table's may not be.
+    rounding = _HALF if profile.whole else 0.0
+    if abs(value - own) > rounding + _ROUNDING * max(abs(own), 1.0):
+        raise InputError(
+            "device_value",
+            f"{own:g} {table.unit} for {order.focus_distance:g} m, as in the adapter's lens tables",
+            f"{value:g}",
+            "give the planner and the adapter the same lens tables",
+        )
 
 
 def _takes(profile: DriverProfile, unit: str) -> bool:

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from focus_planner.core.validation import InputError
-from focus_planner.lenses.driver import Time
-from focus_planner.lenses.profiles import Value
+from focus_planner.lenses.orders import Time
 
 #: camera_ros gives this to the frames of every camera unless its parameter ``frame_id`` is set.
 UNNAMED = "camera"
@@ -67,7 +66,7 @@ class FrameSource:
     hardware_id: str = ""
 
     @classmethod
-    def of(cls, frame_id: Value | None, camera: Value | None) -> FrameSource | None:
+    def of(cls, frame_id: object, camera: object) -> FrameSource | None:
         """Return the source that a driver's parameters describe; None without a frame_id."""
         if not isinstance(frame_id, str):
             return None

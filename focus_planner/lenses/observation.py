@@ -14,9 +14,10 @@ from typing import Protocol
 
 from focus_planner.core.validation import InputError
 from focus_planner.lenses.calls import DriverCalls, RefusedError
-from focus_planner.lenses.driver import LensStatus, Time, Tolerance
+from focus_planner.lenses.driver import LensStatus, Tolerance
 from focus_planner.lenses.frames import AGREEING, RESOLUTION, Frame, FrameSource
-from focus_planner.lenses.profiles import Assignment, DriverProfile, Value
+from focus_planner.lenses.orders import Time
+from focus_planner.lenses.profiles import Assignment, DriverProfile
 
 
 class Frames(Protocol):
@@ -163,12 +164,11 @@ class DriverLens:
             waiting=True,
         )
 
-    def _judge_parameters(self, value: float, values: Mapping[str, Value | None]) -> Observation:
+    def _judge_parameters(self, value: float, values: Mapping[str, object]) -> Observation:
         name, read = self._profile.parameter, values.get(self._profile.parameter)
-        if not isinstance(read, (int, float)):
-            return self._differs(
-                math.nan, f"expected to read back a number for {name}, got none; restart the driver"
-            )
+        if isinstance(read, bool) or not isinstance(read, (int, float)):
+            what = "none; restart the driver" if read is None else f"{_described(read)}; {_NO_LENS}"
+            return self._differs(math.nan, f"expected to read back a number for {name}, got {what}")
         for switch, wanted in self._first:
             if values.get(switch) not in (wanted, None):
                 return self._differs(
@@ -213,6 +213,13 @@ class DriverLens:
         return Observation(LensStatus.ACCEPTED, value, None, message, waiting)
 
 
+def _described(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"the text {value!r}" if isinstance(value, str) else "a list"
+
+
+_NO_LENS = "this parameter moves no lens: check the adapter's parameters driver and parameter"
 _OF_THE_LENS = (
     "the lens is slow, at a limit or has backlash: raise verify_timeout or tolerance, or always"
     " approach from one side"

@@ -47,6 +47,12 @@ class Limits:
         _check("rig", cameras, "cameras", self.max_cameras, "max_cameras", "plan it in parts")
 
 
+def check_bytes(what: str, payload: bytes, most: int) -> None:
+    """Raise ``InputError`` if a serialized message is longer than any of its kind need be."""
+    if len(payload) > most:
+        raise InputError(what, f"at most {most:,} bytes", f"{len(payload):,}")
+
+
 def _check(
     argument: str, count: int, of_what: str, limit: float, parameter: str, remedy: str
 ) -> None:

@@ -30,6 +30,7 @@ MARKERS = "visualization_msgs/msg/MarkerArray"
 MESH, CLOUD = "shape_msgs/msg/Mesh", "sensor_msgs/msg/PointCloud2"
 POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
 PLAN, LENS_STATE = f"{PACKAGE}/msg/FocusPlan", f"{PACKAGE}/msg/LensState"
+ORDER = f"{PACKAGE}/msg/CameraFocus"
 _ENCAPSULATION = 4
 _LITTLE_ENDIAN = {b"\x00\x00": False, b"\x00\x01": True}
 # Raised by the library on corrupt bytes.

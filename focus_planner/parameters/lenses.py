@@ -324,5 +324,5 @@ def _tables(path: str, cameras: Iterable[str]) -> dict[str, LensTable]:
     if not path:
         return {}
     tables = load_lens_tables(path)
-    found = {camera: tables.cameras.get(camera, tables.default) for camera in cameras}
+    found = {camera: tables.table_of(camera) for camera in cameras}
     return {camera: table for camera, table in found.items() if table is not None}

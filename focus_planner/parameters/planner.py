@@ -352,6 +352,15 @@ DECLARATIONS = (
         plans=False,
     ),
     Declaration(
+        "lens_tolerance",
+        0.1,
+        "By how much what was read back of a lens may differ from the planned distance, in dioptres"
+        " (1/m), if whoever publishes ~/lens_states says that the lens is there. States that differ"
+        " by more are refused, with a warning in /diagnostics. A change applies at once.",
+        high=1000.0,
+        plans=False,
+    ),
+    Declaration(
         "max_input_age",
         0.0,
         "Age from which /diagnostics reports a surface or a rig as old, in seconds; it is used all"
@@ -397,6 +406,9 @@ class Serving:
         How many requests may wait.
     status_period : float
         Seconds between two reports.
+    lens_tolerance : float
+        By how much the distance read back of a lens that is said to be there may differ from the
+        planned one, dioptres.
     max_input_age : float
         Age from which an input is reported as old, seconds.
     max_planning_time : float
@@ -410,6 +422,7 @@ class Serving:
     service_max_wait: float = 5.0
     max_waiting: int = 100
     status_period: float = 1.0
+    lens_tolerance: float = 0.1
     max_input_age: float = math.inf
     max_planning_time: float = math.inf
     max_memory: int = 0
@@ -517,6 +530,7 @@ class Settings:
                 service_max_wait=values["service_max_wait"],
                 max_waiting=values["max_waiting"],
                 status_period=values["status_period"],
+                lens_tolerance=values["lens_tolerance"],
                 max_input_age=values["max_input_age"] or math.inf,
                 max_planning_time=values["max_planning_time"] or math.inf,
                 max_memory=values["max_memory"],

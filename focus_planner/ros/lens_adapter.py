@@ -5,30 +5,26 @@ from __future__ import annotations
 import asyncio
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 from focus_planner_msgs.msg import CameraFocus, LensState
-from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
-from rclpy.client import Client
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.node import Node
-from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.task import Future
 
+from focus_planner.core.text import MAX_REASON, printable
+from focus_planner.core.validation import InputError
 from focus_planner.lenses.control import LensControl
-from focus_planner.lenses.driver import (
-    LensReport,
-    Time,
-    order_from_message,
-    report_to_fields,
-)
-from focus_planner.lenses.profiles import Assignment, Value
+from focus_planner.lenses.driver import LensReport, report_to_fields
+from focus_planner.lenses.orders import MAX_ORDER_BYTES, Time, order_from_message
+from focus_planner.messages.limits import check_bytes
+from focus_planner.messages.reading import Message
+from focus_planner.messages.typestore import ORDER, deserialize
 from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, AdapterSettings
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.driver_parameters import DriverClients
 from focus_planner.ros.lens_frames import PolledFrames
 from focus_planner.ros.log import LoggedNode
 from focus_planner.ros.process import declare, run, spinning
@@ -37,47 +33,8 @@ from focus_planner.ros.supervisor import Supervisor
 
 # Every default callback is one more entity per camera for the executor to wait on.
 _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
-
-
-class DriverParameters:
-    """The parameters of a driver node, for :class:`LensControl`.
-
-    Calls are made in an asyncio loop, and responses arrive on the executor's thread. A cancelled
-    call is forgotten at once.
-    """
-
-    def __init__(self, node: Node, name: str) -> None:
-        self.name = name
-        self._list = node.create_client(ListParameters, f"{name}/list_parameters")
-        self._set = node.create_client(SetParametersAtomically, f"{name}/set_parameters_atomically")
-        self._get = node.create_client(GetParameters, f"{name}/get_parameters")
-        self._was_available = False
-
-    def is_available(self) -> bool:
-        """Return whether its parameter services are available."""
-        # They are discovered one by one but disappear together, and every check takes time.
-        clients = [self._set] if self._was_available else [self._set, self._get, self._list]
-        self._was_available = all(client.service_is_ready() for client in clients)
-        return self._was_available
-
-    async def list_parameters(self, names: Collection[str]) -> Collection[str]:
-        """Return which of these parameters it has."""
-        answer = await _call(self._list, ListParameters.Request(prefixes=list(names)))
-        return set(names).intersection(answer.result.names)
-
-    async def set_parameters(self, values: Sequence[Assignment]) -> str | None:
-        """Set all of these parameters or none; return None, or the reason why it was refused."""
-        parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values]
-        answer = await _call(self._set, SetParametersAtomically.Request(parameters=parameters))
-        return None if answer.result.successful else str(answer.result.reason)
-
-    async def get_parameters(self, names: Sequence[str]) -> Mapping[str, Value | None]:
-        """Return parameters' values; None for one without a value, or that it does not have."""
-        answer = await _call(self._get, GetParameters.Request(names=list(names)))
-        values = [parameter_value_to_python(value) for value in answer.values]
-        # A driver that lacks one of them answers with none.
-        found = dict(zip(names, values, strict=False))
-        return {name: found.get(name) for name in names}
+# Between two lines on messages that are no orders, seconds.
+_SELDOM = 1.0
 
 
 class LensAdapter(LoggedNode):
@@ -98,7 +55,8 @@ class LensAdapter(LoggedNode):
 
     Calls
     -----
-    <driver node>/list_parameters, set_parameters_atomically, get_parameters
+    <driver node>/set_parameters_atomically, get_parameters
+    <driver node>/list_parameters, of drivers whose values do not tell what they have
 
     Parameters are those of :mod:`focus_planner.parameters.lenses`.
 
@@ -113,7 +71,8 @@ class LensAdapter(LoggedNode):
         values = declare(self, ADAPTER_DECLARATIONS)
         settings = AdapterSettings.from_values(values, self.get_namespace())
         self._loop: asyncio.AbstractEventLoop
-        self._states: dict[str, LensState] = {}
+        # The newest of each camera's order in force, and of one refused since.
+        self._states: dict[tuple[str, bool], LensState] = {}
         self._publisher = self.create_publisher(
             LensState,
             f"{settings.planner}/lens_states",
@@ -123,7 +82,7 @@ class LensAdapter(LoggedNode):
             ),
         )
         names = {lens.node for lens in settings.lenses.values()}
-        self._drivers = {name: DriverParameters(self, name) for name in sorted(names)}
+        self._driver_clients = DriverClients(self, sorted(names))
         has_frames = any(lens.profile.frames for lens in settings.lenses.values())
         self._frames = PolledFrames(self, len(names), [settings.planner]) if has_frames else None
         self._controls = {camera: self._control(camera, settings) for camera in settings.lenses}
@@ -148,10 +107,15 @@ class LensAdapter(LoggedNode):
         """Have both threads, while they work, tell that they are alive."""
         supervisor.watch(self, self._loop.call_soon_threadsafe)
 
+    def close(self) -> None:
+        """Destroy the node, once nothing spins it any more."""
+        self._driver_clients.destroy()
+        self.destroy_node()
+
     def _control(self, camera: str, settings: AdapterSettings) -> LensControl:
         lens = settings.lenses[camera]
         return LensControl(
-            self._drivers[lens.node],
+            self._driver_clients.drivers[lens.node],
             lens.profile,
             partial(self._publish, camera),
             self._time,
@@ -162,14 +126,28 @@ class LensAdapter(LoggedNode):
         )
 
     def _subscribe(self, camera: str, topic: str) -> None:
-        receive = partial(self._receive, camera)
-        self.create_subscription(CameraFocus, topic, receive, LATCHED, event_callbacks=_NO_EVENTS)
+        # In bytes: the executor ends at a message that it cannot read.
+        self.create_subscription(
+            CameraFocus,
+            topic,
+            partial(self._receive, camera),
+            LATCHED,
+            event_callbacks=_NO_EVENTS,
+            raw=True,
+        )
 
     # What follows runs on the executor's thread.
 
-    def _receive(self, camera: str, message: CameraFocus) -> None:
-        order = order_from_message(message)
-        self._loop.call_soon_threadsafe(self._controls[camera].apply, order)
+    def _receive(self, camera: str, payload: bytes) -> None:
+        try:
+            check_bytes("CameraFocus message", payload, MAX_ORDER_BYTES)
+            message = deserialize(ORDER, payload)
+        except InputError as error:
+            self.get_logger().warning(
+                f"{camera}: refused an order: {error}", throttle_duration_sec=_SELDOM
+            )
+            return
+        self._loop.call_soon_threadsafe(self._obey, camera, message)
 
     def _on_match(self, event: Any) -> None:
         # The latched history need not contain every camera's newest state.
@@ -178,19 +156,36 @@ class LensAdapter(LoggedNode):
 
     # What follows runs in the loop.
 
+    def _obey(self, camera: str, message: Message) -> None:
+        control = self._controls[camera]
+        try:
+            order = order_from_message(message, camera)
+        except InputError as error:
+            control.refuse(printable(message.plan_id, MAX_REASON), message.focus_distance, error)
+        else:
+            control.apply(order)
+
     def _publish_all(self) -> None:
         for state in self._states.values():
             self._publisher.publish(state)
 
     def _publish(self, camera: str, report: LensReport) -> None:
-        fields = report_to_fields(report, camera, self._time())
-        self._states[camera] = message_to_ros(LensState, fields)
-        self._publisher.publish(self._states[camera])
         self._log(camera, report)
+        if report.refused and report.plan_id == self._controls[camera].plan_id:
+            return  # no word of the lens, which that plan's own order has set
+        state = message_to_ros(LensState, report_to_fields(report, camera, self._time()))
+        self._states.pop((camera, True), None)
+        self._states[camera, report.refused] = state
+        self._publisher.publish(state)
 
     def _log(self, camera: str, report: LensReport) -> None:
-        if report.message:
-            self.get_logger().warning(f"{camera}: {report.message}")
+        if report.refused:
+            self.get_logger().warning(
+                f"{camera}: refused an order: {printable(report.message, MAX_REASON)}",
+                throttle_duration_sec=_SELDOM,
+            )
+        elif report.message:
+            self.get_logger().warning(f"{camera}: {printable(report.message, MAX_REASON)}")
         else:
             self.get_logger().debug(f"{camera}: {report.status.name.lower()} {report.sent_value:g}")
 
@@ -203,22 +198,6 @@ class LensAdapter(LoggedNode):
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-
-
-async def _call(client: Client, request: Any) -> Any:
-    loop = asyncio.get_running_loop()
-    response: asyncio.Future[Any] = loop.create_future()
-    call = client.call_async(request)
-    call.add_done_callback(lambda done: loop.call_soon_threadsafe(_hand_over, done, response))
-    try:
-        return await response
-    finally:
-        client.remove_pending_request(call)
-
-
-def _hand_over(call: Future, response: asyncio.Future[Any]) -> None:
-    if not response.done():
-        response.set_result(call.result())
 
 
 def _states_qos(cameras: int) -> QoSProfile:
@@ -244,6 +223,7 @@ def _serve(wait: Callable[[], None]) -> None:
             supervisor.ready()
             wait()
             supervisor.stopping()
+    adapter.close()
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from focus_planner.lenses.driver import Time
 from focus_planner.lenses.frames import Frame, FrameLog, FrameSource, frame_from_message, unclear
+from focus_planner.lenses.orders import Time
 
 TOPIC = "/diagnostics"
 # Of every camera more than arrives between two looks, beside what others publish there.

@@ -15,19 +15,15 @@ from contextlib import ExitStack
 from datetime import datetime, timezone
 from functools import partial
 
-from focus_planner_msgs.msg import LensState
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.subscription import Subscription
 
-from focus_planner.core.validation import InputError
-from focus_planner.messages.typestore import LENS_STATE, deserialize
 from focus_planner.parameters.planner import Settings
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.diagnostics import DiagnosticsPublisher
+from focus_planner.ros.lens_states import LensStates
 from focus_planner.ros.lifecycle import ManagedNode
 from focus_planner.ros.node_parameters import Parameters
 from focus_planner.ros.plan_publisher import PlanPublisher
@@ -45,12 +41,6 @@ from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied
 from focus_planner.runtime.status import PlannerReport, Snapshot
 
-# All lenses of a large rig may report at once.
-_LENS_STATES = QoSProfile(
-    depth=10_000,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
 # Between checks for overdue requests and due reports, seconds.
 _TICK = 0.1
 # Less than launch and systemd wait before they kill a process.
@@ -134,7 +124,7 @@ class PlannerNode(ManagedNode):
         )
         self._planning: PlanningThread | None = None
         self._inputs: Subscriptions | None = None
-        self._lens_states: Subscription | None = None
+        self._lens_states = LensStates(self, self._status, self._current_settings)
         self._publishers_checked = 0.0
         self._stopping = threading.Event()
         self._supervisor = Supervisor()
@@ -263,14 +253,7 @@ class PlannerNode(ManagedNode):
             self._planning.receive_rig,
             self._planning.note_unheard,
         )
-        self._lens_states = self.create_subscription(
-            LensState,
-            "~/lens_states",
-            self._receive_lens_state,
-            _LENS_STATES,
-            callback_group=self._receiving,
-            raw=True,
-        )
+        self._lens_states.open(self._receiving)
         self._server.open(self._planning, self._inputs)
 
     def _release(self, timeout: float) -> bool:
@@ -280,21 +263,14 @@ class PlannerNode(ManagedNode):
             return True
         if self._inputs:
             self._inputs.destroy()
-        if self._lens_states:
-            self.destroy_subscription(self._lens_states)
-        self._inputs = self._lens_states = None
+        self._lens_states.close()
+        self._inputs = None
         self._server.close_when_answered()
         planning.stop()
         self._server.finish_answered()
         return planning.finish(timeout)
 
     # --- callbacks -----------------------------------------------------------------------------
-
-    def _receive_lens_state(self, payload: bytes) -> None:
-        try:
-            self._status.reported(deserialize(LENS_STATE, payload))
-        except (InputError, AssertionError, ValueError, UnicodeError) as error:
-            self.get_logger().warning(f"refused a lens state: {error}", throttle_duration_sec=1.0)
 
     def _tick(self) -> None:
         self._plans.repeat_if_due()
@@ -309,6 +285,7 @@ class PlannerNode(ManagedNode):
         if self._inputs and time.monotonic() - self._publishers_checked >= period:
             self._publishers_checked = time.monotonic()
             self._inputs.check_publishers()
+            self._lens_states.check_publishers()
 
     def _current_settings(self) -> Settings:
         return self._settings.current
@@ -328,7 +305,7 @@ class PlannerNode(ManagedNode):
 
     def _diagnose(self) -> Iterator[Diagnosis]:
         now = datetime.now(timezone.utc)
-        return diagnose(self._report(), self._status.lens_counts, self._settings.current, now)
+        return diagnose(self._report(), self._status.lens_summary, self._settings.current, now)
 
     def _step(self, spin_once: Callable[[], None]) -> None:
         """Let the executor take a step; log what goes wrong."""

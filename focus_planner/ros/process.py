@@ -6,13 +6,14 @@ import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args, try_shutdown
@@ -69,17 +70,35 @@ def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[st
 
 @contextmanager
 def spinning(nodes: Sequence[Node]) -> Iterator[None]:
-    """Spin nodes on a thread of its own."""
+    """Spin nodes on a thread of its own; what a callback raises is logged."""
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, name="executor")
+    ended = threading.Event()
+
+    def spin() -> None:
+        while not ended.is_set() and executor.context.ok():
+            _step(executor, nodes[0], ended)
+
+    thread = threading.Thread(target=spin, name="executor")
     thread.start()
     try:
         yield
     finally:
+        ended.set()
         executor.shutdown()
         thread.join()
+
+
+def _step(executor: SingleThreadedExecutor, node: Node, ended: threading.Event) -> None:
+    """Let the executor take a step; log what goes wrong, unless that is the end."""
+    try:
+        executor.spin_once()
+    except ExternalShutdownException:
+        pass
+    except Exception:  # noqa: BLE001 - no message may end the process's other work
+        if not ended.is_set():
+            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
 
 def _refuse_others(program: str, args: list[str] | None) -> None:

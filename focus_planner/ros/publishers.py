@@ -32,9 +32,9 @@ def unheard_publishers(
     never, missed = [], []
     for publisher in node.get_publishers_info_by_topic(topic):
         reasons = list(_incompatible(publisher, topic, type_name, wanted))
-        never += [f"{_name(publisher)} {reason}" for reason in reasons]
+        never += [f"{publisher_name(publisher)} {reason}" for reason in reasons]
         if not reasons and not received:
-            missed.append(f"{_name(publisher)} {_missed(publisher, topic, wanted)}")
+            missed.append(f"{publisher_name(publisher)} {_missed(publisher, topic, wanted)}")
     return Unheard(tuple(dict.fromkeys(never)), tuple(dict.fromkeys(missed)))
 
 
@@ -88,7 +88,8 @@ def _override(topic: str, policy: str) -> str:
     return f"qos_overrides.{topic}.subscription.{policy}"
 
 
-def _name(publisher: TopicEndpointInfo) -> str:
+def publisher_name(publisher: TopicEndpointInfo) -> str:
+    """Return the full name of a publisher's node, or that it is not known."""
     if publisher.node_name == _UNKNOWN:
         return "a publisher"
     return f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"

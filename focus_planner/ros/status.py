@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter
+from collections.abc import Sequence
 from datetime import datetime, timezone
 from threading import Lock
 
@@ -12,12 +13,14 @@ from focus_planner_msgs.msg import CameraFocus, FocusPlan, InputStatus, LensStat
 from rclpy.node import Node
 
 from focus_planner.core.validation import InputError
+from focus_planner.io.lens_tables import LensTables
+from focus_planner.lenses.claims import check_claim, without_long_texts
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import fields_of
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.qos import LATCHED
-from focus_planner.runtime.status import PlannerReport, input_to_fields
+from focus_planner.runtime.status import LensSummary, PlannerReport, input_to_fields
 
 # Between messages about changes.
 _MIN_PERIOD = 0.1
@@ -39,6 +42,9 @@ class StatusPublisher:
         self._publisher = node.create_publisher(PlannerStatus, "~/status", LATCHED)
         self._message = PlannerStatus()
         self._places: dict[str, int] = {}
+        self._cameras: Sequence[CameraFocus] = ()
+        self._publishers: list[str] = []
+        self._refused, self._refusal = 0, ""
         self._lock = Lock()
         self._has_changed = True
         self._published = 0.0
@@ -53,33 +59,60 @@ class StatusPublisher:
             message.plan_surface, message.plan_rig = plan.surface, plan.rig
             message.lenses = lenses
             self._places = {lens.name: place for place, lens in enumerate(lenses)}
+            self._cameras = plan.cameras
+            self._refused, self._refusal = 0, ""
 
-    def reported(self, state: Message) -> bool:
+    def reported(self, state: Message, tolerance: float, tables: LensTables | None = None) -> bool:
         """Note the state of a lens; return False if it is about another plan.
+
+        Parameters
+        ----------
+        state
+            A ``LensState`` message.
+        tolerance : float
+            As :func:`focus_planner.lenses.claims.check_claim` has it.
+        tables : LensTables, optional
+            The planner's.
 
         Raises
         ------
         InputError
-            If its status is unknown.
+            If it does not fit the plan in force.
         """
-        if state.status not in set(LensStatus):
-            expected = f"{min(LensStatus)} to {max(LensStatus)}, as LensState names them"
-            raise InputError("status", expected, str(state.status))
         with self._lock:
             message = self._message
-            place = self._places.get(state.name)
-            if place is None or state.plan_id != message.plan_id:
+            if not message.plan_id or state.plan_id != message.plan_id:
                 return False
+            place = self._places.get(state.name)
+            if place is None:
+                raise InputError("name", "a camera of the plan in force", repr(state.name))
+            table = tables.table_of(state.name) if tables else None
+            check_claim(state, self._cameras[place], tolerance, table)
+            state.unit, state.message = without_long_texts(state)
             self._has_changed = True
-            lens = message_to_ros(LensState, fields_of(state))
-            lens.planned_distance = message.lenses[place].planned_distance
-            message.lenses[place] = lens
+            message.lenses[place] = message_to_ros(LensState, fields_of(state))
         return True
+
+    def refused(self, reason: str) -> None:
+        """Note that the state of a lens was refused."""
+        with self._lock:
+            self._refused, self._refusal = self._refused + 1, reason
+
+    def published_by(self, names: Sequence[str]) -> None:
+        """Note the full names of the nodes that publish states of lenses."""
+        if list(names) != self._publishers:
+            self._publishers, self._has_changed = list(names), True
+
+    @property
+    def publishers_in_words(self) -> str:
+        """The nodes that publish states of lenses."""
+        return ", ".join(self._publishers)
 
     def clear(self) -> None:
         """Forget the plan and its lenses."""
         with self._lock:
-            self._message, self._places = PlannerStatus(), {}
+            self._message, self._places, self._cameras = PlannerStatus(), {}, ()
+            self._refused, self._refusal = 0, ""
             self._has_changed, self._published = True, 0.0
 
     def changed(self) -> None:
@@ -87,10 +120,11 @@ class StatusPublisher:
         self._has_changed = True
 
     @property
-    def lens_counts(self) -> Counter[int]:
-        """How many lenses of the plan in force are in which status."""
+    def lens_summary(self) -> LensSummary:
+        """What is known of the lenses of the plan in force."""
         with self._lock:
-            return self._count()
+            publishers = self.publishers_in_words
+            return LensSummary(self._count(), self._refused, self._refusal, publishers)
 
     def publish_if_due(self, report: PlannerReport, period: float) -> None:
         """Publish if something has changed, or ``period`` seconds have passed."""
@@ -118,6 +152,7 @@ class StatusPublisher:
             message.differ = counts[LensStatus.DIFFERS]
             message.failed = counts[LensStatus.FAILED]
             message.accepted = counts[LensStatus.ACCEPTED]
+            message.lens_state_publishers = self._publishers
             self._publisher.publish(message)
 
     def _count(self) -> Counter[int]:

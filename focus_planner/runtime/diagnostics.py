@@ -18,7 +18,7 @@ from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.writing import Fields
 from focus_planner.parameters.planner import Settings
 from focus_planner.runtime.inputs import InputState
-from focus_planner.runtime.status import LastRun, PlannerReport, age_of
+from focus_planner.runtime.status import LastRun, LensSummary, PlannerReport, age_of
 
 # As a part of all memory: near what is left when Linux begins to kill processes.
 _LOW_MEMORY = 0.05
@@ -69,15 +69,14 @@ class Diagnosis:
 
 
 def diagnose(
-    report: PlannerReport, lenses: Counter[int], settings: Settings, now: datetime
+    report: PlannerReport, lenses: LensSummary, settings: Settings, now: datetime
 ) -> Iterator[Diagnosis]:
     """Yield what is published of a planner.
 
     Parameters
     ----------
     report : PlannerReport
-    lenses : Counter
-        How many lenses are in which :class:`LensStatus`.
+    lenses : LensSummary
     settings : Settings
     now : datetime
     """
@@ -86,7 +85,8 @@ def diagnose(
     yield diagnose_input(snapshot.surface, now, max_age)
     yield diagnose_input(snapshot.rig, now, max_age)
     yield diagnose_last_run(snapshot.last_run)
-    yield diagnose_cameras(snapshot.last_run, lenses)
+    yield diagnose_cameras(snapshot.last_run, lenses.counts)
+    yield diagnose_lens_states(lenses)
     yield diagnose_recorder(
         settings.recording.directory, report.recording_failure, report.runs_to_write
     )
@@ -166,6 +166,20 @@ def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:
         return Diagnosis("cameras", Level.WARN, bad + rest, values)
     good = "all see the surface" if plan else "no plan yet"
     return Diagnosis("cameras", Level.OK, good + rest, values)
+
+
+def diagnose_lens_states(lenses: LensSummary) -> Diagnosis:
+    """Return who publishes states of lenses, and whether some were refused."""
+    values = {
+        "published by": lenses.publishers,
+        "refused": str(lenses.refused),
+        "last refused": lenses.refusal,
+    }
+    by = f"published by {lenses.publishers}" if lenses.publishers else "nobody publishes any"
+    if lenses.refused:
+        bad = f"refused since the plan: {lenses.refused}, the last: {lenses.refusal}; {by}"
+        return Diagnosis("lens states", Level.WARN, bad, values)
+    return Diagnosis("lens states", Level.OK, by, values)
 
 
 def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagnosis:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import Any
@@ -47,6 +48,28 @@ class Snapshot:
     surface: InputState = _NO_SURFACE
     rig: InputState = _NO_RIG
     last_run: LastRun | None = None
+
+
+@dataclass(frozen=True)
+class LensSummary:
+    """What is known of the lenses of the plan in force.
+
+    Attributes
+    ----------
+    counts : Counter
+        How many lenses are in which :class:`focus_planner.lenses.driver.LensStatus`.
+    refused : int
+        How many states of lenses were refused since the plan.
+    refusal : str
+        Why the last one was.
+    publishers : str
+        The nodes that publish such states.
+    """
+
+    counts: Counter[int]
+    refused: int = 0
+    refusal: str = ""
+    publishers: str = ""
 
 
 @dataclass(frozen=True)

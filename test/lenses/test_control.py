@@ -8,9 +8,10 @@ from dataclasses import replace
 import pytest
 
 from focus_planner.core.rig.lens_table import LensTable
-from focus_planner.lenses.calls import Timeouts
+from focus_planner.lenses.calls import StrangeError, Timeouts
 from focus_planner.lenses.control import LensControl
-from focus_planner.lenses.driver import FocusOrder, LensStatus, Tolerance
+from focus_planner.lenses.driver import LensStatus, Tolerance
+from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.profiles import DIOPTRES, PROFILES, DriverProfile
 from testing.virtual_time import run_in_virtual_time
 
@@ -58,6 +59,12 @@ class FakeDriver:
         except asyncio.CancelledError:
             self.cancelled += 1
             raise
+
+    async def connect(self):
+        pass
+
+    def strangeness(self):
+        return ""
 
     async def list_parameters(self, names):
         await self._answer()
@@ -296,7 +303,7 @@ def test_a_silent_driver_fails_and_is_tried_again():
 
     reports = run_in_virtual_time(run())
     assert reports[0].status is FAILED
-    assert "expected a response from list_parameters within 0.05 s, got none" in reports[0].message
+    assert "expected a response from get_parameters or list_parameters within" in reports[0].message
 
 
 def test_a_driver_that_dies_under_way_keeps_what_it_was_told():
@@ -590,3 +597,109 @@ def test_a_bug_is_told_and_the_next_order_is_applied():
 
     reports = run_in_virtual_time(run())
     assert reports[1].message == "internal error: KeyError: 'bug'"
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (FocusOrder("bad", -1.0), "focus_distance: expected a distance above 0 m, got -1"),
+        (FocusOrder("bad", math.nan), "focus_distance: expected a distance above 0 m, got nan"),
+        (FocusOrder("bad", 0.5, planned=False), "status: expected a planned status"),
+        (FocusOrder("bad", 5.0), "focus distance: expected 0.25 to 1 m"),
+        (
+            FocusOrder("bad", 0.5, device_value=150.0, device_unit="steps"),
+            (
+                "device_value: expected 100 steps for 0.5 m, as in the adapter's lens tables, got"
+                " 150; give the planner and the adapter the same lens tables"
+            ),
+        ),
+        (
+            FocusOrder("bad", 0.4, planned_at=(1, 0)),
+            "header.stamp: expected a plan made after 'plan 1', which is in force here",
+        ),
+    ],
+)
+def test_what_is_no_order_costs_nothing_of_the_one_in_force(bad, words):
+    driver = FakeDriver(focus_absolute=0, focus_auto=True)
+    table = LensTable("steps", distances=(0.25, 1.0), values=(200.0, 50.0))
+
+    async def run():
+        lens, reports = control(
+            driver, PROFILES["v4l2_camera"], replace(QUICK, watch_period=0.03), table=table
+        )
+        assert lens.plan_id is None
+        lens.apply(replace(ORDER, planned_at=(2, 0)))
+        await until(lambda: len(reports) == 2)
+        for _ in range(2):
+            lens.apply(bad)
+        assert lens.plan_id == "plan 1"
+        driver.values["focus_absolute"] = 60
+        await until(lambda: len(reports) == 6)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    told = [report.status for report in reports]
+    assert told == [SENT, ACCEPTED, FAILED, DIFFERS, SENT, ACCEPTED]
+    assert [report.refused for report in reports] == [False, False, True, False, False, False]
+    assert reports[2].plan_id == "bad"
+    assert reports[2].message.startswith(words)
+    assert math.isnan(reports[2].sent_value)
+    assert [value for name, value in driver.set if name == "focus_absolute"] == [100, 100]
+
+
+def test_an_answer_that_is_none_fails_and_is_left_alone_until_the_driver_restarts():
+    driver = FakeDriver()
+
+    def strange(_):
+        raise StrangeError("/cam/camera: expected a number of values, got another")
+
+    async def run():
+        lens, reports = control(driver, timeouts=replace(QUICK, watch_period=0.03))
+        driver.reading = strange
+        lens.apply(ORDER)
+        await until(lambda: len(reports) == 2)
+        reads = driver.reads
+        await asyncio.sleep(1.0)
+        assert (len(reports), driver.reads) == (2, reads)
+        driver.there = False
+        await until(lambda: len(reports) == 3)
+        driver.there, driver.reading = True, lambda value: value
+        await until(lambda: reports[-1].status is VERIFIED)
+        driver.reading = strange
+        await until(lambda: reports[-1].status is FAILED)
+        lens.stop()
+        return reports
+
+    reports = run_in_virtual_time(run())
+    told = [report.status for report in reports]
+    assert told == [SENT, FAILED, FAILED, SENT, VERIFIED, FAILED]
+    for failed in (reports[1], reports[-1]):
+        assert failed.message == "/cam/camera: expected a number of values, got another"
+        assert failed.sent_value == 2.0
+
+
+def test_what_is_there_in_place_of_a_driver_is_told():
+    driver = FakeDriver()
+    driver.there = False
+    driver.strangeness = lambda: "a node without get_parameters"
+    report = applied(driver, ORDER)[-1]
+    assert report.message == (
+        "/cam/camera: expected a driver with parameter services, found a node without"
+        " get_parameters; check the adapter's parameters driver and driver_node"
+    )
+
+
+@pytest.mark.parametrize(
+    ("read", "words"),
+    [(True, "true"), ("far", "the text 'far'"), ([1.0], "a list")],
+)
+def test_what_is_no_number_is_told(read, words):
+    driver = FakeDriver()
+    driver.reading = lambda _: read
+    report = applied(driver, ORDER)[-1]
+    assert report.status is DIFFERS
+    assert report.message == (
+        f"/cam/camera: expected to read back a number for LensPosition, got {words}; this parameter"
+        " moves no lens: check the adapter's parameters driver and parameter"
+    )

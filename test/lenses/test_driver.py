@@ -2,23 +2,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 
 from focus_planner.core.rig.lens_table import DIOPTRES, METRES, LensTable
 from focus_planner.core.validation import InputError
 from focus_planner.lenses.driver import (
-    FocusOrder,
     LensCommand,
     LensReport,
     LensStatus,
     Tolerance,
     command_for,
     distance_of,
-    order_from_message,
     report_to_fields,
 )
+from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.profiles import PROFILES, DriverProfile
 from focus_planner.messages.typestore import deserialize, serialize
 
@@ -177,22 +175,6 @@ def test_what_is_written_with_six_decimals_is_rounded():
     assert not Tolerance(0.0, 0.0).accepts(sent, round(sent, 6))
     assert Tolerance(0.0, 0.0).accepts(sent, round(sent, 6), 1e-6)
     assert not Tolerance(0.0, 0.0).accepts(sent, sent + 2e-6, 1e-6)
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "order"),
-    [
-        (62.0, "steps", FocusOrder("a", 0.8, device_value=62.0, device_unit="steps")),
-        (math.nan, "steps", FocusOrder("a", 0.8)),
-        (0.0, "", FocusOrder("a", 0.8)),  # a message of an older definition
-    ],
-)
-def test_orders_from_messages(value, unit, order):
-    message = SimpleNamespace(
-        plan_id="a", status=1, focus_distance=0.8, device_value=value, device_unit=unit
-    )
-    assert order_from_message(message) == order
-    assert not order_from_message(SimpleNamespace(**(vars(message) | {"status": 0}))).planned
 
 
 def test_reports_become_messages():

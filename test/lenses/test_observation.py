@@ -9,8 +9,9 @@ import pytest
 
 from focus_planner.lenses.calls import Timeouts
 from focus_planner.lenses.control import LensControl
-from focus_planner.lenses.driver import FocusOrder, LensStatus
+from focus_planner.lenses.driver import LensStatus
 from focus_planner.lenses.frames import Frame, FrameLog
+from focus_planner.lenses.orders import FocusOrder
 from focus_planner.lenses.profiles import PROFILES
 from focus_planner.lenses.simulated_devices import PerFrameDevice
 from focus_planner.lenses.simulation import LensMechanics
@@ -48,6 +49,12 @@ class Camera:
 
     def is_available(self):
         return True
+
+    async def connect(self):
+        pass
+
+    def strangeness(self):
+        return ""
 
     async def list_parameters(self, names):
         return [name for name in self.values if name in names]

@@ -68,6 +68,22 @@ def context():
 
 
 @pytest.fixture
+def named(context):
+    """Make nodes with full names in this process, without parameter services."""
+    nodes = []
+
+    def named(name):
+        namespace, _, name = name.rpartition("/")
+        settings = {"use_global_arguments": False, "start_parameter_services": False}
+        nodes.append(Node(name, namespace=namespace, context=context, **settings))
+        return nodes[-1]
+
+    yield named
+    for node in nodes:
+        node.destroy_node()
+
+
+@pytest.fixture
 def make_node(context):
     """Make nodes in this process, for what needs no executor."""
     nodes = []

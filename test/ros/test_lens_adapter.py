@@ -6,10 +6,12 @@ import math
 import signal
 from importlib import import_module
 
+import numpy as np
 import pytest
 from focus_planner_msgs.msg import LensState
 from rclpy.context import Context
 
+from testing.hostile_lenses import orders
 from testing.ros.lens_processes import LensProcess, Orchestrator
 from testing.ros.parameter_services import set_of
 from testing.ros.planner_process import PATIENCE
@@ -177,9 +179,32 @@ def test_whole_values_by_the_adapters_table_or_the_planners(rig, orchestrator):
     state = orchestrator.wait_for("webcam", "a", ACCEPTED)
     assert (state.unit, state.sent_value) == ("steps", 100.0)
     assert (state.read_value, state.read_distance) == (100.0, pytest.approx(0.5))
-    orchestrator.plan("webcam", "b", device_value=150.0, device_unit="steps")
+    planned = {"focus_distance": 1 / 3, "device_value": 150.0, "device_unit": "steps"}
+    orchestrator.plan("webcam", "b", **planned)
     assert orchestrator.wait_for("webcam", "b", ACCEPTED).read_value == 150.0
     assert VERIFIED not in [s.status for s in orchestrator.states("webcam", "b")]
+
+
+@pytest.mark.processes
+def test_what_is_no_order_costs_nothing_of_the_one_in_force(rig, orchestrator):
+    orchestrator.plan("mute", "in force", focus_distance=0.5)
+    orchestrator.wait_for("mute", "in force", ACCEPTED)
+    for plan_id, bad in {
+        "another's": {"name": "good"},
+        "unknown": {"status": 77},
+        "negative": {"focus_distance": -0.5},
+        "not finite": {"focus_distance": math.inf},
+        "contradicting": {"dioptres": 4.0},
+    }.items():
+        orchestrator.plan("mute", plan_id, **bad)
+        state = orchestrator.wait_for("mute", plan_id, FAILED)
+        assert (math.isnan(state.sent_value), state.unit) == (True, "")
+        assert next(iter(bad)) in state.message
+    good = {"name": "mute", "plan_id": "in force", "status": 1, "focus_distance": 0.5}
+    for payload in orders(np.random.default_rng(5), 100, good):
+        orchestrator.publish("mute", payload)
+    orchestrator.plan("mute", "next", focus_distance=0.25)
+    assert orchestrator.wait_for("mute", "next", ACCEPTED).read_value == 4.0
 
 
 @pytest.mark.processes

@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from focus_planner_msgs.msg import CameraRig, LensState
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
+from std_msgs.msg import Header
 
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import mesh_to_bytes, rig_to_fields
@@ -24,7 +26,7 @@ from testing.ros.planner_process import PATIENCE
 pytestmark = pytest.mark.processes
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-NAMES = ["planner", "surface", "rig", "last run", "cameras", "recorder", "memory"]
+NAMES = ["planner", "surface", "rig", "last run", "cameras", "lens states", "recorder", "memory"]
 DRIVERS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -220,8 +222,16 @@ def test_cameras_that_see_nothing_are_told(ready, planner, rig):
 
 
 def state(plan, place, status, **said):
+    """What an adapter says of a lens that is where it was sent."""
     camera = plan.cameras[place]
-    return LensState(name=camera.name, plan_id=plan.plan_id, status=status, **said)
+    fields = {"unit": "m", "planned_distance": camera.focus_distance}
+    fields |= dict.fromkeys(("sent_value", "read_value", "read_distance"), camera.focus_distance)
+    fields |= {"header": Header(stamp=Time(sec=7)), "sent_at": Time(sec=5), "read_at": Time(sec=6)}
+    return LensState(name=camera.name, plan_id=plan.plan_id, status=status, **fields | said)
+
+
+def client_name(client):
+    return client._node.get_fully_qualified_name()
 
 
 def counted(status):
@@ -267,6 +277,11 @@ def test_reports_of_other_plans_and_cameras_and_garbage_do_no_harm(ready, planne
             setattr(report, name, value)
         drivers.publish(report)
     drivers.publish(state(plan, 1, 200))
+    for code in (LensState.STATUS_VERIFIED, LensState.STATUS_ACCEPTED):
+        for distance in (math.nan, -500.0, 99.0):
+            drivers.publish(state(plan, 1, code, read_distance=distance))
+    drivers.publish(state(plan, 1, LensState.STATUS_VERIFIED, planned_distance=99.0))
+    drivers.publish(state(plan, 1, LensState.STATUS_FAILED, message=5_000_000 * "x"))
     random = np.random.default_rng(3)
     for size in (1, 4, 40, 400):
         drivers.publish(b"\x00\x01\x00\x00" + random.bytes(size))
@@ -274,6 +289,10 @@ def test_reports_of_other_plans_and_cameras_and_garbage_do_no_harm(ready, planne
     status = told(ready, lambda status: status.sent == 1)
     assert counted(status) == [len(rig) - 1, 1, 0, 0, 0, 0]
     planner.wait_for_log("refused a lens state: ")
+    told_of = level_of(ready, planner, "lens states", WARN)
+    assert int(values_of(told_of)["refused"]) == 15
+    assert values_of(told_of)["published by"] == client_name(ready)
+    assert status.lens_state_publishers == [client_name(ready)]
     assert ready.plan(**SHORT).success
 
 

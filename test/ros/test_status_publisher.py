@@ -11,7 +11,9 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from focus_planner_msgs.msg import CameraFocus, FocusPlan, LensState
 from rclpy.publisher import Publisher
 
+from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.validation import InputError
+from focus_planner.io.lens_tables import LensTables
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import LENS_STATE, deserialize, serialize
 from focus_planner.ros import diagnostics, status
@@ -49,13 +51,29 @@ def publisher(make_node, clock, published):
     return publisher
 
 
+TOLERANCE = 0.1
+
+
 def plan(plan_id="a plan"):
     cameras = [CameraFocus(name=f"cam_{k}", focus_distance=1.0 + k) for k in range(3)]
     return FocusPlan(plan_id=plan_id, cameras=cameras)
 
 
 def report_of(camera="cam_1", plan_id="a plan", code=LensStatus.VERIFIED, **values):
-    fields = {"name": camera, "plan_id": plan_id, "status": int(code), **values}
+    distance = 1.0 + int(camera[-1]) if camera[-1:].isdigit() else 1.0
+    fields = {
+        "header": {"stamp": {"sec": 7, "nanosec": 0}},
+        "name": camera,
+        "plan_id": plan_id,
+        "status": int(code),
+        "planned_distance": distance,
+        "unit": "m",
+        "sent_value": distance,
+        "read_value": distance,
+        "read_distance": distance,
+        "read_at": {"sec": 6, "nanosec": 0},
+    }
+    fields |= values
     return deserialize(LENS_STATE, serialize(LENS_STATE, fields))
 
 
@@ -73,8 +91,9 @@ def newest(publisher, published, clock, report=IDLE):
     [
         lambda publisher: publisher.changed(),
         lambda publisher: publisher.planned(plan("another")),
-        lambda publisher: publisher.reported(report_of()),
+        lambda publisher: publisher.reported(report_of(), TOLERANCE),
         lambda publisher: publisher.clear(),
+        lambda publisher: publisher.published_by(["/a"]),
     ],
 )
 def test_a_change_is_published_soon(publisher, published, clock, change):
@@ -139,40 +158,94 @@ def test_lenses_of_a_new_plan_have_not_reported(publisher, published, clock):
 
 def test_reports_of_lenses_are_counted(publisher, published, clock):
     publisher.planned(plan())
-    assert publisher.reported(report_of("cam_1", sent_value=5.0))
-    assert publisher.reported(report_of("cam_2", code=LensStatus.FAILED))
+    assert publisher.reported(report_of("cam_1", sent_value=5.0), TOLERANCE)
+    assert publisher.reported(report_of("cam_2", code=LensStatus.FAILED), TOLERANCE)
     message = newest(publisher, published, clock)
     counts = (message.unreported, message.sent, message.verified, message.differ, message.failed)
     assert counts == (1, 0, 1, 0, 1)
     assert message.accepted == 0
-    assert publisher.reported(report_of("cam_0", code=LensStatus.ACCEPTED))
+    assert publisher.reported(report_of("cam_0", code=LensStatus.ACCEPTED), TOLERANCE)
     message = newest(publisher, published, clock)
     assert (message.unreported, message.accepted, message.verified) == (0, 1, 1)
     assert (message.lenses[1].sent_value, message.lenses[1].planned_distance) == (5.0, 2.0)
-    assert publisher.lens_counts[LensStatus.VERIFIED] == 1
+    assert publisher.lens_summary.counts[LensStatus.VERIFIED] == 1
     publisher.planned(plan("another"))
-    assert publisher.lens_counts == {LensStatus.UNREPORTED: 3}
+    assert publisher.lens_summary.counts == {LensStatus.UNREPORTED: 3}
+
+
+@pytest.mark.parametrize("other", [{"plan_id": "another"}, {"plan_id": ""}])
+def test_reports_about_another_plan_are_ignored(publisher, other):
+    publisher.planned(plan())
+    assert not publisher.reported(report_of(**other), TOLERANCE)
+    assert publisher.lens_summary.counts == {LensStatus.UNREPORTED: 3}
 
 
 @pytest.mark.parametrize(
-    "other", [{"plan_id": "another"}, {"plan_id": ""}, {"camera": "nobody"}, {"camera": ""}]
+    ("values", "error"),
+    [
+        ({"camera": "nobody"}, "name: expected a camera of the plan in force, got 'nobody'"),
+        ({"camera": ""}, "name: expected a camera of the plan in force, got ''"),
+        ({"code": 6}, "status: expected 1 to 5, as LensState names them, got 6"),
+        ({"read_distance": math.nan}, "read_distance: expected a number above 0"),
+        ({"read_distance": -500.0}, "read_distance: expected a number above 0"),
+    ],
 )
-def test_reports_about_another_plan_or_camera_are_ignored(publisher, other):
+def test_what_does_not_fit_the_plan_is_refused(publisher, values, error):
     publisher.planned(plan())
-    assert not publisher.reported(report_of(**other))
-    assert publisher.lens_counts == {LensStatus.UNREPORTED: 3}
+    with pytest.raises(InputError) as raised:
+        publisher.reported(report_of(**values), TOLERANCE)
+    assert str(raised.value).startswith(error)
+    assert publisher.lens_summary.counts == {LensStatus.UNREPORTED: 3}
 
 
-def test_an_unknown_status_is_an_input_error(publisher):
+def test_values_are_checked_by_the_planners_tables(publisher):
+    table = LensTable("steps", distances=(0.5, 3.0), values=(200.0, 50.0))
+    focus = CameraFocus(name="cam_1", focus_distance=2.0, device_unit="steps")
+    focus.device_value = table.value_at(2.0)
+    publisher.planned(FocusPlan(plan_id="a plan", cameras=[focus]))
+    said = {"unit": "steps", "planned_distance": 2.0, "read_distance": math.nan}
+    said |= {"sent_value": focus.device_value}
+    tables = LensTables({"cam_1": table})
+    with pytest.raises(InputError, match="read_value: expected what is within"):
+        publisher.reported(report_of(**said, read_value=50.0), TOLERANCE, tables)
+    assert publisher.reported(report_of(**said, read_value=focus.device_value), TOLERANCE, tables)
+
+
+def test_texts_of_reports_are_cut(publisher, published, clock):
     publisher.planned(plan())
-    with pytest.raises(InputError, match="status: expected 0 to 5, as LensState names them, got 6"):
-        publisher.reported(report_of(code=6))
+    said = {"code": LensStatus.FAILED, "unit": 500 * "u", "message": "\x1b[2J" + 9000 * "x"}
+    assert publisher.reported(report_of(**said), TOLERANCE)
+    lens = newest(publisher, published, clock).lenses[1]
+    assert len(lens.unit) < 100
+    assert len(lens.message) < 500
+    assert lens.message.startswith(r"\x1b[2J")
+
+
+def test_refused_ones_are_counted_until_the_next_plan(publisher):
+    publisher.planned(plan())
+    for reason in ("one", "two"):
+        publisher.refused(reason)
+    publisher.published_by(["/a", "/b"])
+    found = publisher.lens_summary
+    assert (found.refused, found.refusal, found.publishers) == (2, "two", "/a, /b")
+    publisher.planned(plan("another"))
+    assert publisher.lens_summary.refused == 0
+    publisher.refused("three")
+    publisher.clear()
+    assert (publisher.lens_summary.refused, publisher.lens_summary.refusal) == (0, "")
+
+
+def test_who_publishes_them_is_in_it(publisher, published, clock):
+    publisher.published_by(["/a", "/b"])
+    assert newest(publisher, published, clock).lens_state_publishers == ["/a", "/b"]
+    publisher.published_by(())
+    assert newest(publisher, published, clock).lens_state_publishers == []
 
 
 def test_cleared_it_knows_no_plan(publisher, published, clock):
     publisher.planned(plan(), from_record=True)
     publisher.clear()
-    assert not publisher.reported(report_of())
+    assert not publisher.reported(report_of(), TOLERANCE)
     message = newest(publisher, published, clock)
     assert (message.plan_id, message.from_record, message.lenses) == ("", False, [])
 

@@ -25,12 +25,13 @@ from focus_planner.runtime.diagnostics import (
     diagnose_cameras,
     diagnose_input,
     diagnose_last_run,
+    diagnose_lens_states,
     diagnose_memory,
     diagnose_planner,
     diagnose_recorder,
 )
 from focus_planner.runtime.inputs import InputState
-from focus_planner.runtime.status import LastRun, PlannerReport, Snapshot
+from focus_planner.runtime.status import LastRun, LensSummary, PlannerReport, Snapshot
 from testing.made_up_runs import ending
 
 NOW = datetime(2025, 1, 1, 12, 0, 10, tzinfo=timezone.utc)
@@ -289,6 +290,13 @@ def test_without_proc_memory_is_unknown(monkeypatch):
     assert reported(diagnose_memory()) == (Level.OK, "not known")
 
 
+def test_nobody_publishes_states_of_lenses():
+    diagnosis = diagnose_lens_states(LensSummary(NONE))
+    assert reported(diagnosis) == (Level.OK, "nobody publishes any")
+    named = diagnose_lens_states(LensSummary(NONE, publishers="/a"))
+    assert reported(named) == (Level.OK, "published by /a")
+
+
 def test_a_diagnosis_fits_the_message():
     diagnosis = diagnose_cameras(run(seeing_nothing(0)), NONE)
     fields = diagnosis.to_fields("/planner") | {"level": diagnosis.level}
@@ -302,27 +310,33 @@ def test_every_part_of_a_planner_is_diagnosed(tmp_path):
     report = PlannerReport(
         "active", "a name", 1, Snapshot(SURFACE, NOTHING, run()), "run a: No space", 3
     )
-    found = list(diagnose(report, Counter({LensStatus.SENT: 3}), settings, NOW))
+    lenses = LensSummary(Counter({LensStatus.SENT: 3}), 2, "read_value: bad", "/a, /b")
+    found = list(diagnose(report, lenses, settings, NOW))
     assert [diagnosis.name for diagnosis in found] == [
         "planner",
         "surface",
         "rig",
         "last run",
         "cameras",
+        "lens states",
         "recorder",
         "memory",
     ]
     messages = [reported(diagnosis) for diagnosis in found]
-    assert messages[:6] == [
+    assert messages[:7] == [
         (Level.OK, "active, planning a name"),
         (Level.WARN, "2.5 s old, more than max_input_age (2 s)"),
         (Level.WARN, "none yet"),
         (Level.OK, "em, cost 1.0"),
         (Level.OK, "all see the surface"),
+        (
+            Level.WARN,
+            "refused since the plan: 2, the last: read_value: bad; published by /a, /b",
+        ),
         (Level.ERROR, "not recorded: run a: No space"),
     ]
     assert found[4].values["sent"] == "3"
-    assert found[5].values["runs to write"] == "3"
+    assert found[6].values["runs to write"] == "3"
 
 
 def test_what_peers_gave_is_reported_escaped_and_cut():

@@ -53,9 +53,17 @@ class Orchestrator:
         if camera not in self._publishers:
             topic = f"{self._planner}/cameras/{camera}/focus"
             self._publishers[camera] = self._node.create_publisher(CameraFocus, topic, LATCHED)
-        fields = {"status": CameraFocus.STATUS_PLANNED, "focus_distance": 0.5} | fields
-        focus = CameraFocus(name=camera, plan_id=plan_id, **fields)
-        self._publishers[camera].publish(focus)
+        fields = {
+            "name": camera,
+            "plan_id": plan_id,
+            "status": CameraFocus.STATUS_PLANNED,
+            "focus_distance": 0.5,
+        } | fields
+        self.publish(camera, CameraFocus(**fields))
+
+    def publish(self, camera, message):
+        """Publish an order to a camera that had one before; bytes as they are."""
+        self._publishers[camera].publish(message)
 
     def states(self, camera, plan_id):
         with self._news:
