@@ -94,7 +94,7 @@ def read_ply(path: Path) -> SurfaceContents:
     try:
         header, body = _header(without_byte_order_mark(content))
         columns, lists, rest = _body(header, body)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:  # a count beyond what fits in a register
         raise unreadable(path, "ply", str(error)) from None
     if header.order:
         notes = bytes_after_end(path, "ply", rest, _SMALLEST_RECORD, "elements")
