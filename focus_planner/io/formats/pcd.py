@@ -57,11 +57,11 @@ def read_pcd(path: Path) -> SurfaceContents:
         fields, form, count = _fields(header), header["DATA"][0], _count(header)
         wanted = [name for name, field in fields.items() if field.single or name in _POINT]
         reader, _ = _READERS[form], [fields[name] for name in _POINT]
-    except (KeyError, ValueError, IndexError, TypeError) as error:
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise unreadable(path, "pcd", f"a header without a usable {error}") from None
     try:
         columns, rest = reader(stream.read(), [fields[name] for name in wanted], count)
-    except (ValueError, IndexError, TypeError) as error:
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise unreadable(path, "pcd", f"{count} points announced, and {error}") from None
     numbers = dict(zip(wanted, columns, strict=True))
     points = np.stack([numbers.pop(name) for name in _POINT], axis=1)
