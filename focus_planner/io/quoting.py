@@ -41,7 +41,7 @@ def abbreviated(value: Any) -> str:
 
 def key_name(key: Any) -> str:
     """Return a key if it looks like one, else that it does not."""
-    text = str(key) if isinstance(key, (str, bool, float)) else abbreviated(key)
+    text = str(key) if isinstance(key, (str, bool, float)) else ""
     return text if _KEY.fullmatch(text) else "(a key that is no name)"
 
 

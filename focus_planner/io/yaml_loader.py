@@ -6,6 +6,8 @@ for: so its events are counted before anything is made of them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import yaml
@@ -33,9 +35,27 @@ def load_documents(text: str, max_nodes: int = MAX_NODES) -> list[Any]:
         If it is no valid YAML, has a duplicate key, or is beyond a limit. Tells in one line where
         and what, and quotes nothing of the text but a key.
     """
-    try:
+    with _problems_in_words():
         _check_size(text, max_nodes)
         return list(yaml.load_all(text, _Loader))
+
+
+def check_bounded(text: str, max_nodes: int = MAX_NODES) -> None:
+    """Raise unless a YAML text is valid and within the limits; for what others read after that.
+
+    Raises
+    ------
+    ValueError
+        As :func:`load_documents`.
+    """
+    with _problems_in_words():
+        _check_size(text, max_nodes)
+
+
+@contextmanager
+def _problems_in_words() -> Iterator[None]:
+    try:
+        yield
     except yaml.MarkedYAMLError as error:
         mark: Any = error.problem_mark
         problem = error.problem or ""

@@ -14,7 +14,7 @@ import yaml
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
 from focus_planner.io.quoting import abbreviated, key_name, kind_of
-from focus_planner.io.yaml_loader import MAX_NODES, load_documents
+from focus_planner.io.yaml_loader import MAX_NODES, check_bounded, load_documents
 
 Values = Mapping[str, Any]
 
@@ -73,6 +73,22 @@ def read_yaml_documents(where: str, text: str, max_nodes: int = MAX_NODES) -> li
         return load_documents(text, max_nodes)
     except ValueError as error:
         raise InputError(where, "YAML", str(error)) from None
+
+
+def check_yaml(path: Path, what: str) -> None:
+    """Raise unless a file can be given to another program's YAML parser.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not valid YAML, or is beyond a limit; names the line.
+    """
+    try:
+        check_bounded(read_text(path, what))
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(str(path), "YAML", str(error)) from None
 
 
 def value_at(where: str, data: Any, *keys: str) -> Any:

@@ -1,12 +1,15 @@
-"""Parameter files for ROS: every parameter with its default, explained in a comment."""
+"""Parameter files for ROS: one with every parameter explained; whether others can be read."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
 
 import yaml
 
+from focus_planner.io.yaml_values import check_yaml
 from focus_planner.parameters.declaration import Declaration
 
 _WIDTH = 100
@@ -75,6 +78,21 @@ def parameters_to_yaml(declarations: Sequence[Declaration]) -> str:
     lines += ["", f"{_INDENT}# --- {_QOS_TITLE} ---", "", *_comment(_QOS, _INDENT)]
     lines += [f"{_INDENT}#{line}" for line in _QOS_EXAMPLE.splitlines()]
     return "\n".join(lines) + "\n"
+
+
+def check_parameter_files(arguments: Sequence[str]) -> None:
+    """Raise unless the parameter files among ROS's arguments can be given to ROS to read.
+
+    ROS waits for pipes, and for devices that never end.
+
+    Raises
+    ------
+    InputError
+        If one is no regular file, too large, or no valid YAML.
+    """
+    for flag, path in pairwise(arguments):
+        if flag == "--params-file":
+            check_yaml(Path(path), "a parameter file (YAML)")
 
 
 def _section(declaration: Declaration) -> str:

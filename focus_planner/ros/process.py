@@ -21,6 +21,7 @@ from rclpy.utilities import remove_ros_args, try_shutdown
 from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Declaration
+from focus_planner.parameters.file import check_parameter_files
 from focus_planner.ros.node_parameters import describe
 
 _BAD_INPUT = 2
@@ -55,7 +56,9 @@ def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[st
     """
     with _deferred(signal.SIGINT, signal.SIGTERM) as wait:
         try:
-            _refuse_others(program, args)
+            given = list(sys.argv[1:] if args is None else args)
+            check_parameter_files(given)
+            _refuse_others(program, given)
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
             serve(wait)
         except _BAD as error:
@@ -101,9 +104,8 @@ def _step(executor: SingleThreadedExecutor, node: Node, ended: threading.Event) 
             node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
 
-def _refuse_others(program: str, args: list[str] | None) -> None:
+def _refuse_others(program: str, given: list[str]) -> None:
     """Refuse arguments that are not for ROS; they are probably meant as parameters."""
-    given = list(sys.argv[1:] if args is None else args)
     others = remove_ros_args([program, *given])[1:]
     if others:
         raise InputError(

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -131,3 +133,30 @@ def test_a_choice_is_one_of_the_choices():
     assert check_choice("method", "em", ("em", "k_view")) == "em"
     with pytest.raises(InputError, match="method: expected one of em, k_view, got 'best'"):
         check_choice("method", "best", ("em", "k_view"))
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400), 2**5000, 10**6000], ids=range(4))
+def test_numbers_beyond_all_doubles_are_refused_without_their_digits(value):
+    with pytest.raises(
+        InputError, match=r"x: expected a number.*, up to 1e308, got a whole number"
+    ):
+        check_number("x", value, above=0)
+    if value > 0:
+        telling = "x: expected a whole number of at least 0, at most 9, got a whole number of"
+        with pytest.raises(InputError, match=telling):
+            check_whole("x", value, 0, 9)
+
+
+def test_numbers_have_upper_limits():
+    assert check_number("x", 5, at_most=5) == 5.0
+    assert check_whole("x", 5, 0, 5) == 5
+    assert check_number("x", math.inf, at_most=5, infinite=True) == math.inf
+    with pytest.raises(InputError, match=r"x: expected a number, at most 5, got 5\.1"):
+        check_number("x", 5.1, at_most=5)
+    with pytest.raises(InputError, match="x: expected a number, got inf"):
+        check_number("x", math.inf, at_most=5)
+
+
+def test_texts_in_arrays_are_not_quoted():
+    with pytest.raises(InputError, match=r"got could not convert string to float$"):
+        check_array("x", ["a secret"], (None,))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import yaml
 from focus_planner.cli import main as cli
 from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Declaration
-from focus_planner.parameters.file import parameters_to_yaml
+from focus_planner.parameters.file import check_parameter_files, parameters_to_yaml
 from focus_planner.parameters.planner import DECLARATIONS, Settings
 
 REPOSITORY = Path(__file__).parents[2]
@@ -152,3 +153,20 @@ def test_the_example_of_quality_of_service_holds_once_its_comment_signs_are_gone
     cloud = "qos_overrides./focus_planner/cloud.subscription."
     assert values_of(without)[f"{mesh}durability"] == "transient_local"
     assert values_of(without)[f"{cloud}reliability"] == "best_effort"
+
+
+def test_parameter_files_are_looked_at_before_ros_reads_them(tmp_path: Path) -> None:
+    arguments = ["--ros-args", "--params-file", str(FILE), "-p", "a:=1", "--params-file"]
+    check_parameter_files([*arguments, str(FILE)])
+    check_parameter_files(arguments)
+    pipe, deep = tmp_path / "pipe", tmp_path / "deep.yaml"
+    os.mkfifo(pipe)
+    deep.write_text("[" * 100_000)
+    for path, telling in (
+        (pipe, "got a pipe"),
+        (Path("/dev/zero"), "got a device"),
+        (tmp_path / "none", r"none: expected a parameter file \(YAML\), got no such file"),
+        (deep, "deep.yaml: expected YAML, got line 1, column 51: more than 50 lists"),
+    ):
+        with pytest.raises(InputError, match=telling):
+            check_parameter_files([*arguments, str(path)])
