@@ -104,7 +104,7 @@ def _made_foreign(runs: Path) -> Iterator[Path]:
 def _plan_recorded(one: Victim, runs: Path) -> None:
     """Plan until a whole run is there; its name is that of the plan."""
     plan_id = one.check_plan()
-    until(lambda: (runs / plan_id / "metadata.yaml").exists(), f"{plan_id} was not recorded")
+    until((runs / plan_id / "metadata.yaml").exists, f"{plan_id} was not recorded")
 
 
 class _Disk:
@@ -114,7 +114,7 @@ class _Disk:
         self.folder = folder
         self.kind = "files limited in size"
         self._filling = folder / "filling"
-        made = subprocess.run(
+        made = subprocess.run(  # noqa: S603
             ["mount", "-t", "tmpfs", "-o", f"size={_DISK_MIB}m", "none", str(folder)],  # noqa: S607
             check=False,
             capture_output=True,

@@ -158,9 +158,11 @@ def _bomb(compression: str, declared: int = _BOMB) -> Callable[[Path, str], None
         "zstd": lambda: zstandard.ZstdCompressor(level=3).compressobj(),
         "lz4": lz4.frame.LZ4FrameCompressor,
     }
-    return lambda folder, topic: _with_chunk(compression, declared, _zeros(makers[compression]))(
-        folder, topic
-    )
+
+    def make(folder: Path, topic: str) -> None:
+        _with_chunk(compression, declared, _zeros(makers[compression]))(folder, topic)
+
+    return make
 
 
 #: By what makes them hostile.

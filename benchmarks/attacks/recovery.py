@@ -93,9 +93,7 @@ def replays(folder: Path) -> Seen:
     """Replay every hostile run by itself."""
     wrong = []
     for kind in hostile_runs.KINDS:
-        run_folder = hostile_runs.write(
-            kind, Path(tempfile.mkdtemp(dir=folder)), "/focus_planner"
-        )
+        run_folder = hostile_runs.write(kind, Path(tempfile.mkdtemp(dir=folder)), "/focus_planner")
         ran = command("replay", run_folder, "--quiet", most=_MOST)
         if ran.status != 2 or "Traceback" in ran.err:
             wrong.append(f"{kind}: {ran.told()}")
