@@ -15,4 +15,5 @@ _KINDS = ("race",)
 def run(console: Console) -> bool:
     """Print the tables; return whether all attacks held."""
     kinds = [import_module(f"benchmarks.attacks.{kind}") for kind in _KINDS]
-    return all([kind.run(console) for kind in kinds])
+    held = [kind.run(console) for kind in kinds]
+    return all(held)

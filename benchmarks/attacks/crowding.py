@@ -50,7 +50,8 @@ def run(console: Console) -> bool:
 
 
 @attack(
-    f"{_HUGE['samples']:,} samples × {_HUGE['shots']} shots by optimal, with {_OTHERS} other callers",
+    f"{_HUGE['samples']:,} samples × {_HUGE['shots']} shots by optimal,"
+    f" with {_OTHERS} other callers",
     f"refused in words or bounded; each of the others is answered within {_WAIT + _PLAN:g} s"
     f" (service_max_wait {_WAIT:g}), and most of them get plans",
 )

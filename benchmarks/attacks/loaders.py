@@ -24,7 +24,21 @@ _RIG = (
     "  - {name: a, position: [1.0, 0.0, 1.0], orientation: [-0.5, -0.5, 0.5, 0.5]}\n"
     "  - {name: b, position: [-1.0, 0.0, 1.0], orientation: [-0.5, 0.5, -0.5, 0.5]}\n"
 )
-_SURFACES = ("ply", "obj", "stl", "off", "glb", "gltf", "pcd", "xyz", "csv", "npy", "npz", "las")
+_SURFACES = (
+    "ply",
+    "obj",
+    "stl",
+    "off",
+    "glb",
+    "gltf",
+    "pcd",
+    "xyz",
+    "csv",
+    "npy",
+    "las",
+    "laz",
+    "e57",
+)
 
 
 def run(console: Console) -> bool:
