@@ -71,18 +71,18 @@ def many(_: Path) -> Seen:
 # --- strange drivers ---------------------------------------------------------------------------
 
 
-def _listed(request: Any, response: Any) -> Any:
+def _listed(_: Any, response: Any) -> Any:
     response.result = ListParametersResult(names=_PARAMETERS)
     return response
 
 
-def _set(request: Any, response: Any) -> Any:
+def _set(_: Any, response: Any) -> Any:
     response.result = SetParametersResult(successful=True)
     return response
 
 
 def _got(*values: ParameterValue) -> Callable[[Any, Any], Any]:
-    def answer(request: Any, response: Any) -> Any:
+    def answer(_: Any, response: Any) -> Any:
         response.values = list(values)
         return response
 
@@ -90,18 +90,18 @@ def _got(*values: ParameterValue) -> Callable[[Any, Any], Any]:
 
 
 def _refused(reason: str) -> Callable[[Any, Any], Any]:
-    def answer(request: Any, response: Any) -> Any:
+    def answer(_: Any, response: Any) -> Any:
         response.result = SetParametersResult(successful=False, reason=reason)
         return response
 
     return answer
 
 
-def _as_it_is(request: Any, response: Any) -> Any:
+def _as_it_is(_: Any, response: Any) -> Any:
     return response
 
 
-def _too_late(request: Any, response: Any) -> Any:
+def _too_late(_: Any, response: Any) -> Any:
     # Longer than the adapter waits.
     time.sleep(20.0)
     return response

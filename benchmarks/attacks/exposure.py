@@ -106,9 +106,8 @@ def forged_terminal(folder: Path) -> Seen:
     """Give such texts to the command line."""
     shutil.copy(body("arms_down"), folder / "body.ply")
     quoted = '"\\e[31mred\\r\\n[ERROR] forged \\a"'
-    cameras = (
-        "cameras:\n  - {{name: {0}, position: [1, 0, 1], orientation: [-0.5, -0.5, 0.5, 0.5]}}\n"
-    )
+    pose = "position: [1, 0, 1], orientation: [-0.5, -0.5, 0.5, 0.5]"
+    cameras = f"cameras:\n  - {{{{name: {{0}}, {pose}}}}}\n"
     rigs = (
         cameras.format(quoted),
         f"frame_id: {quoted}\n" + cameras.format("a"),
@@ -153,7 +152,7 @@ def _judge_text(where: str, text: str, answers: list[str]) -> Seen:
         f"in the {where}: control characters {controls}, {len(forged)} forged lines, longest line"
         f" {longest:,}; of {len(answers)} answers {raw} have such characters, longest {answered:,}"
     )
-    held = not controls and not forged and max(longest, answered) < _LONGEST_LINE and not raw
+    held = not controls and not forged and max(longest, answered) < _LONGEST_LINE
     return Seen(observed, held, max(1, len(answers)))
 
 
