@@ -55,7 +55,7 @@ def _outcome(test: Callable[[], Outcome]) -> Outcome:
         return test()
     except Exception as error:  # noqa: BLE001 - a test that fails must not cost the others
         traceback.print_exc()
-        name = getattr(test, "__name__", "test").strip("_")
+        name = getattr(getattr(test, "func", test), "__name__", "test").strip("_")
         return Outcome(name, 0, f"{type(error).__name__}: {error}", False)
 
 

