@@ -23,6 +23,10 @@ class LensNode(LensProcess):
         return not self.has_ended()
 
 
+def _is_ready(node: LensNode) -> bool:
+    return "ready" in node.log or not node.is_alive
+
+
 @contextmanager
 def running_lenses(*nodes: LensNode) -> Iterator[None]:
     """Wait until they are ready; kill them in the end."""

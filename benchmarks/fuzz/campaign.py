@@ -48,10 +48,11 @@ def campaign(what: str, folder: Path, fire: Fire, **parameters: object) -> Outco
         lines, faults = len(one.node.log.splitlines()), one.faults
     growth = memory[-1] - memory[len(memory) // 4]
     told = ", ".join(f"{number:,} {name}" for name, number in answers.most_common())
+    said = f": {faults[0][-160:]}" if faults else ""
     result = (
-        f"{told}; the same plan after each of {len(memory)} batches; {len(faults)} faults in {lines:,}"
-        f" lines logged{': ' + faults[0][-160:] if faults else ''}; memory {memory[-1]:.0f} MiB, {growth:+.1f} after the first quarter;"
-        f" {(time.perf_counter() - began) / count * 1000:.1f} ms each"
+        f"{told}; the same plan after each of {len(memory)} batches; {len(faults)} faults in"
+        f" {lines:,} lines logged{said}; memory {memory[-1]:.0f} MiB, {growth:+.1f} after the first"
+        f" quarter; {(time.perf_counter() - began) / count * 1000:.1f} ms each"
     )
     held = not answers[LOST] and not answers[INTERNAL] and answers.total() == count
     return Outcome(what, count, result, held and not faults and growth < _MOST_GROWTH)

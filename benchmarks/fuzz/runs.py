@@ -7,6 +7,7 @@ import struct
 import time
 from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -15,13 +16,12 @@ import numpy as np
 import zstandard
 from rich.console import Console
 
-from benchmarks.attacks.victim import new_name, until, victim
+from benchmarks.attacks.victim import new_name, victim
 from benchmarks.fuzz.command_line import Case, run_all
 from benchmarks.fuzz.damage import damaged
 from benchmarks.guarantees import Outcome, own_graph, report
 from benchmarks.options import options
 from testing.made_up_runs import record_ends
-from testing.ros.recorded import whole
 
 _BAGS = Path(__file__).parents[2] / "bags"
 _SOURCES = ("mesh_em", "cloud_own_points", "mixed_rig", "failed_rig", "lens_tables")
@@ -84,9 +84,7 @@ def _damaged_run(folder: Path, number: int, random: np.random.Generator) -> Path
 def _with_damaged_chunk(data: bytes, random: np.random.Generator) -> bytes:
     """Damage the messages within a chunk, whose checksum is right."""
     ends = record_ends(data)
-    chunks = [
-        (start, end) for start, end in zip(ends, ends[1:], strict=False) if data[start] == _CHUNK
-    ]
+    chunks = [(start, end) for start, end in pairwise(ends) if data[start] == _CHUNK]
     start, end = chunks[random.integers(len(chunks))]
     content = data[start + 9 : end]
     name_ends = 28 + 4 + struct.unpack_from("<I", content, 28)[0]
@@ -104,8 +102,7 @@ def _at_start(folder: Path) -> Outcome:
     starts, slowest = 0, 0.0
     name, runs = new_name("recovered"), folder / "runs"
     with victim(name=name, record_directory=runs) as one:
-        good = one.check_plan()
-        until(lambda: good in whole(runs), "the good run was not recorded")
+        good = _good_run(one, runs)
         shutil.copytree(runs / good, folder / "source")
     while starts * _AT_START < count:
         made = _make_damaged(runs, folder / "source", min(_AT_START, count), random)
@@ -114,8 +111,7 @@ def _at_start(folder: Path) -> Outcome:
             slowest = max(slowest, time.perf_counter() - since)
             in_force = one.client.status().plan_id
             assert in_force, "no plan is in force again"
-            good = one.check_plan()
-            until(lambda: good in whole(runs), "the good run was not recorded")
+            _good_run(one, runs)
         for path in made:
             shutil.rmtree(path, ignore_errors=True)
         starts += 1

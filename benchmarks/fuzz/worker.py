@@ -1,4 +1,4 @@
-"""``python -m benchmarks.fuzz.worker``: runs ``focus_planner`` for one line of arguments after the other.
+"""``python -m benchmarks.fuzz.worker``: runs ``focus_planner`` again and again.
 
 Each line on stdin is a JSON list of arguments; each line on stdout what came of it.
 """
