@@ -119,9 +119,15 @@ def _at_start(folder: Path) -> Outcome:
         f"a plan in force again, and the good plan made, after each of {starts} starts, the"
         f" slowest after {slowest:.1f} s; {time.time() - began:.0f} s in all"
     )
-    return Outcome(
-        "damaged runs, found by a node that starts", starts * _AT_START, result, kept=True
-    )
+    what = "damaged runs, found by a node that starts"
+    return Outcome(what, starts * min(_AT_START, count), result, kept=True)
+
+
+def _good_run(one: Victim, runs: Path) -> str:
+    """Have the good plan recorded; return its id."""
+    plan_id = one.check_plan()
+    until(lambda: plan_id in whole(runs), "the good run was not recorded")
+    return plan_id
 
 
 def _make_damaged(runs: Path, source: Path, count: int, random: np.random.Generator) -> list[Path]:
