@@ -45,19 +45,17 @@ def stream(folder: Path) -> Seen:
     with victim(folder, record_directory=runs) as one:
         plans, rigs = _planned_meanwhile(one)
         until(lambda: len(whole(runs)) >= len(plans), "not all runs were recorded")
-    judged = [_judge(path, plans[name]) for name, path in whole(runs).items() if name in plans]
-    other = sum(each.other_rig for each in judged)
+    judged = [judge(path, plans[name]) for name, path in whole(runs).items() if name in plans]
+    other = sum(each.other_input for each in judged)
     wrong = sum(each.wrong_age for each in judged)
     negative = sum(min(p.rig.age, p.surface.age) < 0 for p in plans.values())
-    differing = _differing(runs)
+    differ = differing(runs)
     observed = (
         f"{len(judged)} runs, {rigs:,} rigs; {other} runs with another rig than their plan's;"
-        f" {differing} do not replay; {negative} plans with a negative age, {wrong} with another"
+        f" {differ} do not replay; {negative} plans with a negative age, {wrong} with another"
         " than the times in their run"
     )
-    return Seen(
-        observed, not (other or wrong or negative or differing) and bool(judged), len(plans)
-    )
+    return Seen(observed, not (other or wrong or negative or differ) and bool(judged), len(plans))
 
 
 @dataclass
@@ -102,24 +100,31 @@ def _planned_meanwhile(one: Victim) -> tuple[dict[str, Any], int]:
 
 
 @dataclass(frozen=True)
-class _Judged:
-    other_rig: bool
+class Judged:
+    """Whether a run holds other inputs than its plan names, and whether its ages are wrong."""
+
+    other_input: bool
     wrong_age: bool
 
 
-def _judge(path: Path, plan: Any) -> _Judged:
+def judge(path: Path, plan: Any) -> Judged:
     """Compare a run with the plan that its caller got."""
     (file,) = path.glob("*.mcap")
     messages = {each.channel.topic: each.ros_msg for each in read_ros2_messages(str(file))}
-    rig = next(message for topic, message in messages.items() if topic.endswith("/rig"))
     asked = next(message for topic, message in messages.items() if topic.endswith("/run")).stamp
     kept = next(message for topic, message in messages.items() if topic.endswith("/focus_plan"))
-    other = {rig.header.stamp.sec, kept.rig.stamp.sec} != {plan.rig.stamp.sec}
+    stamps = [
+        (messages[named.topic].header.stamp, named.stamp)
+        for named in (plan.rig, plan.surface, kept.rig, kept.surface)
+        if hasattr(messages.get(named.topic), "header")
+    ]
+    there = {named.topic for named in (plan.rig, plan.surface)} <= messages.keys()
+    same = all((one.sec, one.nanosec) == (other.sec, other.nanosec) for one, other in stamps)
     ages = [
-        abs(_seconds(asked) - _seconds(each.received) - each.age) > _ROUNDING
+        each.age < 0 or abs(_seconds(asked) - _seconds(each.received) - each.age) > _ROUNDING
         for each in (plan.rig, plan.surface)
     ]
-    return _Judged(other, any(ages))
+    return Judged(not (there and same), any(ages))
 
 
 def _seconds(stamp: Any) -> float:
@@ -127,7 +132,8 @@ def _seconds(stamp: Any) -> float:
     return float(stamp.sec % 86400) + stamp.nanosec / _NANO
 
 
-def _differing(runs: Path) -> int:
-    ran = command("replay", runs, "--json", "--quiet", seconds=600)
+def differing(runs: Path) -> int:
+    """Return how many runs of a folder do not replay bit for bit."""
+    ran = command("replay", runs, "--json", "--quiet", seconds=1800)
     assert ran.status in {0, 1}, ran.told()
     return sum(each["outcome"] != "reproduced" for each in json.loads(ran.out))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable
 
 import numpy as np
 
 Random = np.random.Generator
+_SEPARATORS = re.compile(rb"([\s,:\[\]{}]+)")
 _NUMBERS = (0, 1, 2**16, 2**24, 2**31 - 1, 2**31, 2**32 - 1)
 _WORDS = (
     b"nan", b"inf", b"-1", b"1e308", b"1e-300", b"9" * 400, b"", b"0", b"[" * 5000, b"{a: " * 500,
@@ -16,10 +18,16 @@ _WORDS = (
 
 
 def damaged(data: bytes, random: Random) -> bytes:
-    """Return bytes with one to three kinds of damage."""
-    for _ in range(random.integers(1, 4)):
+    """Return bytes with one to three kinds of damage, mostly one."""
+    for _ in range(random.choice([1, 1, 1, 1, 2, 3])):
         data = _KINDS[random.integers(len(_KINDS))](data, random) or b"\0"
     return data
+
+
+def altered(data: bytes, random: Random) -> bytes:
+    """Return as many bytes, a few of which are others."""
+    kind = (_flipped, _lying)[random.integers(2)]
+    return kind(data, random)[: len(data)]
 
 
 def _flipped(data: bytes, random: Random) -> bytes:
@@ -58,9 +66,10 @@ def _noisy(data: bytes, random: Random) -> bytes:
 
 def _other_word(data: bytes, random: Random) -> bytes:
     """Replace a word of a text by another one."""
-    words = data.split(b" ")
-    words[random.integers(len(words))] = _WORDS[random.integers(len(_WORDS))]
-    return b" ".join(words)
+    words = _SEPARATORS.split(data)
+    # What separates them is kept, as every other one.
+    words[2 * random.integers((len(words) + 1) // 2)] = _WORDS[random.integers(len(_WORDS))]
+    return b"".join(words)
 
 
 def _other_order(data: bytes, random: Random) -> bytes:
@@ -78,6 +87,8 @@ _KINDS: tuple[Callable[[bytes, Random], bytes], ...] = (
     _twice,
     _lying,
     _noisy,
+    _other_word,
+    _other_word,
     _other_word,
     _other_order,
 )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from focus_planner import cylinder_rig
 from focus_planner.io.rigs import save_rig
 from testing.calibrations import write_camera_info, write_colmap, write_transforms
 from testing.malformed import RIG, ball
@@ -44,7 +45,8 @@ def kinds(folder: Path) -> list[Kind]:
     """Return all kinds; what their commands read besides is written to a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     rig = folder / "rig.yaml"
-    save_rig(RIG, rig)
+    save_rig(cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1), rig)
+    save_rig(RIG, folder / "mixed.yaml")
     (folder / "good.obj").write_bytes(_obj())
     return [*_surfaces(rig), *_beside_a_surface(folder, rig), *_rigs(folder), *_run()]
 
@@ -84,7 +86,7 @@ def _beside_a_surface(folder: Path, rig: Path) -> list[Kind]:
         Kind("t.yaml", tables, option("--lens-tables")),
         Kind(
             "rig.yaml",
-            rig.read_bytes(),
+            (folder / "mixed.yaml").read_bytes(),
             lambda path: ["plan", surface, "--rig", str(path), *_QUICK, *_BOUND],
         ),
     ]

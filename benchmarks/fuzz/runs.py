@@ -16,12 +16,13 @@ import numpy as np
 import zstandard
 from rich.console import Console
 
-from benchmarks.attacks.victim import new_name, victim
+from benchmarks.attacks.victim import Victim, new_name, until, victim
 from benchmarks.fuzz.command_line import Case, run_all
-from benchmarks.fuzz.damage import damaged
+from benchmarks.fuzz.damage import altered, damaged
 from benchmarks.guarantees import Outcome, own_graph, report
 from benchmarks.options import options
 from testing.made_up_runs import record_ends
+from testing.ros.recorded import whole
 
 _BAGS = Path(__file__).parents[2] / "bags"
 _SOURCES = ("mesh_em", "cloud_own_points", "mixed_rig", "failed_rig", "lens_tables")
@@ -89,7 +90,9 @@ def _with_damaged_chunk(data: bytes, random: np.random.Generator) -> bytes:
     content = data[start + 9 : end]
     name_ends = 28 + 4 + struct.unpack_from("<I", content, 28)[0]
     packed = content[name_ends + 8 :]
-    records = damaged(zstandard.ZstdDecompressor().decompress(packed, 2**28), random)
+    # Half of the time records keep their lengths, so that messages are read.
+    change = altered if random.integers(2) else damaged
+    records = change(zstandard.ZstdDecompressor().decompress(packed, 2**28), random)
     packed = zstandard.ZstdCompressor().compress(records)
     head = content[:16] + struct.pack("<QI", len(records), crc32(records)) + content[28:name_ends]
     content = head + struct.pack("<Q", len(packed)) + packed
