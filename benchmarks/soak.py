@@ -118,13 +118,13 @@ def _soak(folder: Path, seconds: float) -> Outcome:
     growth = float(np.median(memory[-10:]) - np.median(memory[len(memory) // 4 :][:10]))
     result = (
         f"{_listed(diary.events)}; answers: {_listed(diary.answers)}; {len(kept)} runs kept,"
-        f" {len(others)} beginnings left, {differ} do not replay, of {len(judged)} compared"
+        f" {len(others)} beginnings left, {len(differ)} do not replay {differ[:2]}, of {len(judged)} compared"
         f" {mixed} hold other inputs than their plan's and {wrong} other times than its ages say;"
         f" {negative} of {len(diary.plans):,} plans with a negative age; {len(faults)} faults in"
         f" {lines:,} lines logged; memory {memory[-1]:.0f} MiB, {growth:+.1f} after the first"
         f" quarter; failures: {diary.failures[:3] or 'none'}"
     )
-    bad = [differ, mixed, wrong, negative, len(others), len(faults), len(diary.failures)]
+    bad = [len(differ), mixed, wrong, negative, len(others), len(faults), len(diary.failures)]
     held = not any(bad) and not diary.answers["internal error"] and growth < _MOST_GROWTH
     return Outcome("all at once", diary.events.total(), result, held and bool(kept))
 

@@ -52,7 +52,7 @@ def stream(folder: Path) -> Seen:
     differ = differing(runs)
     observed = (
         f"{len(judged)} runs, {rigs:,} rigs; {other} runs with another rig than their plan's;"
-        f" {differ} do not replay; {negative} plans with a negative age, {wrong} with another"
+        f" {len(differ)} do not replay; {negative} plans with a negative age, {wrong} with another"
         " than the times in their run"
     )
     return Seen(observed, not (other or wrong or negative or differ) and bool(judged), len(plans))
@@ -132,8 +132,16 @@ def _seconds(stamp: Any) -> float:
     return float(stamp.sec % 86400) + stamp.nanosec / _NANO
 
 
-def differing(runs: Path) -> int:
-    """Return how many runs of a folder do not replay bit for bit."""
+def differing(runs: Path) -> list[str]:
+    """Return which runs of a folder do not replay bit for bit, and why."""
     ran = command("replay", runs, "--json", "--quiet", seconds=1800)
-    assert ran.status in {0, 1}, ran.told()
-    return sum(each["outcome"] != "reproduced" for each in json.loads(ran.out))
+    assert ran.status in {0, 1, 2} and ran.out, ran.told()
+    return [
+        f"{each['run']} {each['outcome']} {_why(each)}"
+        for each in json.loads(ran.out)
+        if each["outcome"] != "reproduced"
+    ]
+
+
+def _why(replayed: dict[str, Any]) -> str:
+    return str(replayed["message"] or replayed["differences"][:1])[:200]
