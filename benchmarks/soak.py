@@ -118,11 +118,12 @@ def _soak(folder: Path, seconds: float) -> Outcome:
     growth = float(np.median(memory[-10:]) - np.median(memory[len(memory) // 4 :][:10]))
     result = (
         f"{_listed(diary.events)}; answers: {_listed(diary.answers)}; {len(kept)} runs kept,"
-        f" {len(others)} beginnings left, {len(differ)} do not replay {differ[:2]}, of {len(judged)} compared"
-        f" {mixed} hold other inputs than their plan's and {wrong} other times than its ages say;"
-        f" {negative} of {len(diary.plans):,} plans with a negative age; {len(faults)} faults in"
-        f" {lines:,} lines logged; memory {memory[-1]:.0f} MiB, {growth:+.1f} after the first"
-        f" quarter; failures: {diary.failures[:3] or 'none'}"
+        f" {len(others)} beginnings left, {len(differ)} do not replay {differ[:2] or ''}, of"
+        f" {len(judged)} compared {mixed} hold other inputs than their plan's and {wrong} other"
+        f" times than its ages say; {negative} of {len(diary.plans):,} plans with a negative age;"
+        f" {len(faults)} faults in {lines:,} lines logged {faults[:1] or ''}; memory"
+        f" {memory[-1]:.0f} MiB, {growth:+.1f} after the first quarter; failures:"
+        f" {diary.failures[:3] or 'none'}"
     )
     bad = [len(differ), mixed, wrong, negative, len(others), len(faults), len(diary.failures)]
     held = not any(bad) and not diary.answers["internal error"] and growth < _MOST_GROWTH
