@@ -57,8 +57,9 @@ def report(console: Console, title: str, attacks: list[Attack]) -> bool:
         for one in attacks:
             seen = _carried_out(one, Path(tempfile.mkdtemp(dir=folder)))
             observed, said = escape(_line(seen.observed)), "yes" if seen.held else "NO"
-            table.add_row(one.what, f"{seen.times:,}", one.asked, observed, said)
-            console.print(f"{said:3} {one.what}: {observed}", style="dim")
+            what = escape(one.what)
+            table.add_row(what, f"{seen.times:,}", escape(one.asked), observed, said)
+            console.print(f"{said:3} {what}: {observed}", style="dim")
             held = held and seen.held
     console.print(table)
     return held
