@@ -9,7 +9,18 @@ from importlib import import_module
 
 from rich.console import Console
 
-_KINDS = ("race",)
+# From what is recorded and read to who may do what.
+_KINDS = (
+    "race",
+    "disk",
+    "recovery",
+    "loaders",
+    "crowding",
+    "claims",
+    "exposure",
+    "lifecycle",
+    "drivers",
+)
 
 
 def run(console: Console) -> bool:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mcap_ros2.reader import read_ros2_messages
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 from rich.console import Console
 
 from benchmarks.attacks.table import Seen, attack, report
@@ -110,7 +111,7 @@ class Judged:
 def judge(path: Path, plan: Any) -> Judged:
     """Compare a run with the plan that its caller got."""
     (file,) = path.glob("*.mcap")
-    messages = {each.channel.topic: each.ros_msg for each in read_ros2_messages(str(file))}
+    messages = _messages(file)
     asked = next(message for topic, message in messages.items() if topic.endswith("/run")).stamp
     kept = next(message for topic, message in messages.items() if topic.endswith("/focus_plan"))
     stamps = [
@@ -125,6 +126,13 @@ def judge(path: Path, plan: Any) -> Judged:
         for each in (plan.rig, plan.surface)
     ]
     return Judged(not (there and same), any(ages))
+
+
+def _messages(file: Path) -> dict[str, Any]:
+    """Return the last message of each topic, as another program reads it."""
+    with file.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        return {channel.topic: message for _, channel, _, message in reader.iter_decoded_messages()}
 
 
 def _seconds(stamp: Any) -> float:

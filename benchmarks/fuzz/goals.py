@@ -31,7 +31,7 @@ def run(console: Console) -> bool:
 
 
 def _goals(folder: Path) -> Outcome:
-    return campaign("goals of ~/plan", folder, _fire, time_budget=0.2, samples=200)
+    return campaign("goals of ~/plan", folder, _fire, time_budget=0.2, samples=50)
 
 
 def _fire(one: Victim, random: np.random.Generator, count: int) -> Counter[str]:

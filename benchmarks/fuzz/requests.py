@@ -27,7 +27,7 @@ def run(console: Console) -> bool:
 
 
 def _requests(folder: Path) -> Outcome:
-    waiting = {"service_max_wait": _PATIENCE, "time_budget": 0.2, "samples": 200}
+    waiting = {"service_max_wait": _PATIENCE, "time_budget": 0.2, "samples": 50}
     return campaign("calls of ~/plan_focus", folder, _fire, **waiting)
 
 
