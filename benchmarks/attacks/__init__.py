@@ -20,6 +20,7 @@ _KINDS = (
     "exposure",
     "lifecycle",
     "drivers",
+    "protocol",
 )
 
 

@@ -66,8 +66,9 @@ def _set_some(
     else:
         kind, service = SetParameters, "set_parameters"
     answer = _call(node, kind, one, service, kind.Request(parameters=parameters))
-    names = [f"{each.name[:40]}:={each.value.string_value[:80]!r}" for each in parameters]
-    assert answer is not None, f"no answer to {names}"
+    if answer is None:
+        said = [f"{each.name[:40]} of type {each.value.type}" for each in parameters]
+        raise TimeoutError(f"no answer to {said}; logged last: {one.node.log[-200:]}")
     results = answer.results if service == "set_parameters" else [answer.result]
     return "taken" if all(result.successful for result in results) else "refused"
 
