@@ -34,7 +34,7 @@ from benchmarks.attacks.victim import (
 )
 from benchmarks.guarantees import Node, arguments
 from benchmarks.processes import family, processor_seconds
-from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.client import Goal, PlannerClient
 from testing.malformed import BALL, RIG, absurd
 
 _LONG = {"method": "optimal", "samples": 16_384, "gap": 1e-12}
@@ -71,17 +71,15 @@ def cleanup(folder: Path) -> Seen:
         for number in range(_ROUNDS):
             goals = [one.client.send_goal(**_LONG, seed=number + 1) for _ in range(_GOALS)]
             calls = [one.client.plan_async(**_LONG) for _ in range(2)]
-            late: list[Any] = []
+            late: list[Goal | None] = []
             thread = threading.Thread(target=_send_meanwhile, args=(other, late))
             time.sleep(0.2 * number)
             thread.start()
             assert one.client.change_state("deactivate")
             assert one.client.change_state("cleanup")
             thread.join()
-            goals += late
-            asked += len(goals) + len(calls)
-            for goal in goals:
-                answered += not goal.accepted or goal.result(PATIENCE) is not None
+            asked += len(goals) + len(late) + len(calls)
+            answered += sum(map(_answered, [*goals, *late]))
             answered += sum(one.client.wait_for(call, PATIENCE) is not None for call in calls)
             assert one.client.change_state("configure")
             assert one.client.change_state("activate")
@@ -90,10 +88,26 @@ def cleanup(folder: Path) -> Seen:
     return Seen(f"{answered} of {asked} answered", answered == asked, asked)
 
 
-def _send_meanwhile(client: PlannerClient, late: list[Any]) -> None:
+def _send_meanwhile(client: PlannerClient, late: list[Goal | None]) -> None:
+    """Send goals as long as there is somebody to take them; None for one without an answer."""
     for _ in range(5):
-        late.append(client.send_goal(**_LONG))
+        try:
+            late.append(client.send_goal(**_LONG))
+        except TimeoutError as error:
+            if "no planner offers" not in str(error):
+                late.append(None)
+            return
         time.sleep(0.02)
+
+
+def _answered(goal: Goal | None) -> bool:
+    """Return whether a goal was rejected, or has a result."""
+    if goal is None:
+        return False
+    try:
+        return not goal.accepted or goal.result(PATIENCE) is not None
+    except TimeoutError:
+        return False
 
 
 @attack(
