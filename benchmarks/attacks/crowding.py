@@ -32,7 +32,7 @@ _WAIT, _PLAN = 5.0, 3.0
 _ENDED, _KEPT = 1.0, 150.0
 # Of processor time within two seconds: what a node that does not plan takes.
 _IDLE = 0.6
-_MOMENTS = (0.3, 1.0, 3.0, 6.0)
+_MOMENTS = (0.3, 1.0, 3.0, 6.0, 15.0)
 
 
 def run(console: Console) -> bool:
@@ -108,7 +108,7 @@ def _end_midway(how: str, moment: float, folder: Path) -> Seen:
         assert goal.accepted
         time.sleep(moment)
         during, began = one.node.memory, time.perf_counter()
-        _ENDING[how](one, goal)
+        said = _ENDING[how](one, goal)
         answered = time.perf_counter() - began
         status = one.client.status()
         time.sleep(max(0.0, _ENDED - (time.perf_counter() - began)))
@@ -119,24 +119,24 @@ def _end_midway(how: str, moment: float, folder: Path) -> Seen:
         until(lambda: one.client.plan(PATIENCE, **_MODEST).success, "no plan afterwards")
     held = answered < _ENDED and spent < _IDLE and after - before < _KEPT and not status.planning
     observed = (
-        f"answered after {answered:.2f} s; {spent:.1f} s of processor time in the two seconds"
+        f"answered after {answered:.2f} s, {said[:60]!r}; {spent:.1f} s of processor time in the two seconds"
         f" from {max(answered, _ENDED):.1f} s on; memory {before:.0f}, then {during:.0f}, then"
         f" {after:.0f} MiB"
     )
     return Seen(observed, held)
 
 
-def _cancel(_: Victim, goal: Any) -> None:
+def _cancel(_: Victim, goal: Any) -> str:
     goal.cancel()
-    goal.result(PATIENCE)
+    return str(goal.result(PATIENCE)[1].message)
 
 
-def _deactivate(one: Victim, goal: Any) -> None:
+def _deactivate(one: Victim, goal: Any) -> str:
     assert one.client.change_state("deactivate")
-    goal.result(PATIENCE)
+    return str(goal.result(PATIENCE)[1].message)
 
 
-_ENDING: dict[str, Callable[[Victim, Any], None]] = {
+_ENDING: dict[str, Callable[[Victim, Any], str]] = {
     "cancelling": _cancel,
     "deactivating": _deactivate,
 }

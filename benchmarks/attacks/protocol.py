@@ -41,7 +41,7 @@ def run(console: Console) -> bool:
     lenses = [
         Attack(
             f"{kind}: parameters of unknown types, odd names",
-            "calls made afterwards are answered",
+            "each is answered, and so are those made afterwards; no traceback",
             partial(_lens_node, kind),
         )
         for kind in ("lens_adapter", "simulated_lens")
@@ -51,7 +51,7 @@ def run(console: Console) -> bool:
 
 @attack(
     "the planner's services: parameters of unknown types, unknown transitions and goals, odd names",
-    "calls made afterwards are answered, and the plan is the same",
+    "each is answered, and so are those made afterwards; the plan is the same; no traceback",
 )
 def planner(folder: Path) -> Seen:
     """Call every service of the planner as no client library does."""
@@ -64,21 +64,22 @@ def planner(folder: Path) -> Seen:
 
 def _call_until_harmed(left: list[Any], folder: Path) -> list[str]:
     """Make calls, and take them off the list, until one does harm; return that one."""
-    what = "the start"
+    what, harmful = "the start", []
     try:
         with victim(folder, clean=False) as one, peer() as node:
             while left:
                 what, service, kind, request = left.pop(0)
-                _call(node, kind, f"{one.node.name}/{service}", request)
+                answer = _call(node, kind, f"{one.node.name}/{service}", request)
                 if not _answers(node, one.node.name):
                     one.node.kill()
-                    return [what]
+                    return [*harmful, f"{what}: no call afterwards"]
+                harmful += [what] if answer is None else []
             one.put_inputs()
             one.check_plan()
             assert "Traceback" not in one.node.log, "a traceback in the log"
     except (AssertionError, TimeoutError) as error:
-        return [f"{what}: {error}"]
-    return []
+        return [*harmful, f"{what}: {error}"]
+    return harmful
 
 
 def _lens_node(module: str, _: Path) -> Seen:
@@ -89,9 +90,10 @@ def _lens_node(module: str, _: Path) -> Seen:
     with running_lenses(node_of_lens), peer() as node:
         for what, service, kind, request in _parameter_calls():
             made += 1
-            _call(node, kind, f"{name}/{service}", request)
-            if _call(node, ListParameters, f"{name}/list_parameters") is None:
+            if _call(node, kind, f"{name}/{service}", request) is None:
                 harmful.append(what)
+            if _call(node, ListParameters, f"{name}/list_parameters") is None:
+                harmful.append("no call afterwards")
                 break
         log = node_of_lens.log
     held = not harmful and "Traceback" not in log
@@ -99,9 +101,7 @@ def _lens_node(module: str, _: Path) -> Seen:
 
 
 def _told(harmful: list[str], made: int) -> str:
-    if not harmful:
-        return f"all calls after each of {made} were answered"
-    return f"no call was answered any more after: {', '.join(harmful)} (of {made} calls)"
+    return f"of {made} calls without an answer: {', '.join(harmful) or 'none'}"
 
 
 def _parameter_calls() -> Iterator[tuple[str, str, type, Any]]:
