@@ -110,8 +110,9 @@ def _end_midway(how: str, moment: float, folder: Path) -> Seen:
         during, began = one.node.memory, time.perf_counter()
         said = _ENDING[how](one, goal)
         answered = time.perf_counter() - began
-        status = one.client.status()
         time.sleep(max(0.0, _ENDED - (time.perf_counter() - began)))
+        # It is published ten times a second at most.
+        status = one.client.status()
         spent = _spent_in_two_seconds(one)
         after = one.node.memory
         if how == "deactivating":
@@ -119,9 +120,9 @@ def _end_midway(how: str, moment: float, folder: Path) -> Seen:
         until(lambda: one.client.plan(PATIENCE, **_MODEST).success, "no plan afterwards")
     held = answered < _ENDED and spent < _IDLE and after - before < _KEPT and not status.planning
     observed = (
-        f"answered after {answered:.2f} s, {said[:60]!r}; {spent:.1f} s of processor time in the two seconds"
-        f" from {max(answered, _ENDED):.1f} s on; memory {before:.0f}, then {during:.0f}, then"
-        f" {after:.0f} MiB"
+        f"answered after {answered:.2f} s, {said[:60]!r}; {spent:.1f} s of processor time in the"
+        f" two seconds from {max(answered, _ENDED):.1f} s on; memory {before:.0f}, then"
+        f" {during:.0f}, then {after:.0f} MiB{'; still planning' if status.planning else ''}"
     )
     return Seen(observed, held)
 
