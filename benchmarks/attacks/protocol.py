@@ -101,7 +101,10 @@ def _lens_node(module: str, _: Path) -> Seen:
 
 
 def _told(harmful: list[str], made: int) -> str:
-    return f"of {made} calls without an answer: {', '.join(harmful) or 'none'}"
+    some = harmful if len(harmful) < 5 else [*harmful[:2], "…", *harmful[-2:]]
+    return (
+        f"without an answer {len(harmful)} of {made} calls{': ' if some else ''}{', '.join(some)}"
+    )
 
 
 def _parameter_calls() -> Iterator[tuple[str, str, type, Any]]:
