@@ -3,8 +3,9 @@
 The default ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
 the long ones are ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale``, ``cancelling`` and
 ``many_lenses``.
-``load``, ``endurance``, ``fuzz``, ``faults`` and ``limits`` test the node's guarantees under load
-and faults; the exit status is 1 if one is violated.
+``load``, ``endurance``, ``fuzz``, ``faults``, ``limits``, ``attacks`` and ``soak`` test the node's
+guarantees under load, faults and attacks; the exit status is 1 if one is violated. Of ``fuzz`` and
+``attacks`` there are parts, such as ``fuzz.requests`` and ``attacks.race``.
 """
 
 from __future__ import annotations
@@ -14,16 +15,18 @@ from importlib import import_module
 
 from rich.console import Console
 
+from benchmarks.options import options
+
 _DEFAULT = ("speed", "memory", "service", "recording", "quality", "clouds")
 _LONG = ("optimum", "deadlines", "warm", "growth", "scale", "cancelling", "many_lenses")
-_GUARANTEES = ("load", "endurance", "fuzz", "faults", "limits")
+_GUARANTEES = ("load", "endurance", "fuzz", "faults", "limits", "attacks", "soak")
 _ALL = _DEFAULT + _LONG + _GUARANTEES
 
 
 def main() -> int:
     """Run the benchmarks named on the command line."""
-    chosen = sys.argv[1:] or _DEFAULT
-    unknown = [name for name in chosen if name not in _ALL]
+    chosen = options().names or _DEFAULT
+    unknown = [name for name in chosen if name.partition(".")[0] not in _ALL]
     if unknown:
         print(f"benchmarks: expected some of {', '.join(_ALL)}, got {unknown[0]!r}")
         return 2

@@ -15,6 +15,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.processes import family, memory_of, status_of
 from focus_planner import FocusPlan, Mesh, PlanRequest, Rig, Scene, plan_focus
 from focus_planner.messages.reading import plan_from_message
 from testing.ros.planner_process import PlannerProcess
@@ -54,15 +55,15 @@ def _outcome(test: Callable[[], Outcome]) -> Outcome:
         return test()
     except Exception as error:  # noqa: BLE001 - a test that fails must not cost the others
         traceback.print_exc()
-        name = getattr(test, "__name__", "test").strip("_")
+        name = getattr(getattr(test, "func", test), "__name__", "test").strip("_")
         return Outcome(name, 0, f"{type(error).__name__}: {error}", False)
 
 
 class Node(PlannerProcess):
     """A node in a process of its own, with access to its memory use and log."""
 
-    def __init__(self, name: str, *arguments: str) -> None:
-        super().__init__(name, *arguments, forked=False)
+    def __init__(self, name: str, *arguments: str, **how: object) -> None:
+        super().__init__(name, *arguments, forked=False, **how)
 
     @property
     def is_alive(self) -> bool:
@@ -70,22 +71,18 @@ class Node(PlannerProcess):
 
     @property
     def memory(self) -> float:
-        """Resident memory, MiB."""
-        return self._status("VmRSS")
+        """Memory of it and all processes that it started, MiB."""
+        return memory_of(family(self.pid))
 
     @property
     def peak(self) -> float:
-        """Peak resident memory so far, MiB."""
-        return self._status("VmHWM")
+        """Peak resident memory so far of it and all processes that it started, MiB."""
+        return sum(status_of(pid, "VmHWM") for pid in family(self.pid)) / 1024
 
     @property
     def faults(self) -> list[str]:
         """Unexpected lines of the log."""
         return [line for line in self.log.splitlines() if _FAULT.search(line)]
-
-    def _status(self, field: str) -> float:
-        lines = Path(f"/proc/{self.pid}/status").read_text().splitlines()
-        return next(int(line.split()[1]) for line in lines if line.startswith(field)) / 1024
 
 
 @contextmanager
@@ -95,6 +92,10 @@ def own_graph() -> Iterator[Path]:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     folder = Path(tempfile.mkdtemp(prefix="focus_planner_"))
     os.environ["ROS_LOG_DIR"] = str(folder / "log")
+    # Nodes are started in other folders too.
+    os.environ["PYTHONPATH"] = os.pathsep.join(
+        [str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    )
     try:
         yield folder
     finally:

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import threading
+from functools import partial
 from signal import SIGINT
 from tempfile import gettempdir
 
@@ -18,12 +19,13 @@ PATIENCE = 240
 class NodeProcess:
     """A node that runs; what it logs can be waited for."""
 
-    def _start(self, module, arguments, *, forked=True):
+    def _start(self, module, arguments, *, forked=True, folder=None, under=()):
         self._lines = []
         self._news = threading.Condition()
         self._ended = False
         self.module = module
-        self._process = (ForkedProcess if forked else _python)(module, *arguments, stderr=PIPE)
+        start = ForkedProcess if forked else partial(_python, under=under)
+        self._process = start(module, *arguments, stderr=PIPE, folder=folder)
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
 
@@ -92,15 +94,31 @@ class PlannerProcess(NodeProcess):
         Whether what it imports may have been imported before.
     module : str
         What it runs.
+    folder : str, optional
+        Where it is started, by default here.
+    under : sequence of str
+        A command that it is the argument of, such as one that limits it; not forked.
     """
 
-    def __init__(self, name, *arguments, forked=True, module="focus_planner.ros.node"):
+    def __init__(
+        self,
+        name,
+        *arguments,
+        forked=True,
+        module="focus_planner.ros.node",
+        folder=None,
+        under=(),
+    ):
         self.name = f"/{name}"
         remapped = ["--ros-args", "--remap", f"__node:={name}"]
         folders = ["-p", f"data_directories:={gettempdir()}"]  # for what tests set later
-        self._start(module, [*remapped, *folders, *arguments], forked=forked)
+        self._start(
+            module, [*remapped, *folders, *arguments], forked=forked, folder=folder, under=under
+        )
 
 
-def _python(module, *arguments, stderr):
-    command = [sys.executable, "-m", module, *arguments]
-    return subprocess.Popen(command, stdout=DEVNULL, stderr=stderr, text=True)
+def _python(module, *arguments, stderr, folder, under):
+    command = [*under, sys.executable, "-m", module, *arguments]
+    return subprocess.Popen(
+        command, stdout=DEVNULL, stderr=stderr, text=True, errors="backslashreplace", cwd=folder
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -27,6 +26,7 @@ from benchmarks.guarantees import (
     report,
     running,
 )
+from benchmarks.options import options
 from focus_planner.ros.client import PlannerClient
 from testing.malformed import (
     BALL,
@@ -38,8 +38,6 @@ from testing.malformed import (
     broken,
 )
 
-_MESSAGES = int(os.environ.get("MESSAGES", "10000"))
-_SEED = 1
 # As many as the node keeps: more at once would push each other out unread.
 _AT_ONCE = 4
 _BETWEEN_PLANS = 200
@@ -96,7 +94,7 @@ class _Fuzzer:
                 self._wait_until_read()
             if self._topic != "lens_states" and sent % _BETWEEN_PLANS == 0:
                 self._check_plan()
-            if sent == _MESSAGES // 4:
+            if sent == options().count // 4:
                 settled = self._node.memory
         self._check_plan()
         self._client.status()
@@ -106,8 +104,8 @@ class _Fuzzer:
         """Yield messages that the library rejects: half with absurd values, half broken bytes."""
         bench = None if self._topic == "lens_states" else Bench()
         changes = {"plan_id": plan_id} if bench is None else {}
-        random, sent = np.random.default_rng(_SEED), 0
-        while sent < _MESSAGES:
+        random, sent = np.random.default_rng(options().seed), 0
+        while sent < options().count:
             make = absurd if sent % 2 else broken
             payload = make(self._topic, random, **changes)
             if bench is None or bench.refuses(self._topic, payload):
@@ -160,7 +158,7 @@ class _Fuzzer:
         )
         for line in faults[:5]:
             result += f"; {line[:200]}"
-        return Outcome(f"on ~/{self._topic}", _MESSAGES, result, kept)
+        return Outcome(f"on ~/{self._topic}", options().count, result, kept)
 
 
 @contextmanager

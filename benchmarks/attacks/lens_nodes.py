@@ -1,0 +1,46 @@
+"""Lens adapters and simulated lenses in processes of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from benchmarks.attacks.victim import kill, until
+from testing.ros.lens_processes import LensProcess
+
+_START = 90.0
+
+
+class LensNode(LensProcess):
+    """A lens node that shares nothing with others."""
+
+    def _start(self, module: str, arguments: list[str], **how: Any) -> None:
+        super()._start(module, arguments, **{**how, "forked": False})
+
+    @property
+    def is_alive(self) -> bool:
+        return not self.has_ended()
+
+
+def _is_ready(node: LensNode) -> bool:
+    return "ready" in node.log or not node.is_alive
+
+
+@contextmanager
+def running_lenses(*nodes: LensNode) -> Iterator[None]:
+    """Wait until they are ready; kill them in the end."""
+    try:
+        for node in nodes:
+            until(
+                lambda node=node: "ready" in node.log or node.has_ended(),
+                "it was never ready",
+                _START,
+            )
+            assert node.is_alive, f"it ended: {node.log[-300:]}"
+        yield
+        for node in nodes:
+            assert node.is_alive, f"it ended by itself: {node.log[-300:]}"
+    finally:
+        for node in nodes:
+            kill(node)

@@ -1,0 +1,70 @@
+"""Random goals of ``~/plan`` from several clients, many of them cancelled at any time."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from benchmarks.attacks.victim import Victim
+from benchmarks.fuzz.campaign import LOST, campaign
+from benchmarks.fuzz.random_requests import random_request
+from benchmarks.fuzz.requests import told
+from benchmarks.guarantees import Outcome, own_graph, report
+from focus_planner.ros.client import Goal, PlannerClient
+
+_CLIENTS, _IN_FLIGHT = 4, 6
+_PATIENCE = 120.0
+_CANCELLED = 0.4
+
+
+def run(console: Console) -> bool:
+    """Print the table; return whether all guarantees held."""
+    with own_graph() as folder:
+        return report(console, "Random goals", [partial(_goals, folder)])
+
+
+def _goals(folder: Path) -> Outcome:
+    return campaign("goals of ~/plan", folder, _fire, time_budget=0.2, samples=50)
+
+
+def _fire(one: Victim, random: np.random.Generator, count: int) -> Counter[str]:
+    shares = [count // _CLIENTS + (k < count % _CLIENTS) for k in range(_CLIENTS)]
+    seeds = random.integers(2**32, size=_CLIENTS)
+    with ExitStack() as stack:
+        clients = [stack.enter_context(PlannerClient(one.node.name)) for _ in shares]
+        pool = stack.enter_context(ThreadPoolExecutor(_CLIENTS))
+        found = pool.map(_send_all, clients, seeds, shares)
+        return sum(found, Counter())
+
+
+def _send_all(client: PlannerClient, seed: int, count: int) -> Counter[str]:
+    random = np.random.default_rng(seed)
+    answers: Counter[str] = Counter()
+    goals: list[Goal] = []
+    for _ in range(count):
+        goals.append(client.send_goal(**random_request(random)))
+        if random.random() < _CANCELLED and goals[-1].accepted:
+            time.sleep(random.choice([0.0, 0.002, 0.02]))
+            goals[-1].cancel()
+        if len(goals) == _IN_FLIGHT:
+            answers[_answer(goals.pop(0))] += 1
+    for goal in goals:
+        answers[_answer(goal)] += 1
+    return answers
+
+
+def _answer(goal: Goal) -> str:
+    if not goal.accepted:
+        return "rejected"
+    try:
+        _, result = goal.result(_PATIENCE)
+    except TimeoutError:
+        return LOST
+    return told(result)

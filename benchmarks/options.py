@@ -1,0 +1,27 @@
+"""The command line of the benchmarks."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from functools import cache
+
+
+@cache
+def options() -> argparse.Namespace:
+    """Return what the command line says."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", allow_abbrev=False)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="parts; by default the usual ones")
+    parser.add_argument(
+        "--count",
+        type=int,
+        default=int(os.environ.get("MESSAGES", "10000")),
+        help="with fuzz: how many of each kind (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, help="with fuzz and soak: of what is random (default: 1)"
+    )
+    parser.add_argument(
+        "--minutes", type=float, default=15.0, help="with soak (default: %(default)g)"
+    )
+    return parser.parse_args()
