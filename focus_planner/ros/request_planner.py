@@ -316,8 +316,8 @@ class RequestPlanner:
         """Have the plan described for its record, after its caller has been answered."""
         stamp = run.markers_stamp(time.time_ns())
         try:
-            description.set_result(self.planner.describe(orders.Describe(stamp), self._wish))
-        except (PlanningEnded, PlanningDied) as error:
+            description.set_result(self.planner.describe(orders.Describe(stamp)))
+        except PlanningDied as error:
             description.set_exception(error)
 
     def _wish_of(self, request: Request, began: float) -> Wish:

@@ -238,14 +238,16 @@ class RemotePlanner:
             self.close()  # what is left of it may lack what it could not allocate
         return result
 
-    def describe(self, order: orders.Describe, wish: Callable[[], Wish]) -> orders.Description:
+    def describe(self, order: orders.Describe) -> orders.Description:
         """Return what the record of the last plan says besides the plan.
+
+        Whatever is wished meanwhile: it takes no time, and without it the run is not whole.
 
         Raises
         ------
-        PlanningEnded, PlanningDied
+        PlanningDied
         """
-        result = self._ask(order, wish)
+        result = self._ask(order, lambda: Wish.GO_ON)
         if not isinstance(result, orders.Description):
             raise PlanningDied(f"the plan could not be described: {result}")
         return result

@@ -165,7 +165,7 @@ def test_steps_are_told_of_a_plan_that_is_recorded(ready):
     steps = []
     assert same(ready.plan(steps=steps).plan, BOX, RIG)
     assert "solving" in {step.stage for step in steps}
-    description = ready.planner.describe(orders.Describe(None), go_on)
+    description = ready.planner.describe(orders.Describe(None))
     assert [each.stage for each in description.fingerprints][:1] == ["fresh samples"]
     assert description.markers is None
 
