@@ -32,7 +32,12 @@ class CameraTopics:
         InputError
             If a camera's name cannot be part of a topic's name.
         """
-        longest = max((camera.name for camera in rig.cameras), key=len)
+        self.check_names([camera.name for camera in rig.cameras])
+        return rig
+
+    def check_names(self, names: Sequence[str]) -> None:
+        """Raise ``InputError`` if a camera's name cannot be part of a topic's name."""
+        longest = max(names, key=len)
         try:
             # Only the length is left to check: the core checks the characters.
             self._node.resolve_topic_name(_topic(longest))
@@ -40,7 +45,6 @@ class CameraTopics:
             raise InputError(
                 "camera name", "part of a topic's name", f"{longest!r} ({error})"
             ) from None
-        return rig
 
     def follow(self, names: Sequence[str]) -> None:
         """Create missing publishers, and destroy those of cameras no longer in the rig."""

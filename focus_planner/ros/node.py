@@ -287,6 +287,7 @@ class PlannerNode(ManagedNode):
             snapshot=planning.snapshot if planning else Snapshot(),
             recording_failure=planning.recording_failure if planning else "",
             runs_to_write=planning.runs_to_write if planning else 0,
+            skipped_runs=self._plans.skipped,
         )
 
     def _diagnose(self) -> Iterator[Diagnosis]:

@@ -13,6 +13,8 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.validation import InputError
+from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import fields_of
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.ros.camera_topics import CameraTopics
@@ -45,6 +47,11 @@ class PlanPublisher:
     cameras : CameraTopics
     on_plan : PlanObserver
         Called before a plan is published, so that it is known when lenses report on it.
+
+    Attributes
+    ----------
+    skipped : tuple
+        The runs that were skipped in the search for the last plan, and why: names and texts.
     """
 
     def __init__(self, node: Node, cameras: CameraTopics, on_plan: PlanObserver) -> None:
@@ -54,6 +61,7 @@ class PlanPublisher:
         self._publisher: Publisher | None = None
         self._repeats: deque[tuple[float, FocusPlan]] = deque()
         self._lock = Lock()
+        self.skipped: tuple[tuple[str, str], ...] = ()
 
     def open(self) -> None:
         """Create the topic of the whole plan."""
@@ -81,13 +89,22 @@ class PlanPublisher:
             self._send(plan)
 
     def restore(self, directory: Path) -> None:
-        """Put the last plan that this planner recorded below a directory in force again."""
+        """Put the last plan that this planner recorded below a directory in force again.
+
+        Raises nothing, whatever there is in the directory.
+        """
+        log = self._node.get_logger()
+        self.skipped = ()
         try:
-            last = last_plan(directory, self._node.get_fully_qualified_name())
+            found = last_plan(directory, self._node.get_fully_qualified_name(), self._check)
         except OSError as error:
-            self._node.get_logger().error(f"cannot look for the last plan: {error}")
+            log.error(f"cannot look for the last plan: {error}")
             return
-        if not last:
+        self.skipped = tuple((each.run.name, each.why) for each in found.skipped)
+        for name, why in self.skipped:
+            log.warning(f"skipped {name} in the search for the last plan: {why}")
+        last = found.plan
+        if last is None:
             return
         plan = message_to_ros(FocusPlan, fields_of(last.message))
         self._cameras.follow([camera.name for camera in plan.cameras])
@@ -98,6 +115,14 @@ class PlanPublisher:
         self._node.get_logger().info(
             f"restored the last plan, {plan.plan_id}, from its record {last.run}"
         )
+
+    def _check(self, message: Message) -> None:
+        """Raise ``InputError`` unless a plan can be published."""
+        try:
+            message_to_ros(FocusPlan, fields_of(message))
+        except (AssertionError, TypeError, ValueError) as error:
+            raise InputError("plan", "one that can be published", repr(error)) from None
+        self._cameras.check_names([camera.name for camera in message.cameras])
 
     def repeat_if_due(self) -> None:
         """Publish a restored plan again, unless a newer plan or rig has arrived since."""

@@ -97,21 +97,21 @@ class RequestPlanner:
         self.snapshot = Snapshot(self.planner.surface.state, self.planner.rig.state)
         self._host = host
         self._is_stopping = is_stopping
-        self._last_recorder: RunRecorder | None = None
         self._logged_notes: tuple[Note, ...] = ()
 
     @property
     def recording_failure(self) -> str:
         """Why the last run is not recorded; empty if it is, or need not be."""
-        return self._last_recorder.failure if self._last_recorder else ""
+        return self.recorder.failure
 
     def digest(self) -> None:
         """Process the inputs received, and prepare to record a run on them."""
         settings = self._host.settings()
         self.planner.digest(settings.optics)
         self.take_snapshot()
-        if settings.recording.directory is not None:
-            self.recorder.prepare(settings.recording.directory, self._inputs())
+        recording = settings.recording
+        if recording.directory is not None:
+            self.recorder.prepare(recording.directory, self._inputs(), recording.access)
 
     def answer(self, request: Request) -> None:
         """Plan, publish and record as a request asks, unless it has been answered already."""
@@ -120,7 +120,7 @@ class RequestPlanner:
         recorder = None
         try:
             self.planner.digest(request.settings.optics)
-            recorder = self._last_recorder = self._begin_recording(request)
+            recorder = self._begin_recording(request)
             outcome = self._plan(request, recorder)
         except NotReady as error:
             outcome = self._failure(request, Reason.NOT_READY, str(error), recorder)

@@ -66,6 +66,8 @@ class PlannerReport:
         Why the last run is not recorded; empty if it is, or need not be.
     runs_to_write : int
         How many jobs the recorder has.
+    skipped_runs : tuple
+        Recorded runs that were skipped in the search for the last plan, and why: names and texts.
     """
 
     state: str
@@ -74,6 +76,7 @@ class PlannerReport:
     snapshot: Snapshot = Snapshot()
     recording_failure: str = ""
     runs_to_write: int = 0
+    skipped_runs: tuple[tuple[str, str], ...] = ()
 
 
 def without_problem(plan: FocusPlan) -> FocusPlan:

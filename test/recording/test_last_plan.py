@@ -9,8 +9,9 @@ from dataclasses import replace
 import pytest
 
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
+from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.naming import METADATA, PARTIAL
 from focus_planner.recording.run import beginning_messages, ending_messages, plan_message
 from testing import made_up_runs as made_up
 from testing import runs

@@ -18,7 +18,8 @@ from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.parameters.planner import Recording
 from focus_planner.recording import recorder as module
-from focus_planner.recording.bag import BagWriter, read_bag
+from focus_planner.recording.bag import BagWriter
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.run import inputs_of, read_run
