@@ -117,9 +117,22 @@ def ending(seed=1) -> Ending:
     return Ending(True, "a plan", plan, log, prints, (1_700_000_001, 5))
 
 
+def plan_fields(number, names=("cam_0", "cam_1")):
+    """A plan that can be put in force, and recognised by its cost."""
+    shot = {"focus_distance": 0.75, "near_limit": 0.7, "far_limit": math.inf, "assigned_samples": 9}
+    camera = shot | {"status": 1, "dioptres": 1 / 0.75, "bracket": [0.75], "shots": [shot]}
+    return {
+        "plan_id": run_id(number),
+        "cost": float(number),
+        "lower_bound": math.nan,
+        "samples": 100,
+        "cameras": [{"name": name} | camera for name in names],
+    }
+
+
 def plan_payload(number):
-    """A serialized plan that can be recognised by its cost."""
-    return serialize(PLAN, {"plan_id": run_id(number), "cost": float(number)})
+    """The same, serialized."""
+    return serialize(PLAN, plan_fields(number))
 
 
 def markers():

@@ -204,8 +204,8 @@ def _of_known_fields(type_name: str, given: Typesdict, done: Typesdict) -> Types
         if name not in known:
             raise InputError(
                 type_name,
-                "a message known to this version",
-                f"one with a field {name!r}, which is not among {', '.join(known)}",
+                f"fields among {', '.join(known)}",
+                repr(name),
                 "update focus_planner",
             )
         if kind != known[name] or names.count(name) > 1:

@@ -27,14 +27,10 @@ def make_folder(path: Path, access: str = _OWNER) -> None:
 
 def make_parent(folder: Path, access: str = _OWNER) -> None:
     """Make a folder for folders of runs, and those that it is in, unless it exists."""
-    if folder.is_dir():
-        return
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    try:
+    if not folder.parent.exists():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(FileExistsError):  # making a folder of runs in it tells if it is none
         make_folder(folder, access)
-    except FileExistsError:  # another planner may record here
-        if not folder.is_dir():
-            raise
 
 
 def create_file(path: Path, access: str = _OWNER) -> BinaryIO:

@@ -28,7 +28,7 @@ from focus_planner.io.importance import IMPORTANCE
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.markers import MARKERS, markers_to_fields
-from focus_planner.messages.plan_checking import check_plan
+from focus_planner.messages.plan_checking import check_values
 from focus_planner.messages.reading import (
     Message,
     Optics,
@@ -537,7 +537,7 @@ def _progress_from_message(message: Message) -> Progress:
 
 def _ending(result: Message, plan: Message | None) -> Ending:
     if plan is not None:
-        check_plan(plan)
+        check_values(plan)
     return Ending(
         success=result.success,
         message=result.message,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
 from typing import Protocol
@@ -16,7 +17,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import fields_of
-from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.last_plan import LastPlan, Skipped, last_plan
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.qos import LATCHED
@@ -26,6 +27,8 @@ from focus_planner.ros.qos import LATCHED
 # after these times.
 _DISCOVERY_SECONDS = 0.3
 _REPEAT_SECONDS = (0.3, 0.7, 1.5)
+# Lines of the log.
+_MAX_TOLD = 20
 
 
 class PlanObserver(Protocol):
@@ -93,19 +96,30 @@ class PlanPublisher:
 
         Raises nothing, whatever there is in the directory.
         """
-        log = self._node.get_logger()
         self.skipped = ()
         try:
             found = last_plan(directory, self._node.get_fully_qualified_name(), self._check)
         except OSError as error:
-            log.error(f"cannot look for the last plan: {error}")
+            self._node.get_logger().error(f"cannot look for the last plan: {error}")
             return
-        self.skipped = tuple((each.run.name, each.why) for each in found.skipped)
-        for name, why in self.skipped:
-            log.warning(f"skipped {name} in the search for the last plan: {why}")
-        last = found.plan
-        if last is None:
+        self._tell_skipped(found.skipped)
+        if found.plan is None:
             return
+        try:
+            self._put_in_force(found.plan)
+        except Exception as error:  # noqa: BLE001 - no run may keep the node from starting
+            self._node.get_logger().error(f"cannot restore the plan of {found.plan.run}: {error!r}")
+
+    def _tell_skipped(self, skipped: Sequence[Skipped]) -> None:
+        self.skipped = tuple((each.run.name, each.why) for each in skipped)
+        for name, why in self.skipped[:_MAX_TOLD]:
+            text = f"skipped {name} in the search for the last plan: {why}"
+            self._node.get_logger().warning(text)
+        if len(skipped) > _MAX_TOLD:
+            text = f"skipped {len(skipped) - _MAX_TOLD} more in the search for the last plan"
+            self._node.get_logger().warning(text)
+
+    def _put_in_force(self, last: LastPlan) -> None:
         plan = message_to_ros(FocusPlan, fields_of(last.message))
         self._cameras.follow([camera.name for camera in plan.cameras])
         time.sleep(_DISCOVERY_SECONDS)

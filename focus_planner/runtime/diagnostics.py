@@ -174,9 +174,9 @@ def diagnose_recorder(
     jobs: int,
     skipped: Sequence[tuple[str, str]] = (),
 ) -> Diagnosis:
-    """Return where runs are recorded, whether the last one that ended was, and how much space is left.
+    """Return where runs are recorded, and whether the last one that ended was.
 
-    Also the runs that were skipped when the last plan was looked for, by name, and why.
+    Also how much space is left, and which runs were skipped when the last plan was looked for.
     """
     values = {f"skipped {run}": why for run, why in skipped[:_SKIPPED_SHOWN]}
     if directory is None:
