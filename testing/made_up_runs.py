@@ -22,12 +22,14 @@ from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.typestore import PLAN, POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.run import (
     Beginning,
     Ending,
     beginning_messages,
     beginning_of,
     ending_messages,
+    plan_message,
     progress_message,
     rig_message,
     surface_messages,
@@ -176,6 +178,26 @@ def write(directory: Path, number=1, seed=1) -> Path:
         for message in part:
             bag.add(message)
         bag.flush()
+    return bag.close()
+
+
+def write_with_plan(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):
+    """Write a run whose plan was kept, as the node does; partial if it was killed then."""
+    begun = replace(beginning(number), planner=planner)
+    bag = BagWriter()
+    for message in input_messages(points=20):
+        bag.add(message)
+    bag.open(directory / run_id(number))
+    for message in beginning_messages(begun):
+        bag.add(message)
+    if plan:
+        bag.add(plan_message(begun, plan_payload(number), published=published))
+    bag.flush()
+    if not whole:
+        bag.abandon()
+        return directory / f"{run_id(number)}{PARTIAL}"
+    for message in ending_messages(begun, replace(ending(), plan=None), AT):
+        bag.add(message)
     return bag.close()
 
 

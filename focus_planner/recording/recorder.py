@@ -347,14 +347,19 @@ class RunRecorder:
         self._log.error(f"not recorded: {self.failure}")
         if self._bag is not None:
             self._bag.abandon()
-        # Not on this thread, which may be the planner's: the disk may hang. After close() it stays,
-        # as that of a planner that was killed.
-        self._recorder.do_later(self._lay_aside, lambda _: None)
+        if isinstance(error, InterruptedError):
+            return  # what ends too late for the planner stays, as if that had been killed
+        # Not on this thread, which may be the planner's: the disk may hang. After close() this is
+        # the last that works on the bag.
+        self._recorder.do_later(self._lay_aside_in_turn, lambda _: self._lay_aside())
 
-    def _lay_aside(self) -> None:
+    def _lay_aside_in_turn(self) -> None:
         self._begun.wait()
         if self._plan_written is not None:
             self._plan_written.result()
+        self._lay_aside()
+
+    def _lay_aside(self) -> None:
         if self._bag is not None:
             self._recorder.lay_aside(self._bag, for_its_plan=self._plan_published)
 
