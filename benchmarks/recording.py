@@ -14,7 +14,7 @@ from benchmarks.scenes import body_scenes, rig
 from benchmarks.service import running_node
 from focus_planner import Mesh, PlanRequest, Scene, plan_focus
 from focus_planner.parameters.planner import Recording
-from focus_planner.recording.bag import bag_size
+from focus_planner.recording.folders import bag_size
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run

@@ -22,12 +22,14 @@ from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.typestore import PLAN, POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.run import (
     Beginning,
     Ending,
     beginning_messages,
     beginning_of,
     ending_messages,
+    plan_message,
     progress_message,
     rig_message,
     surface_messages,
@@ -117,9 +119,22 @@ def ending(seed=1) -> Ending:
     return Ending(True, "a plan", plan, log, prints, (1_700_000_001, 5))
 
 
+def plan_fields(number, names=("cam_0", "cam_1")):
+    """A plan that can be put in force, and recognised by its cost."""
+    shot = {"focus_distance": 0.75, "near_limit": 0.7, "far_limit": math.inf, "assigned_samples": 9}
+    camera = shot | {"status": 1, "dioptres": 1 / 0.75, "bracket": [0.75], "shots": [shot]}
+    return {
+        "plan_id": run_id(number),
+        "cost": float(number),
+        "lower_bound": math.nan,
+        "samples": 100,
+        "cameras": [{"name": name} | camera for name in names],
+    }
+
+
 def plan_payload(number):
-    """A serialized plan that can be recognised by its cost."""
-    return serialize(PLAN, {"plan_id": run_id(number), "cost": float(number)})
+    """The same, serialized."""
+    return serialize(PLAN, plan_fields(number))
 
 
 def markers():
@@ -163,6 +178,26 @@ def write(directory: Path, number=1, seed=1) -> Path:
         for message in part:
             bag.add(message)
         bag.flush()
+    return bag.close()
+
+
+def write_with_plan(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):
+    """Write a run whose plan was kept, as the node does; partial if it was killed then."""
+    begun = replace(beginning(number), planner=planner)
+    bag = BagWriter()
+    for message in input_messages(points=20):
+        bag.add(message)
+    bag.open(directory / run_id(number))
+    for message in beginning_messages(begun):
+        bag.add(message)
+    if plan:
+        bag.add(plan_message(begun, plan_payload(number), published=published))
+    bag.flush()
+    if not whole:
+        bag.abandon()
+        return directory / f"{run_id(number)}{PARTIAL}"
+    for message in ending_messages(begun, replace(ending(), plan=None), AT):
+        bag.add(message)
     return bag.close()
 
 

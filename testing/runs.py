@@ -13,7 +13,8 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.parameters.planner import Recording, Settings
-from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
+from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.run import beginning_of, inputs_of

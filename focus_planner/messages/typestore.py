@@ -10,9 +10,9 @@ import dataclasses
 import re
 import struct
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -25,16 +25,30 @@ from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Message
 from focus_planner.messages.writing import Fields
 
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import FieldDesc, Typesdict
+
 PACKAGE = "focus_planner_msgs"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 MESH, CLOUD = "shape_msgs/msg/Mesh", "sensor_msgs/msg/PointCloud2"
 POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
 PLAN, LENS_STATE = f"{PACKAGE}/msg/FocusPlan", f"{PACKAGE}/msg/LensState"
-ORDER = f"{PACKAGE}/msg/CameraFocus"
+RUN, ORDER = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/CameraFocus"
+#: Characters: several times the longest definition here, comments and nested messages included.
+MAX_DEFINITION = 50_000
 _ENCAPSULATION = 4
 _LITTLE_ENDIAN = {b"\x00\x00": False, b"\x00\x01": True}
 # Raised by the library on corrupt bytes.
-_BROKEN = (SerdeError, MemoryError, LookupError, TypeError, OverflowError, ValueError, struct.error)
+_BROKEN = (
+    SerdeError,
+    MemoryError,
+    LookupError,
+    TypeError,
+    OverflowError,
+    ValueError,
+    AssertionError,
+    struct.error,
+)
 # Separates a message's definition from those of nested messages, as rosbag2 writes them.
 _RULER = "=" * 80
 _NUMBERS = {
@@ -154,16 +168,62 @@ def _store() -> Typestore:
     return store
 
 
-@cache
+# How many definitions other than today's are kept, ready to read with.
+_MAX_STORES = 64
+
+
+@lru_cache(maxsize=_MAX_STORES)
 def _store_of(type_name: str, definition: str) -> Typestore:
     """Return a store of this definition alone: a message and those nested in it."""
+    if len(definition) > MAX_DEFINITION:
+        raise InputError(
+            type_name, f"a definition of at most {MAX_DEFINITION} characters", f"{len(definition)}"
+        )
     store = get_typestore(Stores.EMPTY)
     try:
-        store.register(get_types_from_msg(definition, type_name))
+        given = get_types_from_msg(definition, type_name)
+        store.register(_of_known_fields(type_name, given, {}))
         store.get_msgdef(type_name)
+    except InputError:
+        raise
     except (TypesysError, LookupError, ValueError, SyntaxError, RecursionError) as error:
         raise InputError(type_name, "its definition", _short(error)) from None
     return store
+
+
+def _of_known_fields(type_name: str, given: Typesdict, done: Typesdict) -> Typesdict:
+    """Return the given types with today's fields of the same names, in the given order.
+
+    Nothing else of a definition is used: the library makes code of it, and a field of another type
+    may stand for any amount of memory.
+    """
+    if type_name in done:
+        return done
+    known: dict[str, FieldDesc] = dict(_store().fielddefs[type_name][1])
+    names = [name for name, _ in given[type_name][1]]
+    for name, kind in given[type_name][1]:
+        if name not in known:
+            raise InputError(
+                type_name,
+                f"fields among {', '.join(known)}",
+                repr(name),
+                "update focus_planner",
+            )
+        if kind != known[name] or names.count(name) > 1:
+            what = "twice" if names.count(name) > 1 else "of another type"
+            raise InputError(type_name, "its definition", f"one with {name} {what}")
+    done[type_name] = ([], [(name, known[name]) for name in names])
+    for name in names:
+        nested = _nested(known[name])
+        if nested:
+            _of_known_fields(nested, given, done)
+    return done
+
+
+def _nested(kind: FieldDesc) -> str:
+    """Return the name of the message that a field is or is a sequence of; "" if it is of none."""
+    of_each: Any = kind[1][0] if kind[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE) else kind
+    return str(of_each[1]) if of_each[0] == Nodetype.NAME else ""
 
 
 def _deserialized(store: Typestore, type_name: str, payload: bytes) -> Message:

@@ -41,6 +41,9 @@ _MAX_COUNT = 2**31 - 1
 #: What happens to a goal that arrives while other requests are being planned or waiting.
 OVERLAPS = ("queue", "preempt", "refuse")
 
+#: Who may read what is recorded.
+ACCESSES = ("owner", "group", "all")
+
 # rclpy takes an empty list for a list of bytes.
 _ANY_DISTANCE = (0.0,)
 
@@ -302,6 +305,15 @@ DECLARATIONS = (
         plans=False,
     ),
     Declaration(
+        "record_access",
+        ACCESSES[0],
+        "Who may read recorded runs, which are scans of people's bodies, whatever the umask. owner:"
+        " the user of this process (folders 0700, files 0600). group: also the group (0750, 0640)."
+        " all: everyone on this machine (0755, 0644). It holds for record_directory too if that is"
+        " created. " + one_of(ACCESSES) + _NEXT_CALL,
+        plans=False,
+    ),
+    Declaration(
         "autostart",
         True,
         "Whether the node configures and activates itself when it starts; false leaves this to a"
@@ -382,12 +394,18 @@ class Recording:
         Whether runs include markers.
     max_runs, max_bytes : int
         How many runs to keep, and of what total size; 0 for no limit.
+    access : {"owner", "group", "all"}
+        Who may read runs.
     """
 
     directory: Path | None = None
     markers: bool = False
     max_runs: int = 0
     max_bytes: int = 0
+    access: str = ACCESSES[0]
+
+    def __post_init__(self) -> None:
+        check_choice("record_access", self.access, ACCESSES)
 
 
 @dataclass(frozen=True)
@@ -523,6 +541,7 @@ class Settings:
                 markers=values["record_markers"],
                 max_runs=values["record_max_runs"],
                 max_bytes=values["record_max_bytes"],
+                access=values["record_access"],
             ),
             serving=Serving(
                 autostart=values["autostart"],

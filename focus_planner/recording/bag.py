@@ -1,4 +1,4 @@
-"""Bags in rosbag2's format: a folder with one MCAP file and ``metadata.yaml``.
+"""Writing bags in rosbag2's format: a folder with one MCAP file and ``metadata.yaml``.
 
 While a bag is being written its folder's name ends in ``.partial`` and it has no
 ``metadata.yaml``. After a crash or power failure it can be read up to its last complete chunk.
@@ -9,10 +9,8 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
-import struct
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -20,42 +18,15 @@ from textwrap import indent
 from typing import IO, Any, BinaryIO, cast
 
 import yaml
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    Channel,
-    Chunk,
-    DataEnd,
-    Header,
-    McapRecord,
-    MessageIndex,
-    Metadata,
-    Schema,
-)
-from mcap.records import Message as MessageRecord
-from mcap.stream_reader import breakup_chunk, read_magic
 from mcap.writer import CompressionType, Writer
 
-from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import definition_of, deserialize, type_hash
+from focus_planner.recording.access import create_file, give_access, make_folder, make_parent
+from focus_planner.recording.folders import locked_folder
+from focus_planner.recording.naming import METADATA, PARTIAL, mcap_name
 
-PARTIAL = ".partial"
-METADATA = "metadata.yaml"
 _ROSBAG2_VERSION = 9  # of ROS 2 Jazzy
-# The records of a file's data section, except messages.
-_READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
-    Opcode.HEADER: Header.read,
-    Opcode.SCHEMA: Schema.read,
-    Opcode.CHANNEL: Channel.read,
-    Opcode.CHUNK: Chunk.read,
-    Opcode.MESSAGE_INDEX: MessageIndex.read,
-    Opcode.ATTACHMENT: Attachment.read,
-    Opcode.METADATA: Metadata.read,
-    Opcode.DATA_END: DataEnd.read,
-}
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
 #: The QoS of the planner's topics, with which a bag is played back: late subscribers get it all.
 _LATCHED = {
@@ -122,6 +93,7 @@ class BagWriter:
         self._counts: Counter[str] = Counter()
         self._first, self._last = 2**63 - 1, 0
         self._folder: Path | None = None
+        self._access = "owner"
 
     def add(self, message: BagMessage) -> None:
         """Append a message."""
@@ -143,10 +115,16 @@ class BagWriter:
         self._writer.flush()
         self._stream.flush()
 
-    def open(self, folder: Path) -> None:
+    def open(self, folder: Path, access: str = "owner") -> None:
         """Continue in a file, in a new folder with the suffix ``.partial`` for now.
 
         A bag that already has a folder is moved.
+
+        Parameters
+        ----------
+        folder : Path
+        access : {"owner", "group", "all"}
+            Who may read the bag, and the folder of the folder if that is made.
 
         Raises
         ------
@@ -155,17 +133,18 @@ class BagWriter:
         """
         if folder.exists():
             raise FileExistsError(f"{folder} exists")
-        partial = folder.with_name(folder.name + PARTIAL)
-        folder.parent.mkdir(parents=True, exist_ok=True)
+        make_parent(folder.parent, access)
+        self._access = access
         if self._folder is not None:
             self._move(self._folder, folder)
             return
-        partial.mkdir()
+        partial = folder.with_name(folder.name + PARTIAL)
+        make_folder(partial, access)
         self._folder = folder
         # Locks tell other processes, for as long as this one lives, that the bag is being written:
         # that of the folder until there is a file with one.
-        with _locked_folder(partial):
-            file = (partial / _mcap_name(folder)).open("xb")
+        with locked_folder(partial):
+            file = create_file(partial / mcap_name(folder.name), access)
             with suppress(OSError):  # some file systems have no locks
                 fcntl.flock(file, fcntl.LOCK_EX)  # waits while another process probes the lock
         self._stream.continue_in(file)
@@ -178,22 +157,26 @@ class BagWriter:
         _sync_folder(self._partial.parent)
 
     def close(self) -> Path:
-        """Write indices and ``metadata.yaml``, and return the folder under its final name."""
+        """Write indices and ``metadata.yaml``, and return the folder under its final name.
+
+        By then all of it is on the disk itself: the files, their names and that of the folder.
+        """
         assert self._folder is not None
         partial, folder = self._partial, self._folder
         information = yaml.safe_dump(self._information(), sort_keys=False)
         self._writer.add_metadata("rosbag2", {"serialized_metadata": information})
         self._writer.finish()
-        self._stream.sync()
-        with (partial / METADATA).open("xb") as file:
-            text = "rosbag2_bagfile_information:\n" + indent(information, "  ")
-            file.write(text.encode())
-            file.flush()
-            os.fsync(file.fileno())
-        _sync_folder(partial)
-        partial.rename(folder)
-        _sync_folder(folder.parent)
-        self._stream.close()
+        with locked_folder(partial):  # the file's lock ends when it is closed
+            self._stream.sync()
+            self._stream.close()
+            with create_file(partial / METADATA, self._access) as file:
+                text = "rosbag2_bagfile_information:\n" + indent(information, "  ")
+                file.write(text.encode())
+                file.flush()
+                os.fsync(file.fileno())
+            _sync_folder(partial)
+            partial.rename(folder)
+            _sync_folder(folder.parent)
         return folder
 
     def abandon(self) -> None:
@@ -221,9 +204,11 @@ class BagWriter:
         partial = new.with_name(new.name + PARTIAL)
         if partial.exists():
             raise FileExistsError(f"{partial} exists")
-        (self._partial / _mcap_name(old)).rename(self._partial / _mcap_name(new))
+        (self._partial / mcap_name(old.name)).rename(self._partial / mcap_name(new.name))
         self._partial.rename(partial)
         self._folder = new
+        for path in (partial, partial / mcap_name(new.name)):
+            give_access(path, self._access)
 
     @property
     def _partial(self) -> Path:
@@ -252,7 +237,7 @@ class BagWriter:
             "duration": {"nanoseconds": max(self._last - self._first, 0)},
             "message_count": self._counts.total(),
         }
-        name = _mcap_name(self._folder)
+        name = mcap_name(self._folder.name)
         return {
             "version": _ROSBAG2_VERSION,
             "storage_identifier": "mcap",
@@ -278,92 +263,6 @@ class BagWriter:
             "custom_data": None,
             "ros_distro": "jazzy",
         }
-
-
-@dataclass(frozen=True)
-class Bag:
-    """The readable contents of a bag.
-
-    Attributes
-    ----------
-    messages : tuple of BagMessage
-        In the order in which they were written.
-    whole : bool
-        Whether the file is complete and undamaged.
-    fault : str
-        What is wrong with it otherwise.
-    """
-
-    messages: tuple[BagMessage, ...]
-    whole: bool
-    fault: str = ""
-
-
-def read_bag(path: Path) -> Bag:
-    """Read a bag up to its end or the first error; checksums are verified.
-
-    Parameters
-    ----------
-    path : Path
-        The bag's folder, or the MCAP file itself.
-
-    Raises
-    ------
-    InputError
-        If there is no such file. A file of another format gives a bag without messages and with a
-        fault.
-    """
-    file = _mcap_file(path)
-    messages: list[BagMessage] = []
-    try:
-        with file.open("rb") as stream:
-            ended = _read_into(messages, stream)
-    except OSError as error:
-        raise InputError(
-            str(file), "a file that can be read", error.strerror or str(error)
-        ) from None
-    except Exception as error:  # noqa: BLE001 - the library raises anything for broken bytes
-        if not messages and file.stat().st_size == 0:
-            return Bag((), False, "an empty file")
-        return Bag(tuple(messages), False, _fault(error))
-    if not ended:
-        return Bag(tuple(messages), False, "a file without an end")
-    return Bag(tuple(messages), True)
-
-
-def bag_size(folder: Path) -> int:
-    """Return the total size of a bag's files, bytes."""
-    return sum(file.stat().st_size for file in folder.iterdir() if file.is_file())
-
-
-def being_written(folder: Path) -> bool:
-    """Return whether any process is writing this partial bag."""
-    with _locked_folder(folder, fcntl.LOCK_NB) as locked:
-        if not locked:
-            return True
-    for file in folder.glob("*.mcap"):
-        with file.open("rb") as stream:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                return True
-    return False
-
-
-@contextmanager
-def _locked_folder(folder: Path, how: int = 0) -> Iterator[bool]:
-    """Hold the lock of a folder; yield whether it could be locked."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | how)
-    except BlockingIOError:
-        yield False
-    except OSError:  # some file systems have no locks
-        yield True
-    else:
-        yield True
-    finally:
-        os.close(descriptor)
 
 
 class _Stream:
@@ -396,109 +295,6 @@ class _Stream:
 
     def close(self) -> None:
         self._target.close()
-
-
-def _read_into(messages: list[BagMessage], stream: BinaryIO) -> bool:
-    """Append the messages of a stream; return whether its data section has an end."""
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    chunked = ended = False
-    for opcode, body, checksum in _records(stream):
-        if ended:  # the summary section repeats schemas and channels
-            continue
-        record = _record(opcode, body)
-        if isinstance(record, MessageRecord) and chunked:
-            raise ValueError("a message outside of a chunk")
-        if isinstance(record, DataEnd):
-            if record.data_section_crc not in {0, checksum}:
-                raise ValueError("the checksum of the data section does not match")
-            ended = True
-        elif isinstance(record, Chunk):
-            chunked = True
-            for each in breakup_chunk(record, validate_crc=True):
-                _collect(each, schemas, channels, messages)
-        else:
-            _collect(record, schemas, channels, messages)
-    return ended
-
-
-def _collect(
-    record: McapRecord,
-    schemas: dict[int, Schema],
-    channels: dict[int, Channel],
-    messages: list[BagMessage],
-) -> None:
-    if isinstance(record, Schema):
-        schemas[record.id] = record
-    elif isinstance(record, Channel):
-        channels[record.id] = record
-    elif isinstance(record, MessageRecord):
-        channel = channels[record.channel_id]
-        schema = schemas[channel.schema_id]
-        text = schema.data.decode()
-        messages.append(BagMessage(channel.topic, schema.name, record.data, record.log_time, text))
-
-
-def _records(stream: BinaryIO) -> Iterator[tuple[int, bytes, int]]:
-    """Yield each record's opcode and body, and the checksum of all bytes before it.
-
-    The library's own reader skips unknown records and excess bytes, and would thus overlook
-    damage, and lose a chunk with it.
-    """
-    size = os.fstat(stream.fileno()).st_size
-    data = ReadDataStream(stream, calculate_crc=True)
-    read_magic(data)
-    opcode = 0
-    while opcode != Opcode.FOOTER:
-        checksum = data.checksum()
-        opcode, length = data.read1(), data.read8()
-        if length > size - data.count:
-            raise EndOfFile
-        yield opcode, data.read(length), checksum
-    read_magic(data)
-
-
-def _record(opcode: int, body: bytes) -> McapRecord:
-    """Parse a record of the data section."""
-    data = ReadDataStream(BytesIO(body))
-    record: McapRecord
-    if opcode == Opcode.MESSAGE:
-        record = MessageRecord.read(data, len(body))
-    elif opcode in _READERS:
-        record = _READERS[opcode](data)
-    else:
-        raise ValueError(f"a record of unknown kind {opcode}")
-    if data.count != len(body):
-        raise ValueError("a record with a wrong length")
-    return record
-
-
-def _fault(error: Exception) -> str:
-    if isinstance(error, InvalidMagic):
-        return "a file that is damaged, or not an MCAP file"
-    if isinstance(error, (EndOfFile, struct.error)):
-        return "a truncated file"
-    kind = "" if isinstance(error, (McapError, ValueError)) else f"{type(error).__name__}: "
-    return " ".join(f"a damaged file: {kind}{error}".split())[:200]
-
-
-def _mcap_file(path: Path) -> Path:
-    try:
-        if path.is_file():
-            return path
-        files = sorted(path.glob("*.mcap")) if path.is_dir() else None
-    except OSError as error:
-        raise InputError(str(path), "a recorded run", error.strerror or str(error)) from None
-    if files is None:
-        raise InputError(str(path), "a recorded run", "no such folder or file")
-    if len(files) != 1:
-        what = f"a folder with {len(files)} of them" if files else "a folder without one"
-        raise InputError(str(path), "the folder of a run with one .mcap file", what)
-    return files[0]
-
-
-def _mcap_name(folder: Path) -> str:
-    return f"{folder.name}_0.mcap"
 
 
 def _deep_copy(value: dict[str, Any]) -> dict[str, Any]:

@@ -8,8 +8,17 @@ from uuid import uuid4
 
 #: The pattern of all names.
 RUN_NAME = re.compile(r"\d{8}T\d{6}\.\d{6}Z-[0-9a-f]{8}")
+#: Ends the name of a folder whose run is not whole.
+PARTIAL = ".partial"
+#: The file of a run beside its MCAP file.
+METADATA = "metadata.yaml"
 
 
 def new_run_id() -> str:
     """Return a unique name; names sort by time."""
     return f"{datetime.now(timezone.utc):%Y%m%dT%H%M%S.%fZ}-{uuid4().hex[:8]}"
+
+
+def mcap_name(run: str) -> str:
+    """Return the name of a run's MCAP file."""
+    return f"{run}_0.mcap"

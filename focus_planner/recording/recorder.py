@@ -12,16 +12,17 @@ import errno
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from threading import Lock
+from threading import Event, Lock
 
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import Stamp
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner import ACCESSES, Recording
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.retention import delete_leftovers, prune
@@ -82,13 +83,19 @@ class Recorder:
         self._jobs: set[Future[None]] = set()
         self._prepared: _PreparedBag | None = None
         self._prepared_lock = Lock()
+        # Of runs that failed later than their plans were published, for the background thread.
+        self._kept_for_plans: list[BagWriter] = []
+        #: Why the newest run that ended is not recorded; empty if it is.
+        self.failure = ""
 
-    def prepare(self, directory: Path, inputs: Sequence[BagMessage]) -> None:
+    def prepare(
+        self, directory: Path, inputs: Sequence[BagMessage], access: str = ACCESSES[0]
+    ) -> None:
         """Compress the inputs that the next run will probably have.
 
         Large inputs are also written, into a hidden folder that becomes the run's.
         """
-        self.do_later(lambda: self._prepare(directory, tuple(inputs)), lambda _: None)
+        self.do_later(lambda: self._prepare(directory, tuple(inputs), access), lambda _: None)
 
     def begin(
         self, options: Recording, inputs: Sequence[BagMessage], beginning: Beginning
@@ -160,7 +167,7 @@ class Recorder:
             ready.bag.discard()
         return _compressed_bag(inputs)
 
-    def _prepare(self, directory: Path, inputs: tuple[BagMessage, ...]) -> None:
+    def _prepare(self, directory: Path, inputs: tuple[BagMessage, ...], access: str) -> None:
         ready = self._prepared
         if ready is not None and ready.fits(directory, inputs):
             return
@@ -169,15 +176,36 @@ class Recorder:
         if bag.size < _LARGE:
             self._prepared = _PreparedBag(None, inputs, bag)
             return
-        directory.mkdir(parents=True, exist_ok=True)
         delete_leftovers(directory)
         try:
-            bag.open(directory / f".{new_run_id()}")
+            bag.open(directory / f".{new_run_id()}", access)
             bag.sync()
         except OSError:
             bag.discard()
             raise
         self._prepared = _PreparedBag(directory, inputs, bag)
+
+    def lay_aside(self, bag: BagWriter, *, for_its_plan: bool) -> None:
+        """Delete the bag of a run that failed; only once a newer plan is recorded, if so asked.
+
+        For the background thread.
+        """
+        if for_its_plan:
+            self._kept_for_plans.append(bag)
+        else:
+            bag.discard()
+
+    def recorded(self, *, a_plan: bool) -> None:
+        """Note that a run is whole on the disk, and whether it holds a published plan.
+
+        For the background thread.
+        """
+        self.failure = ""
+        if a_plan:
+            superseded, self._kept_for_plans = self._kept_for_plans, []
+            for bag in superseded:
+                with suppress(OSError):
+                    bag.discard()
 
     def _discard(self) -> None:
         ready = self._take()
@@ -199,7 +227,7 @@ class RunRecorder:
     failure : str
         Why the run could not be recorded; empty so far.
     path : Path or None
-        The run's folder, once it is complete.
+        The run's folder, once all of the run is on the disk itself.
     """
 
     def __init__(
@@ -223,7 +251,9 @@ class RunRecorder:
         self._steps: list[tuple[float, Progress]] = []
         self._bag: BagWriter | None = None
         self._plan_written: Future[None] | None = None
+        self._plan_published = False
         self._write_lock = Lock()
+        self._begun = Event()
         self._on_disk = recorder.do_now(self._begin, self._fail)
 
     def wrap_callback(self, on_progress: ProgressCallback) -> ProgressCallback:
@@ -252,7 +282,9 @@ class RunRecorder:
             Whether the plan is in force from now on, or only returned to the caller.
         """
         message = plan_message(self._beginning, payload, published=published)
-        self._plan_written = self._recorder.do_now(lambda: self._keep(message), self._fail)
+        self._plan_written = self._recorder.do_now(
+            lambda: self._keep(message, published), self._fail
+        )
         wait([self._plan_written], _SECONDS_TO_KEEP)
 
     def finish(
@@ -352,16 +384,35 @@ class RunRecorder:
             return
         reason = error.strerror if isinstance(error, OSError) and error.strerror else repr(error)
         self.failure = f"run {self._beginning.run_id} in {self._directory}: {reason}"
+        self._recorder.failure = self.failure
         self._log.error(f"not recorded: {self.failure}")
         if self._bag is not None:
             self._bag.abandon()
+        if isinstance(error, InterruptedError):
+            return  # what ends too late for the planner stays, as if that had been killed
+        # Not on this thread, which may be the planner's: the disk may hang. After close() this is
+        # the last that works on the bag.
+        self._recorder.do_later(self._lay_aside_in_turn, lambda _: self._lay_aside())
+
+    def _lay_aside_in_turn(self) -> None:
+        self._begun.wait()
+        if self._plan_written is not None:
+            self._plan_written.result()
+        self._lay_aside()
+
+    def _lay_aside(self) -> None:
+        if self._bag is not None:
+            self._recorder.lay_aside(self._bag, for_its_plan=self._plan_published)
 
     def _begin(self) -> None:
-        self._bag = bag = self._recorder.take_prepared(self._directory, self._inputs)
-        bag.open(self._directory / self._beginning.run_id)
-        for message in beginning_messages(self._beginning):
-            bag.add(message)
-        bag.sync()
+        try:
+            self._bag = bag = self._recorder.take_prepared(self._directory, self._inputs)
+            bag.open(self._directory / self._beginning.run_id, self._options.access)
+            for message in beginning_messages(self._beginning):
+                bag.add(message)
+            bag.sync()
+        finally:
+            self._begun.set()
 
     def _write_steps(self) -> None:
         assert self._bag is not None
@@ -371,13 +422,14 @@ class RunRecorder:
                 self._bag.add(progress_message(self._beginning, elapsed, progress))
             self._bag.flush()
 
-    def _keep(self, message: BagMessage) -> None:
+    def _keep(self, message: BagMessage, published: bool) -> None:
         self._on_disk.result()
         if self._bag is None or self.failure:
             return
         with self._write_lock:
             self._bag.add(message)
             self._bag.flush()
+        self._plan_published = published
 
     def _finish(
         self, ending: Ending, at: int, describe: Callable[[], Description] | None = None
@@ -401,13 +453,16 @@ class RunRecorder:
             self._bag.add(message)
         self._bag.flush()
         self.path = self._bag.close()
+        self._recorder.recorded(a_plan=self._plan_published)
         self._keep_to_limits()
-        self._recorder.prepare(self._directory, self._inputs)  # probably the next run's as well
+        # Probably the next run's as well.
+        self._recorder.prepare(self._directory, self._inputs, self._options.access)
 
     def _keep_to_limits(self) -> None:
+        delete_leftovers(self._directory)
         try:
             prune(self._directory, self._options.max_runs, self._options.max_bytes)
-        except OSError as error:
+        except Exception as error:  # noqa: BLE001 - the run is recorded all the same
             self._log.error(f"old runs in {self._directory} cannot be deleted: {error}")
 
 

@@ -118,9 +118,11 @@ def differences(run: Run, replayed: Replayed) -> list[Difference]:
 def outcome_differences(run: Run, now: Ending) -> list[Difference]:
     """Return how an outcome, of a replay or a running node, differs from the recorded one."""
     assert run.ending is not None
-    if run.ending.plan is None or now.plan is None:
-        return list(_outcome_differences(run.ending, now))
-    return list(_plan_differences(run.ending.plan, now.plan))
+    found = [
+        *_outcome_differences(run.ending, now),
+        *_plan_differences(run.ending.plan, now.plan),
+    ]
+    return found or list(_message_differences(run.ending))
 
 
 def _feed(planner: Planner, run: Run) -> None:
@@ -141,11 +143,27 @@ def _feed(planner: Planner, run: Run) -> None:
 
 
 def _outcome_differences(recorded: Ending, now: Ending) -> Iterator[Difference]:
-    if recorded.success or now.success or recorded.message != now.message:
-        before, after = (
-            f"a plan of cost {e.plan.cost:.2f}" if e.plan else e.message for e in (recorded, now)
-        )
-        yield Difference("outcome", f"recorded: {before}; now: {after}")
+    alike = (recorded.success, bool(recorded.plan)) == (now.success, bool(now.plan))
+    if not alike or (not now.success and recorded.message != now.message):
+        texts = f"recorded: {_outcome_text(recorded)}; now: {_outcome_text(now)}"
+        yield Difference("outcome", texts)
+
+
+def _message_differences(recorded: Ending) -> Iterator[Difference]:
+    """Yield a difference if a message is of another plan; what-ifs are recorded without any."""
+    if recorded.plan is None or not recorded.message:
+        return
+    # Older versions did not mention notes.
+    told = recorded.plan.summary().partition("; see its notes")[0]
+    if told not in recorded.message:
+        yield Difference("outcome", f"recorded: {recorded.message}; of the plan: {told}")
+
+
+def _outcome_text(ending: Ending) -> str:
+    if not ending.plan:
+        return f"success without a plan: {ending.message}" if ending.success else ending.message
+    plan = f"a plan of cost {ending.plan.cost:.2f}"
+    return plan if ending.success else f"{ending.message}, beside {plan}"
 
 
 def _fingerprint_differences(
@@ -206,7 +224,9 @@ def _step_text(step: Progress | None) -> str:
     return f"{step.stage} {step.iteration} of cost {step.cost!r}{bound}"
 
 
-def _plan_differences(recorded: FocusPlan, now: FocusPlan) -> Iterator[Difference]:
+def _plan_differences(recorded: FocusPlan | None, now: FocusPlan | None) -> Iterator[Difference]:
+    if recorded is None or now is None:
+        return
     names = [f.name for f in fields(FocusPlan) if f.name not in (*_SECONDS, "notes", "cameras")]
     values = [(name, getattr(recorded, name), getattr(now, name)) for name in names]
     changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]

@@ -28,6 +28,7 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.importance import IMPORTANCE
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.limits import Limits
+from focus_planner.messages.plan_checking import check_values
 from focus_planner.messages.reading import (
     Message,
     Optics,
@@ -51,6 +52,7 @@ from focus_planner.messages.typestore import (
     PLAN,
     POSES,
     RIG,
+    RUN,
     deserialize,
     fields_of,
     message_of,
@@ -68,11 +70,12 @@ from focus_planner.messages.writing import (
 )
 from focus_planner.parameters.declaration import Value
 from focus_planner.parameters.planner import Settings
-from focus_planner.recording.bag import Bag, BagMessage, read_bag
+from focus_planner.recording.bag import BagMessage
+from focus_planner.recording.bag_reading import Bag, read_bag
 from focus_planner.runtime.inputs import Arrival
 
 VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
-_RUN, _REQUEST = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/PlanRequest"
+_REQUEST = f"{PACKAGE}/msg/PlanRequest"
 _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PARAMETER = "rcl_interfaces/msg/Parameter"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
@@ -308,7 +311,7 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
     }
     message_of_run = partial(_message, beginning)
     return [
-        message_of_run("run", _RUN, run),
+        message_of_run("run", RUN, run),
         message_of_run("run/request", _REQUEST, beginning.asked),
     ]
 
@@ -404,20 +407,20 @@ def read_run(path: Path) -> Run:
     """
     bag = read_bag(path)
     messages = _by_type(bag)
-    if _RUN not in messages or _REQUEST not in messages:
+    if RUN not in messages or _REQUEST not in messages:
         why = bag.fault or f"a bag of {', '.join(messages) or 'nothing'}"
         raise InputError(str(path), "a recorded run", why)
     try:
         return _run(path, bag, messages)
     except InputError as error:
         raise InputError(str(path), "a recorded run", f"one with a bad {error}") from None
-    except (TypeError, ValueError, AttributeError) as error:  # values of unknown types
+    except Exception as error:  # noqa: BLE001 - whatever values of unknown types lead to
         why = " ".join(f"one with a bad value: {error}".split())
         raise InputError(str(path), "a recorded run", why, "update focus_planner") from None
 
 
 def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
-    run, asked = (messages[name][0].read() for name in (_RUN, _REQUEST))
+    run, asked = (messages[name][0].read() for name in (RUN, _REQUEST))
     values = {p.name: _parameter_from_message(p.value) for p in run.parameters}
     result, plan = messages.get(_RESULT), messages.get(PLAN)
     fault = bag.fault or ("" if result else "no result")
@@ -545,6 +548,8 @@ def _progress_from_message(message: Message) -> Progress:
 
 
 def _ending(result: Message, plan: Message | None) -> Ending:
+    if plan is not None:
+        check_values(plan)
     return Ending(
         success=result.success,
         message=result.message,

@@ -12,6 +12,7 @@ from rclpy.node import Node
 
 from focus_planner.core.rig.camera import MAX_NAME
 from focus_planner.ros.qos import LATCHED
+from focus_planner.runtime.input_reader import check_length
 
 # Every default callback is one more entity per camera for the executor to wait on.
 _NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
@@ -34,6 +35,10 @@ class CameraTopics:
                 continue
             return length
         return 0
+
+    def check_names(self, names: Sequence[str]) -> None:
+        """Raise ``InputError`` if a camera's name is too long to be part of a topic's name."""
+        check_length(max(names, key=len), self.longest_name)
 
     def follow(self, names: Sequence[str]) -> None:
         """Create missing publishers, and destroy those of cameras no longer in the rig."""

@@ -67,6 +67,13 @@ def replay_live(run: Run, node: str, on_step: Callable[[str], None] = lambda _: 
             "one that started from the plan before it",
             "replay it without --live",
         )
+    if run.ending.stop_log.stopped:
+        raise InputError(
+            str(run.path),
+            "a run that ended by itself, for --live",
+            "one that a time budget or its caller ended",
+            "replay it without --live, which stops at the same step",
+        )
     try:
         with PlannerClient(node) as client:
             on_step(f"waiting for {node}")

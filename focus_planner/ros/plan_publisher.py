@@ -13,8 +13,10 @@ from focus_planner_msgs.msg import FocusPlan
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from focus_planner.core.validation import InputError
+from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import fields_of
-from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.last_plan import LastPlan, Skipped, last_plan
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.qos import LATCHED
@@ -24,6 +26,8 @@ from focus_planner.ros.qos import LATCHED
 # after these times.
 _DISCOVERY_SECONDS = 0.3
 _REPEAT_SECONDS = (0.3, 0.7, 1.5)
+# Lines of the log.
+_MAX_TOLD = 20
 
 
 class PlanObserver(Protocol):
@@ -45,6 +49,11 @@ class PlanPublisher:
     cameras : CameraTopics
     on_plan : PlanObserver
         Called before a plan is published, so that it is known when lenses report on it.
+
+    Attributes
+    ----------
+    skipped : tuple
+        The runs that were skipped in the search for the last plan, and why: names and texts.
     """
 
     def __init__(self, node: Node, cameras: CameraTopics, on_plan: PlanObserver) -> None:
@@ -54,6 +63,7 @@ class PlanPublisher:
         self._publisher: Publisher | None = None
         self._repeats: deque[tuple[float, FocusPlan]] = deque()
         self._lock = Lock()
+        self.skipped: tuple[tuple[str, str], ...] = ()
 
     def open(self) -> None:
         """Create the topic of the whole plan."""
@@ -81,14 +91,34 @@ class PlanPublisher:
             self._send(plan)
 
     def restore(self, directory: Path) -> None:
-        """Put the last plan that this planner recorded below a directory in force again."""
+        """Put the last plan that this planner recorded below a directory in force again.
+
+        Raises nothing, whatever there is in the directory.
+        """
+        self.skipped = ()
         try:
-            last = last_plan(directory, self._node.get_fully_qualified_name())
+            found = last_plan(directory, self._node.get_fully_qualified_name(), self._check)
         except OSError as error:
             self._node.get_logger().error(f"cannot look for the last plan: {error}")
             return
-        if not last:
+        self._tell_skipped(found.skipped)
+        if found.plan is None:
             return
+        try:
+            self._put_in_force(found.plan)
+        except Exception as error:  # noqa: BLE001 - no run may keep the node from starting
+            self._node.get_logger().error(f"cannot restore the plan of {found.plan.run}: {error!r}")
+
+    def _tell_skipped(self, skipped: Sequence[Skipped]) -> None:
+        self.skipped = tuple((each.run.name, each.why) for each in skipped)
+        for name, why in self.skipped[:_MAX_TOLD]:
+            text = f"skipped {name} in the search for the last plan: {why}"
+            self._node.get_logger().warning(text)
+        if len(skipped) > _MAX_TOLD:
+            text = f"skipped {len(skipped) - _MAX_TOLD} more in the search for the last plan"
+            self._node.get_logger().warning(text)
+
+    def _put_in_force(self, last: LastPlan) -> None:
         plan = message_to_ros(FocusPlan, fields_of(last.message))
         self._cameras.follow([camera.name for camera in plan.cameras])
         time.sleep(_DISCOVERY_SECONDS)
@@ -98,6 +128,14 @@ class PlanPublisher:
         self._node.get_logger().info(
             f"restored the last plan, {plan.plan_id}, from its record {last.run}"
         )
+
+    def _check(self, message: Message) -> None:
+        """Raise ``InputError`` unless a plan can be published."""
+        try:
+            message_to_ros(FocusPlan, fields_of(message))
+        except (AssertionError, TypeError, ValueError) as error:
+            raise InputError("plan", "one that can be published", repr(error)) from None
+        self._cameras.check_names([camera.name for camera in message.cameras])
 
     def repeat_if_due(self) -> None:
         """Publish a restored plan again, unless a newer plan or rig has arrived since."""

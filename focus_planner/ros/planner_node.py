@@ -301,6 +301,7 @@ class PlannerNode(ManagedNode):
             recording_failure=planning.recording_failure if planning else "",
             runs_to_write=planning.runs_to_write if planning else 0,
             planning_pid=planning.pid if planning else None,
+            skipped_runs=self._plans.skipped,
         )
 
     def _diagnose(self) -> Iterator[Diagnosis]:

@@ -116,13 +116,12 @@ class RequestPlanner:
         self._host = host
         self._wish = wish
         self._warm_start: WarmStart | None = None
-        self._last_recorder: RunRecorder | None = None
         self._logged_notes: tuple[Note, ...] = ()
 
     @property
     def recording_failure(self) -> str:
         """Why the last run is not recorded; empty if it is, or need not be."""
-        return self._last_recorder.failure if self._last_recorder else ""
+        return self.recorder.failure
 
     def digest(self) -> None:
         """Process the inputs received, and prepare to record a run on them."""
@@ -134,8 +133,9 @@ class RequestPlanner:
         except PlanningDied as error:
             self._host.get_logger().error(f"the inputs could not be read: {error}")
             return
-        if settings.recording.directory is not None:
-            self.recorder.prepare(settings.recording.directory, self._inputs())
+        recording = settings.recording
+        if recording.directory is not None:
+            self.recorder.prepare(recording.directory, self._inputs(), recording.access)
 
     def answer(self, request: Request) -> None:
         """Plan, publish and record as a request asks, unless it has been answered already."""
@@ -147,7 +147,7 @@ class RequestPlanner:
             self._digest(request.settings)
             if not request.begin():
                 return
-            run = self._last_recorder = self._begin_recording(request)
+            run = self._begin_recording(request)
             outcome = self._plan(request, run, description)
         except NoPlan as error:
             outcome = self._failure(request, error.reason, str(error), run)

@@ -6,7 +6,7 @@ import math
 import os
 import shutil
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import IntEnum
@@ -24,6 +24,8 @@ from focus_planner.runtime.status import LastRun, LensSummary, PlannerReport, ag
 _LOW_MEMORY = 0.05
 # Bytes: about one run of a large mesh.
 _LOW_DISK = 100_000_000
+# Runs that a flood of bad ones may add to every message.
+_SKIPPED_SHOWN = 20
 
 
 class Level(IntEnum):
@@ -88,7 +90,10 @@ def diagnose(
     yield diagnose_cameras(snapshot.last_run, lenses.counts)
     yield diagnose_lens_states(lenses)
     yield diagnose_recorder(
-        settings.recording.directory, report.recording_failure, report.runs_to_write
+        settings.recording.directory,
+        report.recording_failure,
+        report.runs_to_write,
+        report.skipped_runs,
     )
     yield diagnose_memory(report.planning_pid)
 
@@ -182,11 +187,20 @@ def diagnose_lens_states(lenses: LensSummary) -> Diagnosis:
     return Diagnosis("lens states", Level.OK, by, values)
 
 
-def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagnosis:
-    """Return where runs are recorded, whether the last one was, and how much space is left."""
+def diagnose_recorder(
+    directory: Path | None,
+    failure: str,
+    jobs: int,
+    skipped: Sequence[tuple[str, str]] = (),
+) -> Diagnosis:
+    """Return where runs are recorded, and whether the last one that ended was.
+
+    Also how much space is left, and which runs were skipped when the last plan was looked for.
+    """
+    values = {f"skipped {run}": why for run, why in skipped[:_SKIPPED_SHOWN]}
     if directory is None:
-        return Diagnosis("recorder", Level.OK, "off (parameter record_directory)", {})
-    values = {"record_directory": str(directory), "runs to write": str(jobs)}
+        return Diagnosis("recorder", Level.OK, "off (parameter record_directory)", values)
+    values |= {"record_directory": str(directory), "runs to write": str(jobs)}
     free = _free_bytes(directory)
     if free is not None:
         values["free bytes"] = str(free)
@@ -194,6 +208,10 @@ def diagnose_recorder(directory: Path | None, failure: str, jobs: int) -> Diagno
         return Diagnosis("recorder", Level.ERROR, f"not recorded: {failure}", values)
     if free is not None and free < _LOW_DISK:
         return Diagnosis("recorder", Level.WARN, f"only {free} bytes of disk space left", values)
+    if skipped:
+        names = first_few((run for run, _ in skipped), 3)
+        bad = f"runs that cannot be read, skipped in the search for the last plan: {names}"
+        return Diagnosis("recorder", Level.WARN, bad, values)
     return Diagnosis("recorder", Level.OK, f"recording to {directory}", values)
 
 

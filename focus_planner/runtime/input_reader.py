@@ -61,11 +61,15 @@ class InputReader:
 
         Only the length is left to check: the core checks the characters.
         """
-        longest = max((camera.name for camera in rig.cameras), key=len)
-        if len(longest) > self.longest_name:
-            raise InputError(
-                "camera name",
-                f"at most {self.longest_name} characters, so that its topic can have a name",
-                f"{longest!r}, {len(longest)} characters",
-            )
+        check_length(max((camera.name for camera in rig.cameras), key=len), self.longest_name)
         return rig
+
+
+def check_length(name: str, longest: int) -> None:
+    """Raise ``InputError`` if a camera's name is too long to be part of a topic's name."""
+    if len(name) > longest:
+        raise InputError(
+            "camera name",
+            f"at most {longest} characters, so that its topic can have a name",
+            f"{name!r}, {len(name)} characters",
+        )

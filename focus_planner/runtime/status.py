@@ -91,6 +91,8 @@ class PlannerReport:
         How many jobs the recorder has.
     planning_pid : int or None
         The process that plans; None while there is none.
+    skipped_runs : tuple
+        Recorded runs that were skipped in the search for the last plan, and why: names and texts.
     """
 
     state: str
@@ -100,6 +102,7 @@ class PlannerReport:
     recording_failure: str = ""
     runs_to_write: int = 0
     planning_pid: int | None = None
+    skipped_runs: tuple[tuple[str, str], ...] = ()
 
 
 def without_problem(plan: FocusPlan) -> FocusPlan:

@@ -19,7 +19,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
-from focus_planner.recording.bag import read_bag
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.run import inputs_of, read_run
 from testing.forked import run_forked
 from testing.runs import (

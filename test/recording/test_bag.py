@@ -25,7 +25,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import definition_of, serialize, type_hash
 from focus_planner.recording import bag as bag_module
-from focus_planner.recording.bag import BagMessage, BagWriter, bag_size, being_written, read_bag
+from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.bag_reading import read_bag
+from focus_planner.recording.folders import bag_size, being_written
 from focus_planner.recording.run import read_run
 from testing.forked import PIPE, ForkedProcess, run_forked
 from testing.made_up_runs import (
@@ -597,7 +599,7 @@ def test_a_broken_length_takes_no_memory(data, tmp_path):
 import resource, sys
 from pathlib import Path
 from focus_planner.core.validation import InputError
-from focus_planner.recording.bag import read_bag
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.run import read_run
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for limit in (None, 1 << 30):

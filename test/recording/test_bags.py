@@ -12,7 +12,7 @@ from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 from focus_planner.messages.reading import mesh_from_bytes
 from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG
-from focus_planner.recording.bag import read_bag
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import VERTEX_DATA, read_run
 from focus_planner.recording.software import software

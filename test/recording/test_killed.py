@@ -11,7 +11,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from focus_planner.core.validation import InputError
-from focus_planner.recording.bag import being_written
+from focus_planner.recording.folders import being_written
 from focus_planner.recording.run import read_run
 from testing.forked import PIPE, ForkedProcess, freeze_when
 from testing.made_up_runs import ending, input_messages, run_id, without_definitions

@@ -4,44 +4,31 @@ from __future__ import annotations
 
 import shutil
 import signal
-from dataclasses import replace
 
 import pytest
 
+from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import plan_from_message
-from focus_planner.recording.bag import METADATA, PARTIAL, BagWriter
+from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.run import beginning_messages, ending_messages, plan_message
+from focus_planner.recording.naming import METADATA, PARTIAL
+from focus_planner.recording.run import plan_message
 from testing import made_up_runs as made_up
 from testing import runs
 from testing.forked import run_forked
 from testing.made_up_runs import PLANNER, plan_payload, run_id
-
-
-def write(directory, number, *, published=True, whole=True, planner=PLANNER, plan=True):
-    """Write a run whose plan was kept, as the node does; partial if it was killed then."""
-    begun = replace(made_up.beginning(number), planner=planner)
-    bag = BagWriter()
-    for message in made_up.input_messages(points=20):
-        bag.add(message)
-    bag.open(directory / run_id(number))
-    for message in beginning_messages(begun):
-        bag.add(message)
-    if plan:
-        bag.add(plan_message(begun, plan_payload(number), published=published))
-    bag.flush()
-    if not whole:
-        bag.abandon()
-        return directory / f"{run_id(number)}{PARTIAL}"
-    for message in ending_messages(begun, replace(made_up.ending(), plan=None), made_up.AT):
-        bag.add(message)
-    return bag.close()
+from testing.made_up_runs import write_with_plan as write
 
 
 def last(directory, planner=PLANNER):
     """The number of the last plan, None if there is none."""
-    found = last_plan(directory, planner)
+    found = last_plan(directory, planner).plan
     return None if found is None else int(found.message.cost)
+
+
+def skipped(directory):
+    """The runs that were skipped, by number, and why."""
+    return {each.run.name: each.why for each in last_plan(directory, PLANNER).skipped}
 
 
 def test_there_is_none_where_nothing_was_recorded(tmp_path):
@@ -57,14 +44,14 @@ def test_there_is_none_where_nothing_was_recorded(tmp_path):
 def test_it_is_the_newest(tmp_path):
     for number in (2, 3, 1):
         write(tmp_path, number)
-    found = last_plan(tmp_path, PLANNER)
+    found = last_plan(tmp_path, PLANNER).plan
     assert found.run == tmp_path / run_id(3)
     assert found.message.plan_id == run_id(3)
 
 
 def test_it_is_all_that_was_recorded_by_the_recorder(tmp_path):
     path = runs.record(tmp_path)
-    found = last_plan(tmp_path, runs.PLANNER)
+    found = last_plan(tmp_path, runs.PLANNER).plan
     assert found.run == path
     plan = plan_from_message(found.message)
     assert plan.cameras == runs.solved(runs.beginning_with()).cameras
@@ -73,7 +60,7 @@ def test_it_is_all_that_was_recorded_by_the_recorder(tmp_path):
 def test_a_run_that_was_cut_off_after_its_plan_was_published_counts(tmp_path):
     write(tmp_path, 1)
     partial = write(tmp_path, 2, whole=False)
-    assert last_plan(tmp_path, PLANNER).run == partial
+    assert last_plan(tmp_path, PLANNER).plan.run == partial
     assert last(tmp_path) == 2
 
 
@@ -134,18 +121,40 @@ def a_folder(run):
     file.mkdir()
 
 
-@pytest.mark.parametrize("damage", [empty, noise, flipped, a_folder])
+@pytest.mark.parametrize("damage", [empty, noise, flipped, a_folder, no_metadata, other_metadata])
 def test_before_a_damaged_run_comes_the_one_before(tmp_path, damage):
     write(tmp_path, 1)
     damage(write(tmp_path, 2))
     assert last(tmp_path) == 1
 
 
-@pytest.mark.parametrize("damage", [no_metadata, other_metadata])
-def test_without_its_metadata_a_run_counts_still(tmp_path, damage):
+def test_without_its_metadata_a_run_counts_still(tmp_path):
     write(tmp_path, 1)
-    damage(write(tmp_path, 2))
+    (write(tmp_path, 2) / METADATA).unlink()
     assert last(tmp_path) == 2
+
+
+def test_a_run_that_was_cut_off_before_its_plan_is_nothing_to_tell_of(tmp_path):
+    write(tmp_path, 1)
+    write(tmp_path, 2, plan=False, whole=False)
+    assert skipped(tmp_path) == {}
+
+
+def test_a_plan_that_cannot_be_put_in_force_here_is_skipped(tmp_path):
+    for number in (1, 2):
+        write(tmp_path, number)
+
+    def check(message):
+        if message.plan_id == run_id(2):
+            raise InputError("namespace", "a shorter one", "a long one")
+
+    search = last_plan(tmp_path, PLANNER, check)
+    assert search.plan.run.name == run_id(1)
+    (other,) = search.skipped
+    assert (other.run.name, other.why) == (
+        run_id(2),
+        "namespace: expected a shorter one, got a long one",
+    )
 
 
 def test_a_plan_that_is_no_message_is_passed_over(tmp_path):

@@ -9,7 +9,6 @@ import resource
 import shutil
 import threading
 import time
-from pathlib import Path
 
 import pytest
 
@@ -17,8 +16,11 @@ from focus_planner.core.progress import Progress, never_stop
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.parameters.planner import Recording
+from focus_planner.recording import bag as bag_module
 from focus_planner.recording import recorder as module
-from focus_planner.recording.bag import BagWriter, read_bag
+from focus_planner.recording.bag import BagWriter
+from focus_planner.recording.bag_reading import read_bag
+from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.run import inputs_of, read_run
@@ -373,19 +375,15 @@ def test_a_disk_that_is_full_at_the_beginning_costs_no_plan(
     run = begin(recorder, tmp_path, beginning)
     plan_with(run, beginning, expected)
     check_lost(run, log, "No space left on device")
-    assert [path.name for path in tmp_path.iterdir()] == [f"{beginning.run_id}.partial"]
+    assert left(recorder, tmp_path) == []
 
 
 def test_a_disk_that_has_no_room_for_the_inputs_costs_no_plan(
     recorder, log, tmp_path, expected, monkeypatch
 ):
     beginning = beginning_with()
-    opened = Path.open
-
-    def full(path, *mode):
-        return FullDisk(opened(path, *mode)) if "x" in str(mode) else opened(path, *mode)
-
-    monkeypatch.setattr(Path, "open", full)
+    create = bag_module.create_file
+    monkeypatch.setattr(bag_module, "create_file", lambda *of: FullDisk(create(*of)))
     run = begin(recorder, tmp_path, beginning)
     plan_with(run, beginning, expected)
     check_lost(run, log, "No space left on device")
@@ -402,9 +400,7 @@ def test_a_disk_that_is_full_later_costs_no_plan(recorder, log, tmp_path, expect
     waited(lambda: run.failure)
     plan_with(run, beginning, expected)
     check_lost(run, log, "No space left on device")
-    partial = read_run(partial_of(tmp_path, beginning))
-    assert partial.ending is None
-    assert len(partial.inputs) == 2
+    assert left(recorder, tmp_path) == []
 
 
 @pytest.mark.parametrize("where", ["bag._Stream.write", "bag.os.fsync", "bag.Path.rename"])
@@ -417,7 +413,90 @@ def test_a_disk_that_is_full_in_the_end_costs_no_plan(
     monkeypatch.setattr(f"focus_planner.recording.{where}", raise_no_space)
     plan_with(run, beginning, expected)
     check_lost(run, log, "No space left on device")
-    assert [path.name for path in tmp_path.iterdir()] == [f"{beginning.run_id}.partial"]
+    assert left(recorder, tmp_path) == []
+
+
+def left(recorder, folder):
+    """What is in a folder once the recorder has done all that it was given to do."""
+    recorder.do_later(lambda: None, lambda _: None).result(PATIENCE)
+    return [path.name for path in folder.iterdir() if not path.name.startswith(".")]
+
+
+def test_no_failed_run_costs_a_good_one(recorder, log, tmp_path, expected, monkeypatch):
+    def run(**how):
+        made = recorder.begin(Recording(tmp_path, max_runs=4), [], beginning_with())
+        made.finish(True, "", expected, RIG).result(PATIENCE)
+        return made
+
+    good = [run() for _ in range(4)]
+    with monkeypatch.context() as full:
+        full.setattr("focus_planner.recording.bag.os.fsync", raise_no_space)
+        lost = [run() for _ in range(6)]
+    newest = run()
+    assert sorted(left(recorder, tmp_path)) == sorted(r.path.name for r in (*good[1:], newest))
+    assert len(log.errors) == len(lost)
+
+
+def test_a_failed_run_is_kept_while_it_alone_holds_the_plan_in_force(
+    recorder, log, tmp_path, expected, monkeypatch
+):
+    first, lost = beginning_with(), beginning_with()
+    run = begin(recorder, tmp_path, first)
+    keep(recorder, run, first, expected)
+    run.finish(True, "", expected, RIG).result(PATIENCE)
+    run = begin(recorder, tmp_path, lost)
+    keep(recorder, run, lost, expected)
+    with monkeypatch.context() as full:
+        full.setattr("focus_planner.recording.bag.os.fsync", raise_no_space)
+        run.finish(True, "", expected, RIG).result(PATIENCE)
+    check_lost(run, log, "No space left on device")
+    assert recorder.failure == run.failure
+    assert partial_of(tmp_path, lost).name in left(recorder, tmp_path)
+    assert last_plan(tmp_path, PLANNER).plan.message.plan_id == lost.run_id
+    run = begin(recorder, tmp_path, beginning_with())
+    assert recorder.failure != ""  # nothing is recorded yet
+    keep(recorder, run, run._beginning, expected)
+    run.finish(True, "", expected, RIG).result(PATIENCE)
+    assert recorder.failure == ""
+    assert sorted(left(recorder, tmp_path)) == sorted([first.run_id, run.path.name])
+
+
+def keep(recorder, run, beginning, plan):
+    """Keep a plan of a run, and wait until it is in the file."""
+    run.keep_plan(serialize(PLAN, plan_to_fields(plan, "world", (5, 6), beginning.run_id)))
+    run._plan_written.result(PATIENCE)
+
+
+@pytest.mark.parametrize(
+    ("access", "of_folders", "of_files"),
+    [("owner", 0o700, 0o600), ("group", 0o750, 0o640), ("all", 0o755, 0o644)],
+)
+@pytest.mark.parametrize("umask", [0o000, 0o022, 0o077])
+def test_runs_are_for_whom_they_are_meant_whatever_the_umask(
+    recorder, large, tmp_path, access, of_folders, of_files, umask
+):
+    folder = tmp_path / "made" / "runs"
+    beginning = beginning_with()
+    inputs = inputs_of(beginning, TORUS, RIG)
+    before = os.umask(umask)
+    try:
+        # Only the owner's until it is known for whom the run is.
+        there = prepared(recorder, folder, inputs)
+        assert mode_of(there) == 0o700
+        assert {mode_of(file) for file in there.iterdir()} == {0o600}
+        run = recorder.begin(Recording(folder, access=access), inputs, beginning)
+        run.finish(False, "").result(PATIENCE)
+    finally:
+        os.umask(before)
+    assert mode_of(run.path) == of_folders
+    assert {mode_of(file) for file in run.path.iterdir()} == {of_files}
+    run = recorder.begin(Recording(tmp_path / access, access=access), [], beginning_with())
+    run.finish(False, "").result(PATIENCE)
+    assert mode_of(tmp_path / access) == mode_of(run.path) == of_folders
+
+
+def mode_of(path):
+    return path.stat().st_mode & 0o777
 
 
 def test_the_next_run_is_recorded_when_there_is_room_again(
@@ -544,6 +623,4 @@ def test_the_system_refuses_to_write_more(tmp_path, expected, share):
     assert cost == expected.cost
     assert failure.endswith("File too large")
     assert errors == [f"not recorded: {failure}"]
-    (left,) = folder.iterdir()
-    assert left.suffix == ".partial"
-    assert not (left / "metadata.yaml").exists()
+    assert list(folder.iterdir()) == []

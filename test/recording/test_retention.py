@@ -5,21 +5,25 @@ from __future__ import annotations
 import fcntl
 import os
 import signal
+import socket
+from pathlib import Path
 
 import pytest
 
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.parameters.planner import Recording
+from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.retention import prune
+from focus_planner.recording.retention import delete_leftovers, prune
 from focus_planner.recording.run import inputs_of
+from testing import made_up_runs as made_up
 from testing.forked import PIPE, ForkedProcess
 from testing.runs import RIG, TORUS, Log, beginning_with, record
 
 
 def name_of(number):
-    return f"20250101T0000{number:02d}.123456Z-{0xABCDEF00 + 7919 * (99 - number):08x}"
+    return f"20250103T0000{number:02d}.123456Z-{0xABCDEF00 + 7919 * (99 - number):08x}"
 
 
 def fake(folder, number, size=100, *, partial=False):
@@ -27,7 +31,8 @@ def fake(folder, number, size=100, *, partial=False):
     name = name_of(number)
     path = folder / (name + ".partial" * partial)
     path.mkdir(parents=True)
-    (path / f"{name}_0.mcap").write_bytes(bytes(size))
+    magic = b"\x89MCAP0\r\n"
+    (path / f"{name}_0.mcap").write_bytes(magic + bytes(size - 16) + magic)
     if not partial:
         (path / "metadata.yaml").write_bytes(b"")
     return path
@@ -65,7 +70,7 @@ def test_so_many_bytes_of_the_newest_are_kept(tmp_path, size, kept):
 
 
 def test_a_big_one_goes_and_the_small_ones_before_it_stay_where_they_fit(tmp_path):
-    small, big, newest = (fake(tmp_path, n, size) for n, size in enumerate([10, 1000, 10]))
+    small, big, newest = (fake(tmp_path, n, size) for n, size in enumerate([20, 1000, 20]))
     assert prune(tmp_path, 0, 100) == [big]
     assert small.exists()
     assert newest.exists()
@@ -130,14 +135,30 @@ def test_what_a_link_in_a_run_points_to_stays(tmp_path):
     file.unlink()
     file.symlink_to(outside)
     fake(folder, 2)
-    assert prune(folder, 1, 0) == [run]
-    assert outside.stat().st_size == 100
+    assert prune(folder, 1, 0) == []
+    assert (run.is_dir(), outside.stat().st_size) == (True, 100)
 
 
-def test_partial_ones_of_the_dead_are_deleted_like_others(tmp_path):
-    dead, old, newer, newest = (fake(tmp_path, n, partial=n in (0, 2)) for n in range(4))
-    assert prune(tmp_path, 2, 0) == [old, dead]
-    assert left(tmp_path) == [newer.name, newest.name]
+def test_runs_that_were_cut_off_do_not_count_and_are_limited_on_their_own(tmp_path):
+    whole = [fake(tmp_path, n) for n in range(4)]
+    dead = [fake(tmp_path, n, partial=True) for n in range(10, 25)]
+    assert prune(tmp_path, 3, 0) == [whole[0], *reversed(dead[:-3])]
+    assert left(tmp_path) == [run.name for run in (*whole[1:], *dead[-3:])]
+    assert prune(tmp_path, 0, 10_000) == []
+
+
+def test_runs_that_are_damaged_do_not_count(tmp_path):
+    whole = [fake(tmp_path, n) for n in range(3)]
+    for number in range(10, 22):
+        run = fake(tmp_path, number)
+        if number % 3 == 0:
+            (run / "metadata.yaml").unlink()
+        else:
+            file = run / f"{run.name}_0.mcap"
+            file.write_bytes(file.read_bytes()[: -5 if number % 3 == 1 else 0])
+    prune(tmp_path, 3, 0)
+    assert left(tmp_path)[:3] == [run.name for run in whole]
+    assert len(left(tmp_path)) == 6
 
 
 WRITER = """
@@ -162,18 +183,20 @@ def test_one_that_another_process_writes_is_not_deleted(tmp_path):
         assert left(tmp_path) == [name_of(0) + ".partial", newest.name]
         other.kill()
         assert other.wait(240) == -signal.SIGKILL
+    dead = [fake(tmp_path, number, partial=True) for number in (3, 4, 5)]
     assert [run.name for run in prune(tmp_path, 1, 1)] == [name_of(0) + ".partial"]
-    assert left(tmp_path) == [newest.name]
+    assert left(tmp_path) == sorted(run.name for run in (newest, *dead))
 
 
-def test_one_that_is_written_counts(tmp_path):
+def test_one_that_is_written_does_not_count_yet(tmp_path):
     written = fake(tmp_path, 5, partial=True)
     (file,) = written.glob("*.mcap")
     with file.open("rb") as stream:
         fcntl.flock(stream, fcntl.LOCK_EX)
         newest = fake(tmp_path, 6)
         oldest = fake(tmp_path, 4)
-        assert prune(tmp_path, 2, 0) == [oldest]
+        assert prune(tmp_path, 2, 0) == []
+        assert prune(tmp_path, 1, 0) == [oldest]
     assert left(tmp_path) == [written.name, newest.name]
 
 
@@ -190,7 +213,9 @@ def test_every_finished_run_deletes_what_is_too_much(tmp_path):
         )
         run.finish(False, "no plan").result(240)
         paths.append(run.path)
-        assert left(folder) == sorted(path.name for path in paths[-2:])
+        # That of the last plan is kept besides.
+        kept = {paths[2], *paths[-2:]}
+        assert left(folder) == sorted(path.name for path in kept)
     assert recorder.close(240)
     assert log.errors == []
 
@@ -215,4 +240,107 @@ def test_what_cannot_be_deleted_is_told_and_costs_nothing(tmp_path, monkeypatch)
     assert "Operation not permitted" in told
     assert run.failure == ""
     assert run.path.is_dir()
-    assert os.path.lexists(old)
+    assert (folder / f".{old.name}.partial").is_dir()  # a leftover now, no run any more
+    delete_leftovers(folder)
+    assert left(folder) == [run.path.name]
+
+
+# --- the plan in force -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_the_run_that_a_planner_would_restore_its_plan_from_is_kept(tmp_path, whole):
+    with_plans = [recorded(tmp_path, number, whole=whole) for number in (1, 2)]
+    of_another = recorded(tmp_path, 3, planner="/another", whole=whole)
+    answered_only = recorded(tmp_path, 4, published=False, whole=whole)
+    for number in range(10, 14):
+        fake(tmp_path, number + 40, partial=not whole)
+    prune(tmp_path, 1, 0)
+    assert with_plans[1].exists()
+    assert of_another.exists()
+    assert not with_plans[0].exists()
+    assert not answered_only.exists()
+    assert last_plan(tmp_path, made_up.PLANNER).plan.run == with_plans[1]
+
+
+def test_a_newer_plan_makes_it_a_run_like_others(tmp_path):
+    old, newer = (recorded(tmp_path, number) for number in (1, 2))
+    assert prune(tmp_path, 1, 0) == [old]
+    assert left(tmp_path) == [newer.name]
+
+
+def recorded(directory, number, **kind):
+    """A real run with a plan, older than those that are fake."""
+    return made_up.write_with_plan(directory, number, **kind)
+
+
+# --- leftovers ---------------------------------------------------------------------------------
+
+
+def test_beginnings_without_a_byte_are_deleted_unless_they_are_new(tmp_path):
+    empty = fake(tmp_path, 1, partial=True)
+    (file,) = empty.iterdir()
+    file.write_bytes(b"")
+    old, new = (tmp_path / f"{name_of(number)}.partial" for number in (2, 3))
+    for folder in (old, new):
+        folder.mkdir()
+    os.utime(old, (1.7e9, 1.7e9))
+    begun, whole = fake(tmp_path, 4, partial=True), fake(tmp_path, 5)
+    delete_leftovers(tmp_path)
+    assert left(tmp_path) == [new.name, begun.name, whole.name]
+
+
+def made_foreign(folder):
+    """What is no run, under names of runs and of leftovers."""
+    made = []
+    for number, suffix in enumerate(("", ".partial")):
+        for dot in ("", "."):
+            made.append(folder / f"{dot}{name_of(30 + number)}{suffix}")
+            os.mkfifo(made[-1])
+    for number, partial in ((40, False), (41, True)):
+        run = fake(folder, number, partial=partial)
+        (file,) = run.glob("*.mcap")
+        file.unlink()
+        os.mkfifo(file)
+        made.append(run)
+    with socket.socket(socket.AF_UNIX) as server:
+        made.append(folder / f"{name_of(50)}.partial")
+        at = os.open(folder, os.O_RDONLY)  # a socket's name is short
+        server.bind(f"/proc/self/fd/{at}/{made[-1].name}")
+        os.close(at)
+    made.append(folder / name_of(51))
+    made[-1].symlink_to("/proc")
+    made.append(folder / name_of(52))
+    (made[-1] / "folder").mkdir(parents=True)
+    return made
+
+
+def test_what_is_foreign_stops_neither_retention_nor_recording(tmp_path, monkeypatch):
+    monkeypatch.setattr("focus_planner.recording.recorder._LARGE", 0)
+    runs = [fake(tmp_path, number) for number in range(4)]
+    foreign = made_foreign(tmp_path)
+    log = Log()
+    recorder = Recorder(log)
+    beginning = beginning_with()
+    run = recorder.begin(
+        Recording(tmp_path, max_runs=2), inputs_of(beginning, TORUS, RIG), beginning
+    )
+    run.finish(False, "no plan").result(240)
+    assert recorder.close(240)
+    assert log.errors == []
+    assert set(tmp_path.iterdir()) == {runs[-1], run.path, *foreign}
+
+
+def test_one_that_cannot_be_deleted_does_not_keep_others_from_it(tmp_path, monkeypatch):
+    runs = [fake(tmp_path, number) for number in range(4)]
+    rename = Path.rename
+
+    def refusing(path, to):
+        if path == runs[2]:
+            raise PermissionError(1, "Operation not permitted", str(path))
+        return rename(path, to)
+
+    monkeypatch.setattr(Path, "rename", refusing)
+    with pytest.raises(PermissionError):
+        prune(tmp_path, 1, 0)
+    assert left(tmp_path) == [runs[2].name, runs[3].name]

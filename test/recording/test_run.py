@@ -28,7 +28,8 @@ from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.parameters.planner import DECLARATIONS, Settings
-from focus_planner.recording.bag import BagMessage, BagWriter, read_bag
+from focus_planner.recording.bag import BagMessage, BagWriter
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import (
     Beginning,
@@ -237,7 +238,7 @@ def other_than_default(declaration):
         return special[declaration.name]
     if isinstance(default, bool):
         return not default
-    return "refuse" if declaration.name == "overlap" else default + 3
+    return {"overlap": "refuse", "record_access": "group"}.get(declaration.name) or default + 3
 
 
 def test_every_parameter_is_read_as_it_was(tmp_path):

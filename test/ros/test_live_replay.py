@@ -12,7 +12,8 @@ from focus_planner.cli.main import main
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import RIG, definition_of, fields_of, serialize
 from focus_planner.parameters.planner import DECLARATIONS
-from focus_planner.recording.bag import BagWriter, read_bag
+from focus_planner.recording.bag import BagWriter
+from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.replay import outcome_differences
 from focus_planner.recording.run import read_run
 from focus_planner.ros.client import PlannerClient

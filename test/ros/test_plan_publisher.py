@@ -68,10 +68,10 @@ def bench(make_node, monkeypatch, clock):
     bench.plans.close()
 
 
-def record(directory, number=1):
+def record(directory, number=1, **changed):
     """Record a run of this node whose plan was published; it was killed afterwards."""
     beginning = replace(made_up.beginning(number), planner="/here")
-    fields = {"plan_id": made_up.run_id(number), "cameras": [{"name": name} for name in NAMES]}
+    fields = made_up.plan_fields(number, NAMES) | changed
     bag = BagWriter()
     bag.open(directory / made_up.run_id(number))
     for message in beginning_messages(beginning):

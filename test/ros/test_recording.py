@@ -33,7 +33,9 @@ from focus_planner.messages.writing import (
     rig_to_fields,
 )
 from focus_planner.parameters.planner import DECLARATIONS
-from focus_planner.recording.bag import PARTIAL, bag_size, read_bag
+from focus_planner.recording.bag_reading import read_bag
+from focus_planner.recording.folders import bag_size
+from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import read_run
 from focus_planner.recording.software import software

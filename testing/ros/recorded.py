@@ -12,7 +12,7 @@ from focus_planner.messages.writing import (
     poses_to_fields,
     rig_to_fields,
 )
-from focus_planner.recording.bag import PARTIAL
+from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import read_run
 from testing.ros.calls import until

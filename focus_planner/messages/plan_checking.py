@@ -1,0 +1,122 @@
+"""Whether a plan that comes from outside this process can be one of the planner's."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from focus_planner.core.planning.plan import CameraStatus
+from focus_planner.core.rig.camera import check_camera_name
+from focus_planner.core.validation import InputError, check_number
+from focus_planner.messages.reading import Message
+
+# Of two computations of the same number.
+_ROUNDING = 1e-9
+_STATUSES = {CameraStatus.PLANNED, CameraStatus.UNASSIGNED, CameraStatus.SEES_NOTHING}
+_MAX_UNIT = 64
+_AT_LEAST_ZERO = (
+    "cost",
+    "fresh_cost",
+    "surface_area",
+    "covered_area",
+    "in_focus_area",
+    "depth_tolerance",
+    "solve_seconds",
+    "total_seconds",
+)
+
+
+def check_values(message: Message) -> None:
+    """Raise unless every value of a ``FocusPlan`` message is one that it can have.
+
+    Raises
+    ------
+    InputError
+        If a camera's name makes no topic, or a number is not one that it can be: a distance that is
+        not above 0, a cost of NaN.
+    """
+    for name in _AT_LEAST_ZERO:
+        check_number(name, getattr(message, name), at_least=0)
+    _check_number_or_nan("lower_bound", message.lower_bound)
+    for camera in message.cameras:
+        check_camera_name(camera.name)
+        where = f"{camera.name}: "
+        for focus in (camera, *camera.shots):
+            check_number(f"{where}focus_distance", focus.focus_distance, above=0)
+            check_number(f"{where}near_limit", focus.near_limit, above=0)
+            check_number(f"{where}far_limit", focus.far_limit, above=0, infinite=True)
+            _check_number_or_nan(f"{where}from_sensor", focus.from_sensor)
+        for distance in camera.bracket:
+            check_number(f"{where}bracket", float(distance), above=0)
+        for value in camera.device_bracket:
+            check_number(f"{where}device_bracket", float(value))
+        if camera.device_unit:
+            check_number(f"{where}device_value", camera.device_value)
+
+
+def check_plan(message: Message) -> None:
+    """Raise unless a ``FocusPlan`` message can be put in force.
+
+    Raises
+    ------
+    InputError
+        If a value is not one that it can have, or values contradict each other.
+    """
+    check_values(message)
+    if not message.cameras:
+        raise InputError("cameras", "at least one", "none")
+    name, times = Counter(camera.name for camera in message.cameras).most_common(1)[0]
+    if times > 1:
+        raise InputError("cameras", "different names", f"{name!r} {times} times")
+    shots = {len(camera.shots) for camera in message.cameras}
+    if len(shots) > 1:
+        got = f"{min(shots)} and {max(shots)}"
+        raise InputError("cameras", "the same number of shots for all", got)
+    for camera in message.cameras:
+        _check_camera(camera, f"{camera.name}: ", message.samples)
+
+
+def _check_camera(camera: Message, where: str, samples: int) -> None:
+    if camera.status not in _STATUSES:
+        expected = f"{min(_STATUSES)} to {max(_STATUSES)}"
+        raise InputError(f"{where}status", expected, str(camera.status))
+    product = camera.dioptres * camera.focus_distance
+    if not math.isclose(product, 1.0, rel_tol=_ROUNDING):
+        expected = f"{1 / camera.focus_distance:g}, as focus_distance says"
+        raise InputError(f"{where}dioptres", expected, f"{camera.dioptres:g}")
+    for focus in (camera, *camera.shots):
+        _check_order(focus, where, samples)
+    distances = [shot.focus_distance for shot in camera.shots]
+    if distances != sorted(distances) or camera.focus_distance not in distances:
+        raise InputError(f"{where}shots", "ascending, the camera's among them", "others")
+    if list(camera.bracket) != distances:
+        raise InputError(f"{where}bracket", "the distances of the shots", "others")
+    if len(camera.device_bracket) not in {0, len(distances)}:
+        got = f"{len(camera.device_bracket)} for {len(distances)} shots"
+        raise InputError(f"{where}device_bracket", "as many values as shots", got)
+    for name in ("assigned_samples", "in_focus_samples"):
+        total = sum(getattr(shot, name) for shot in camera.shots)
+        if getattr(camera, name) != total:
+            got = f"{getattr(camera, name)}"
+            raise InputError(f"{where}{name}", f"the shots' total, {total}", got)
+    if len(camera.device_unit) > _MAX_UNIT or not camera.device_unit.isprintable():
+        expected = f"at most {_MAX_UNIT} printable characters"
+        raise InputError(f"{where}device_unit", expected, repr(camera.device_unit))
+
+
+def _check_order(focus: Message, where: str, samples: int) -> None:
+    """Check what cameras and shots have in common."""
+    near, distance, far = focus.near_limit, focus.focus_distance, focus.far_limit
+    if not near * (1 - _ROUNDING) <= distance <= far * (1 + _ROUNDING):
+        got = f"{near:g}, {distance:g}, {far:g}"
+        raise InputError(f"{where}near_limit, focus_distance, far_limit", "ascending", got)
+    if not focus.in_focus_samples <= focus.assigned_samples <= samples:
+        got = f"{focus.in_focus_samples}, {focus.assigned_samples}, {samples}"
+        what = f"{where}in_focus_samples, assigned_samples, samples of the plan"
+        raise InputError(what, "ascending", got)
+
+
+def _check_number_or_nan(name: str, value: float) -> None:
+    """Check a number for which NaN stands for none."""
+    if not math.isnan(value):
+        check_number(name, value)
