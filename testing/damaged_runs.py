@@ -20,8 +20,8 @@ from testing import made_up_runs
 from testing.made_up_runs import PLANNER, run_id
 
 # Address space that a process may take besides what it has when it begins.
-ROOM = 1200 * MIB
-MUTANTS = 400
+ROOM = 1200 * 2**20
+MUTANTS = 200
 
 
 def mutants(count=MUTANTS, seed=1):

@@ -101,6 +101,13 @@ def _add_outputs(group: Any) -> None:
         "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
     )
     option("--markers", action="store_true", help="with --record: include 3D markers of the plan")
+    option(
+        "--record-access",
+        default="owner",
+        choices=("owner", "group", "all"),
+        help="with --record: who may read what is recorded, whatever the umask (default:"
+        " %(default)s)",
+    )
     option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
 
 
@@ -127,7 +134,7 @@ def run(options: argparse.Namespace) -> int:
         if path.resolve() in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
-    recorder = CommandRecorder(options.record, options.markers)
+    recorder = CommandRecorder(options.record, options.markers, options.record_access)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
         plan = _solve(given, tell, recorder)

@@ -43,6 +43,8 @@ class CommandRecorder:
     directory : Path or None
         None to record nothing.
     markers : bool
+    access : {"owner", "group", "all"}
+        Who may read the runs.
 
     Attributes
     ----------
@@ -50,10 +52,13 @@ class CommandRecorder:
         Whether a run was not recorded.
     """
 
-    def __init__(self, directory: Path | None, markers: bool = False) -> None:
+    def __init__(
+        self, directory: Path | None, markers: bool = False, access: str = "owner"
+    ) -> None:
         self.failed = False
         self._directory = directory
         self._markers = markers
+        self._access = access
 
     def begin(
         self,
@@ -73,7 +78,8 @@ class CommandRecorder:
             self._fail(str(error) or repr(error))
             return on_progress, _no_end
         recorder = Recorder(SilentLog())  # a failure is reported once, at the end
-        record = recorder.begin(Recording(self._directory, self._markers), inputs, beginning)
+        options = Recording(self._directory, self._markers, access=self._access)
+        record = recorder.begin(options, inputs, beginning)
 
         def end(
             success: bool,

@@ -83,6 +83,13 @@ def add(commands: Any) -> None:
     option("--record", type=Path, metavar="DIR", help="record the new runs below this folder")
     option("--markers", action="store_true", help="with --record: include 3D markers of the plans")
     option(
+        "--record-access",
+        default="owner",
+        choices=("owner", "group", "all"),
+        help="with --record: who may read what is recorded, whatever the umask (default:"
+        " %(default)s)",
+    )
+    option(
         "--live",
         action="store_true",
         help="send the inputs to a running node, and compare its answer",
@@ -105,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--live", "neither --set nor --record with it", "one of them")
     changes = parse_changes(options.set)
     paths = list(_runs(options.runs))
-    recorder = CommandRecorder(options.record, options.markers)
+    recorder = CommandRecorder(options.record, options.markers, options.record_access)
     replays: list[_Replay] = []
     with shown(options.quiet) as tell:
         for number, path in enumerate(paths, 1):
@@ -125,8 +132,18 @@ def _runs(paths: list[Path]) -> Iterator[Path]:
         within = []
         with suppress(OSError):  # reported when the run is read
             if path.is_dir() and not list(path.glob("*.mcap")):
-                within = sorted({file.parent for file in path.glob("*/*.mcap")})
+                within = sorted(each for each in path.iterdir() if _is_run(each))
         yield from within or [path]
+
+
+def _is_run(folder: Path) -> bool:
+    """Return whether there is a run in a folder; hidden ones are prepared for runs to come."""
+    try:
+        return not folder.name.startswith(".") and any(
+            file.is_file() for file in folder.glob("*.mcap")
+        )
+    except OSError:
+        return False
 
 
 def _replay(

@@ -282,16 +282,17 @@ DECLARATIONS = (
     Declaration(
         "record_max_runs",
         0,
-        "Number of runs to keep in record_directory: the oldest are deleted, never the newest; 0"
-        " for no limit." + _NEXT_CALL,
+        "Number of whole runs to keep in record_directory: the oldest are deleted, never the newest"
+        " nor the one with the plan in force; 0 for no limit." + _NEXT_CALL,
         high=_MAX_COUNT,
         plans=False,
     ),
     Declaration(
         "record_max_bytes",
         0,
-        "Total size of the runs to keep in record_directory, in bytes: the oldest are deleted,"
-        " never the newest; 0 for no limit." + _NEXT_CALL,
+        "Total size of the whole runs to keep in record_directory, in bytes: the oldest are"
+        " deleted, never the newest nor the one with the plan in force; 0 for no limit."
+        + _NEXT_CALL,
         high=MAX_INTEGER,
         plans=False,
     ),

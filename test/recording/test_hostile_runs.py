@@ -292,7 +292,7 @@ def test_a_chunk_that_does_not_is_unpacked_up_to_what_it_says(small, tmp_path, c
 
 
 def test_what_chunks_unpack_to_together_is_limited_by_the_files_size(small, tmp_path):
-    content = unknown(MIB // 4)
+    content = unknown(MIB // 5)
     size = len(content)
     data = zstandard.compress(content)
     found = fault(tmp_path, with_chunks("zstd", size, data, times=9))

@@ -389,6 +389,9 @@ def test_a_request_that_says_what_there_is_not_fails_again(tmp_path):
     assert found(record_failure(tmp_path, beginning, inputs, str(told.value))) == []
 
 
+RESULT = "focus_planner_msgs/msg/RunResult"
+
+
 # --- what differs ------------------------------------------------------------------------------
 
 
@@ -433,6 +436,28 @@ def tampered(path, to, type_name, change):
 def test_unchanged_it_is_the_same(path, tmp_path):
     assert found(rewritten(path, tmp_path / "same", lambda message: message)) == []
     assert found(tampered(path, tmp_path / "same too", PLAN, lambda _: None)) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"success": False, "message": "no plan"}, "recorded: no plan, beside a plan of cost"),
+        ({"success": False}, ", beside a plan of cost"),
+        ({"message": "em, cost 1.0 on 300 samples"}, "; of the plan: em, cost"),
+        ({"message": "no plan"}, "recorded: no plan; of the plan: em, cost"),
+    ],
+)
+def test_another_outcome_of_the_same_plan_is_told(path, tmp_path, changes, told):
+    run = tampered(path, tmp_path / "x", RESULT, lambda fields: fields.update(changes))
+    difference = found(run)[-1]
+    assert difference.stage == "outcome"
+    assert told in difference.what
+
+
+def test_a_success_without_a_plan_is_told(path, tmp_path):
+    run = rewritten(path, tmp_path / "x", lambda m: None if m.type_name == PLAN else m)
+    (difference,) = found(run)
+    assert difference.what.startswith("recorded: success without a plan: em, cost")
 
 
 @pytest.mark.parametrize(("metres", "told"), [(0.0125, "12.5 mm"), (1e-9, "1e-06 mm")])

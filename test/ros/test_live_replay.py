@@ -259,10 +259,11 @@ def test_lens_tables_reach_the_node_without_their_file(live, of_live, capsys):
     assert of_live.get_parameters(["lens_tables"]) == {"lens_tables": ""}
 
 
-def test_a_rig_of_an_older_definition_reaches_the_node(live, capsys):
-    (message,) = [m for m in read_bag(BAGS / "mesh_em").messages if m.type_name == RIG]
+@pytest.mark.parametrize("bag", ["mesh_em", "mesh_optimal"])
+def test_a_rig_of_an_older_definition_reaches_the_node(live, bag, capsys):
+    (message,) = [m for m in read_bag(BAGS / bag).messages if m.type_name == RIG]
     assert message.definition != definition_of(RIG)
-    assert command(BAGS / "mesh_em", "--node", live.name) == 0
+    assert command(BAGS / bag, "--node", live.name) == 0
     assert "reproduced" in capsys.readouterr().out
 
 
@@ -270,6 +271,13 @@ def test_what_no_message_can_say_is_refused_in_one_line(live, capsys):
     assert command(BAGS / "files_importance", "--node", live.name) == 2
     line = one_line(capsys)
     assert "one with normals or importance per vertex; replay it without --live" in line
+
+
+def test_a_run_that_the_clock_ended_is_refused_in_one_line(live, capsys):
+    assert command(BAGS / "mesh_budget", "--node", live.name) == 2
+    assert "one that a time budget or its caller ended; replay it without --live" in one_line(
+        capsys
+    )
 
 
 def test_a_run_that_started_from_another_is_refused_in_one_line(runs, live, capsys):

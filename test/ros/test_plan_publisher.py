@@ -9,6 +9,7 @@ from focus_planner_msgs.msg import CameraFocus, FocusPlan
 from rclpy.publisher import Publisher
 
 from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.run import beginning_messages, plan_message
@@ -141,6 +142,56 @@ def test_a_directory_that_cannot_be_read_is_logged(bench, tmp_path):
     assert text.startswith("cannot look for the last plan: ")
     assert text.endswith("'" + "a" * 300 + "'") or "File name too long" in text
     assert bench.taken() == []
+
+
+def restored(bench, directory):
+    """What is put in force, in short."""
+    bench.plans.restore(directory)
+    return [event[1] for event in bench.taken() if event[0] == "noted"]
+
+
+def test_before_a_plan_that_cannot_be_published_comes_the_one_before(bench, tmp_path):
+    record(tmp_path)
+    record(tmp_path, 2, plan_id="../etc")
+    assert restored(bench, tmp_path) == [made_up.run_id(1)]
+    ((name, why),) = bench.plans.skipped
+    assert name == f"{made_up.run_id(2)}.partial"
+    (text,) = bench.log.of("warning")
+    assert text == f"skipped {name} in the search for the last plan: {why}"
+    assert "'../etc'" in why
+
+
+def test_a_name_that_makes_no_topic_here_is_skipped(bench, tmp_path, monkeypatch):
+    record(tmp_path)
+
+    def refuse(_, names):
+        raise InputError("camera name", "part of a topic's name", names[0])
+
+    monkeypatch.setattr(CameraTopics, "check_names", refuse)
+    assert restored(bench, tmp_path) == []
+    assert len(bench.plans.skipped) == 1
+
+
+def test_what_fails_when_a_plan_is_restored_is_logged(bench, tmp_path, monkeypatch):
+    record(tmp_path)
+
+    def fail(*_):
+        raise RuntimeError("no more topics")
+
+    monkeypatch.setattr(CameraTopics, "follow", fail)
+    assert restored(bench, tmp_path) == []
+    monkeypatch.undo()
+    (text,) = bench.log.of("error")
+    assert text.endswith("RuntimeError('no more topics')")
+
+
+def test_a_flood_of_bad_runs_does_not_flood_the_log(bench, tmp_path):
+    for number in range(30):
+        (tmp_path / made_up.run_id(number) / "folder").mkdir(parents=True)
+    bench.plans.restore(tmp_path)
+    assert len(bench.plans.skipped) == 30
+    assert len(bench.log.of("warning")) == 21
+    assert bench.log.of("warning")[-1] == "skipped 10 more in the search for the last plan"
 
 
 def test_closed_it_leaves_no_topics(bench):

@@ -241,6 +241,19 @@ def test_a_recorder_that_fails(free, tmp_path):
     assert reported(diagnosis) == (Level.ERROR, "not recorded: run a in b: No space")
 
 
+def test_runs_that_were_skipped(free, tmp_path):
+    free(10**9)
+    skipped = [(f"run {k}", f"why {k}") for k in range(30)]
+    diagnosis = diagnose_recorder(tmp_path, "", 0, skipped[:2])
+    assert reported(diagnosis) == (
+        Level.WARN,
+        "runs that cannot be read, skipped in the search for the last plan: run 0, run 1",
+    )
+    assert diagnosis.values["skipped run 1"] == "why 1"
+    assert len(diagnose_recorder(tmp_path, "", 0, skipped).values) < 25
+    assert diagnose_recorder(tmp_path, "no space", 0, skipped).level == Level.ERROR
+
+
 def test_a_disk_that_is_nearly_full(free, tmp_path):
     free(99_999_999)
     assert reported(diagnose_recorder(tmp_path, "", 0)) == (
