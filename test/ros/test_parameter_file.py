@@ -192,7 +192,7 @@ def says(client, texts, success=False):
         ("time_budget: 1", "'time_budget' to '1' of type 'INTEGER', expecting type 'DOUBLE'"),
         ("method: guess", "method: expected one of closest"),
         ("lens: {focal_length: 0.0}", "lens.focal_length: expected a number above 0"),
-        ("samples: [1", "Error parsing"),
+        ("samples: [1", "bad.yaml: expected YAML, got line 4, column 1: did not find expected"),
     ],
 )
 def test_a_bad_value_ends_the_node_with_one_line(tmp_path, lines, error):
@@ -208,7 +208,7 @@ def test_a_bad_value_ends_the_node_with_one_line(tmp_path, lines, error):
 def test_a_file_that_is_not_there_ends_the_node_with_one_line():
     process = ended("--params-file", "/no/such/file.yaml")
     assert process.returncode == 2
-    assert "Couldn't parse params file: '--params-file /no/such/file.yaml'" in process.stderr
+    assert "/no/such/file.yaml: expected a parameter file (YAML), got no such file" in process.stderr
     assert process.stderr.count("\n") == 1
 
 

@@ -245,7 +245,7 @@ class FrameTree:
             seen.append(transform.parent)
             if transform.parent == frame:
                 raise InputError(f"frame {frame}", "a tree", f"a cycle: {' → '.join(seen)}")
-            if len(seen) > _MAX_DEPTH:
+            if len(seen) > _MAX_DEPTH + 1:
                 if len(set(seen)) == len(seen):
                     expected = f"at most {_MAX_DEPTH} frames above it"
                     raise InputError(f"frame {frame}", expected, "more")
