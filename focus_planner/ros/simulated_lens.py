@@ -163,6 +163,9 @@ def _serve(wait: Callable[[], None]) -> None:
     with spinning([node, *drivers]):
         node.get_logger().info(f"{len(settings.lenses)} lenses, ready")
         wait()
+    # In the order of their names, of which the middleware finds the first at once.
+    for driver in drivers:
+        driver.destroy_node()
 
 
 def _number(profile: DriverProfile, value: float) -> int | float:
