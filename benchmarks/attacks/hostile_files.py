@@ -63,7 +63,7 @@ def _linked(target: str) -> Callable[[Path], object]:
 KINDS: dict[str, Callable[[Path], object]] = {
     "a FIFO": os.mkfifo,
     "/dev/zero": _linked("/dev/zero"),
-    "/dev/tty or a directory": _linked("/dev"),
+    "a directory": _linked("/dev"),
     "a socket": _socket,
     "a link to itself": lambda path: path.symlink_to(path.name),
     "40 GB of nothing": _sparse,
