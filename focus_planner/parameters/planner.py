@@ -335,14 +335,14 @@ DECLARATIONS = (
         "service_max_wait",
         5.0,
         "Longest time that a call of ~/plan_focus waits for its turn, in seconds; then the answer"
-        " is that the planner is busy. Calls and goals take turns." + _NEXT_CALL,
+        " is that the planner is busy. Callers take turns." + _NEXT_CALL,
         plans=False,
     ),
     Declaration(
         "max_waiting",
         100,
-        "Greatest number of calls that may wait for their turn, and of goals; further calls are"
-        " answered that the planner is busy, further goals are rejected." + _NEXT_CALL,
+        "Greatest number of requests of one caller that may wait for their turn; its further calls"
+        " are answered that the planner is busy, its further goals are rejected." + _NEXT_CALL,
         low=1,
         high=100_000,
         plans=False,

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from focus_planner_msgs.action import PlanFocus
-from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
+from rclpy.action.server import CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 
 from focus_planner.messages.writing import Fields
+from focus_planner.ros.callers import CallerTellingActionServer
 from focus_planner.ros.conversions import fields_from_ros, message_to_ros
 from focus_planner.ros.qos import ALL_CALLS
 from focus_planner.runtime.reason import Reason
@@ -24,14 +25,15 @@ _RESULT_TIMEOUT = 30
 class GoalHandler(Protocol):
     """Accepts goals and plans them."""
 
-    def admit_goal(self) -> bool:
-        """Return whether to accept a goal."""
+    def admit_goal(self, caller: bytes) -> bool:
+        """Return whether to accept a caller's goal."""
 
     def submit_goal(
         self,
         asked: Fields,
         answer: Callable[[Outcome], None],
         send_feedback: Callable[[Fields], None],
+        caller: bytes,
     ) -> Request:
         """Queue an accepted goal."""
 
@@ -54,7 +56,7 @@ class PlanAction:
         self._handler = handler
         self._requests: dict[bytes, Request] = {}
         self._answers: dict[bytes, Future] = {}
-        self._server = ActionServer(
+        self._server = CallerTellingActionServer(
             node,
             PlanFocus,
             "~/plan",
@@ -79,7 +81,11 @@ class PlanAction:
         self._server.destroy()
 
     def _admit(self, _: PlanFocus.Goal) -> GoalResponse:
-        return GoalResponse.ACCEPT if self._handler.admit_goal() else GoalResponse.REJECT
+        return (
+            GoalResponse.ACCEPT
+            if self._handler.admit_goal(self._server.caller)
+            else GoalResponse.REJECT
+        )
 
     def _accept(self, goal: ServerGoalHandle) -> None:
         answer = Future()
@@ -89,6 +95,7 @@ class PlanAction:
             fields_from_ros(goal.request),
             answer.set_result,
             lambda fields: self._send_feedback(goal, fields),
+            self._server.caller,
         )
         goal.execute()
 

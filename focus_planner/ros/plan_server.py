@@ -16,6 +16,7 @@ from focus_planner.messages.writing import Fields
 from focus_planner.parameters.planner import Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.ros.action import PlanAction, write_outcome
+from focus_planner.ros.callers import UNKNOWN
 from focus_planner.ros.conversions import fields_from_ros
 from focus_planner.ros.lifecycle import ManagedNode
 from focus_planner.ros.planning_thread import PlanningThread
@@ -134,13 +135,13 @@ class PlanServer:
         """Whether a call or a goal is still to be answered."""
         return bool(self._calls) or (self._action is not None and self._action.is_busy)
 
-    def admit_goal(self) -> bool:
-        """Return whether another goal is accepted; if so, stop those that it preempts."""
+    def admit_goal(self, caller: bytes) -> bool:
+        """Return whether a caller's goal is accepted; if so, stop those that it preempts."""
         if not self._is_active:
             self._node.get_logger().info("rejected a goal: the planner is not active")
             return False
         serving = self._settings().serving
-        if not self.requests.admit_goal(serving):
+        if not self.requests.admit_goal(serving, caller):
             unanswered = len(self.requests.open)
             self._node.get_logger().info(
                 f"rejected a goal: overlap is {serving.overlap}, unanswered requests: {unanswered}"
@@ -153,9 +154,10 @@ class PlanServer:
         asked: Fields,
         answer: Callable[[Outcome], None],
         send_feedback: Callable[[Fields], None],
+        caller: bytes,
     ) -> Request:
         """Queue a goal."""
-        return self._submit(asked, answer, send_feedback=send_feedback)
+        return self._submit(asked, answer, send_feedback=send_feedback, caller=caller)
 
     def on_outcome(self, outcome: Outcome) -> None:
         """Schedule the work that is deferred until the answer has been sent."""
@@ -174,17 +176,19 @@ class PlanServer:
         self, request: PlanFocus.Request, response: PlanFocus.Response
     ) -> PlanFocus.Response:
         """Queue a call, and wait until it is answered."""
-        outcome = self._inactive() if not self._is_active else await self._answered(request)
+        caller = getattr(self._node.executor, "caller", UNKNOWN)
+        outcome = self._inactive() if not self._is_active else await self._answered(request, caller)
         write_outcome(response, outcome)
         self.on_outcome(outcome)
         return response
 
-    async def _answered(self, request: PlanFocus.Request) -> Outcome:
+    async def _answered(self, request: PlanFocus.Request, caller: bytes) -> Outcome:
         answer = Future()
         self._calls.add(answer)
         try:
             until = time.perf_counter() + self._settings().serving.service_max_wait
-            self._submit(fields_from_ros(request), answer.set_result, waits_until=until)
+            asked = fields_from_ros(request)
+            self._submit(asked, answer.set_result, waits_until=until, caller=caller)
             outcome: Outcome = await answer
         finally:
             self._calls.remove(answer)

@@ -21,6 +21,7 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 
 from focus_planner.parameters.planner import Settings
+from focus_planner.ros.callers import CallerTellingExecutor
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.diagnostics import DiagnosticsPublisher
 from focus_planner.ros.lens_states import LensStates
@@ -353,7 +354,7 @@ def run_node(server: ForkServer, args: list[str] | None) -> tuple[int, bool]:
 
 def _serve(node: PlannerNode, wait: Callable[[], None]) -> bool:
     """Serve until a signal arrives; return whether the planning thread ended in time."""
-    executor = SingleThreadedExecutor()
+    executor = CallerTellingExecutor()
     executor.add_node(node)
     thread = threading.Thread(target=node.spin, args=(executor,), name="executor")
     # Not on the executor's thread, which reports the state meanwhile.

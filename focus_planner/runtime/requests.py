@@ -80,6 +80,8 @@ class Request:
         for its turn however long that takes.
     send_feedback : callable
         Called on the planning thread with the fields of a feedback message.
+    caller : bytes
+        Who sent it; empty if that is not known.
 
     Attributes
     ----------
@@ -95,6 +97,7 @@ class Request:
     answer: Callable[[Outcome], None]
     waits_until: float = math.inf
     send_feedback: Callable[[Fields], None] = _do_nothing
+    caller: bytes = b""
     arrived: float = field(default_factory=time.perf_counter)
     at: int = field(default_factory=time.time_ns)
     _stop_reason: Reason = Reason.NONE
@@ -205,12 +208,12 @@ class Requests:
         """The one being planned."""
         return next((request for request in self.open if request.has_begun), None)
 
-    def admit_goal(self, serving: Serving) -> bool:
-        """Return whether another goal is accepted; if so, stop those that it preempts."""
+    def admit_goal(self, serving: Serving, caller: bytes = b"") -> bool:
+        """Return whether a caller's goal is accepted; if so, stop those that it preempts."""
         if serving.overlap == "refuse":
             return not self.open
         preempted = [r for r in self.open if r.is_goal and serving.overlap == "preempt"]
-        waiting = [r for r in self._waiting(goals=True) if r not in preempted]
+        waiting = [r for r in self._waiting(caller) if r not in preempted]
         if len(waiting) >= serving.max_waiting:
             return False
         for request in preempted:
@@ -218,9 +221,9 @@ class Requests:
         return True
 
     def add(self, request: Request) -> bool:
-        """Queue a request; return False if it was rejected because too many calls wait."""
+        """Queue a request; return False if it was rejected because too many of its caller wait."""
         most = request.settings.serving.max_waiting
-        if not request.is_goal and len(self._waiting(goals=False)) >= most:
+        if not request.is_goal and len(self._waiting(request.caller)) >= most:
             return not self._reject(request)
         self.open.append(request)
         return True
@@ -237,8 +240,8 @@ class Requests:
         for request in self.open:
             request.abort(reason)
 
-    def _waiting(self, *, goals: bool) -> list[Request]:
-        return [r for r in self.open if not r.has_begun and r.is_goal == goals]
+    def _waiting(self, caller: bytes) -> list[Request]:
+        return [r for r in self.open if not r.has_begun and r.caller == caller]
 
     def _reject(self, request: Request) -> bool:
         return request.stop(Reason.BUSY, Outcome(Reason.BUSY, self._busy_message(request)))
@@ -248,41 +251,41 @@ class Requests:
         what = (
             "reading inputs" if planned is None else f"planning {planned.plan_id} ({_age(planned)})"
         )
-        ahead = sum(not other.has_begun and other.at < request.at for other in self.open)
+        others = sum(not other.has_begun and other is not request for other in self.open)
         return (
-            f"busy: {what}, requests ahead of this one: {ahead}; call again later, or"
+            f"busy: {what}, other requests waiting: {others}; call again later, or"
             " send a goal to ~/plan, which waits for its turn"
         )
 
 
 class Turns:
-    """Whose turn it is: calls and goals alternately, each in order of arrival.
+    """Whose turn it is: one request of every caller who has any, in order of their arrival.
 
-    So a flood of one kind does not keep out the other. Who sent a request is not known: rclpy does
-    not tell.
+    So who has many waiting does not keep out who has one.
     """
 
     def __init__(self) -> None:
-        self._calls: deque[Request] = deque()
-        self._goals: deque[Request] = deque()
-        self._goal_is_next = False
+        self._waiting: dict[bytes, deque[Request]] = {}
+        self._lock = Lock()
 
     def add(self, request: Request) -> None:
         """Let a request wait for its turn; safe to call from any thread."""
-        (self._goals if request.is_goal else self._calls).append(request)
+        with self._lock:
+            self._waiting.setdefault(request.caller, deque()).append(request)
 
     def next(self) -> Request | None:
         """Return the next request that has not been answered, which then no longer waits."""
-        for queue in (self._calls, self._goals):
-            while queue and queue[0].is_answered:
-                queue.popleft()
-        queue = (
-            self._goals if (self._goal_is_next and self._goals) or not self._calls else self._calls
-        )
-        if not queue:
-            return None
-        self._goal_is_next = queue is self._calls
-        return queue.popleft()
+        with self._lock:
+            while self._waiting:
+                caller = next(iter(self._waiting))
+                requests = deque(r for r in self._waiting.pop(caller) if not r.is_answered)
+                if not requests:
+                    continue
+                request = requests.popleft()
+                if requests:
+                    self._waiting[caller] = requests  # after all others
+                return request
+        return None
 
 
 def _age(request: Request) -> str:

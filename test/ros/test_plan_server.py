@@ -163,7 +163,7 @@ def test_a_call_too_many_is_not_planned(active):
     active.call()
     call = active.call()
     assert call.response.reason == Reason.BUSY
-    assert call.response.message.startswith("busy: planning other requests, requests ahead of this")
+    assert call.response.message.startswith("busy: reading inputs, other requests waiting: 1;")
     assert len(active.planned) == 1
 
 

@@ -223,24 +223,15 @@ def test_a_call_being_planned_is_not_stopped_by_a_goal():
     assert not planned.stop_requested
 
 
-def test_calls_that_wait_leave_goals_their_places():
+def test_a_callers_requests_leave_others_their_places():
     requests, serving = Requests(), replace(QUEUE, max_waiting=1)
-    (planned,) = added(requests, goal())
-    started(planned)
-    added(requests, call(serving=serving))
-    assert requests.admit_goal(serving)
-    added(requests, goal())
-    assert not requests.admit_goal(serving)
-
-
-def test_goals_that_wait_leave_calls_their_places():
-    requests, serving = Requests(), replace(QUEUE, max_waiting=1)
-    added(requests, goal(), goal())
-    first, second = call(serving=serving), call(serving=serving)
-    assert requests.add(first)
-    assert not requests.add(second)
-    assert not first.is_answered
-    assert second.answers[0].reason is Reason.BUSY
+    added(requests, goal(caller=b"a"))
+    assert not requests.admit_goal(serving, b"a")
+    assert requests.admit_goal(serving, b"b")
+    refused, waiting = (call(serving=serving, caller=caller) for caller in (b"a", b"b"))
+    assert not requests.add(refused)
+    assert refused.answers[0].reason is Reason.BUSY
+    assert requests.add(waiting)
 
 
 def test_preempted_goals_make_room():
@@ -275,8 +266,8 @@ def test_a_call_too_many_is_rejected_at_once():
     assert outcome.reason is Reason.BUSY
     assert outcome.plan is None
     assert re.fullmatch(
-        rf"busy: planning {planned.plan_id} \(requested \d+\.\d s ago\), requests ahead of this"
-        r" one: 1; call again later, or send a goal to ~/plan, which waits for its turn",
+        rf"busy: planning {planned.plan_id} \(requested \d+\.\d s ago\), other requests"
+        r" waiting: 1; call again later, or send a goal to ~/plan, which waits for its turn",
         outcome.message,
     )
     assert requests.open == [planned, waiting]
@@ -288,7 +279,7 @@ def test_a_call_that_waits_too_long_is_rejected():
     started(planned)
     requests.reject_overdue()
     assert late.reasons == [Reason.BUSY]
-    assert "requests ahead of this one: 0;" in late.answers[0].message
+    assert "other requests waiting: 2;" in late.answers[0].message
     assert requests.open == [planned, patient, waiting]
     assert not late.begin()
 
@@ -297,9 +288,7 @@ def test_before_a_plan_an_overdue_call_is_told_that_inputs_are_read():
     requests = Requests()
     _, late = added(requests, goal(), call(0.0))
     requests.reject_overdue()
-    assert late.answers[0].message.startswith(
-        "busy: reading inputs, requests ahead of this one: 1;"
-    )
+    assert late.answers[0].message.startswith("busy: reading inputs, other requests waiting: 1;")
 
 
 def test_all_are_aborted_at_once():
@@ -312,22 +301,27 @@ def test_all_are_aborted_at_once():
     assert asked[0].commit() is Reason.SHUTTING_DOWN
 
 
-def test_calls_and_goals_take_turns():
+def test_callers_take_turns():
     turns = Turns()
-    goals, calls = [goal() for _ in range(3)], [call() for _ in range(3)]
-    for request in (*goals, *calls):
+    many = [goal(caller=b"a") for _ in range(3)]
+    few = [call(caller=b"b") for _ in range(2)]
+    one = call(caller=b"c")
+    for request in (*many, *few, one):
         turns.add(request)
     order = [turns.next() for _ in range(6)]
-    assert order == [calls[0], goals[0], calls[1], goals[1], calls[2], goals[2]]
+    assert order == [many[0], few[0], one, many[1], few[1], many[2]]
     assert turns.next() is None
 
 
-def test_one_kind_alone_goes_in_order_of_arrival():
+def test_who_comes_late_waits_for_one_request_of_each():
     turns = Turns()
-    goals = [goal() for _ in range(3)]
-    for request in goals:
+    many = [goal(caller=b"a") for _ in range(40)]
+    for request in many:
         turns.add(request)
-    assert [turns.next() for _ in range(3)] == goals
+    assert turns.next() is many[0]
+    modest = call(caller=b"b")
+    turns.add(modest)
+    assert [turns.next(), turns.next()] == [many[1], modest]
 
 
 def test_who_has_been_answered_has_no_turn():
@@ -335,6 +329,6 @@ def test_who_has_been_answered_has_no_turn():
     answered, waiting = call(), call()
     turns.add(answered)
     turns.add(waiting)
-    answered.stop(Reason.BUSY)
+    answered.stop(Reason.CANCELLED)
     assert turns.next() is waiting
     assert turns.next() is None
