@@ -28,7 +28,7 @@ class Served:
 
     def __init__(self, contexts):
         self.executor = CallerTellingExecutor(context=contexts[0])
-        self.called, self.sent = [], []
+        self.called, self.sent, self.executed = [], [], 0
         self.nodes = [
             Node(f"node_{k}", context=context, use_global_arguments=False)
             for k, context in enumerate(contexts)
@@ -50,6 +50,7 @@ class Served:
 
     def _execute(self, goal):
         goal.succeed()
+        self.executed += 1
         return PlanAction.Result()
 
     def spin_until(self, condition):
@@ -86,11 +87,11 @@ def test_calls_and_goals_of_a_participant_have_one_caller_and_others_have_others
         served.spin_until(lambda client=client: client.service_is_ready())
         served.spin_until(lambda goals=goals: goals.server_is_ready())
         for _ in range(2):
-            asked = len(served.called), len(served.sent)
+            asked = len(served.called), served.executed
             client.call_async(PlanFocus.Request())
             goals.send_goal_async(PlanAction.Goal())
             served.spin_until(
-                lambda asked=asked: len(served.called) > asked[0] and len(served.sent) > asked[1]
+                lambda asked=asked: len(served.called) > asked[0] and served.executed > asked[1]
             )
         goals.destroy()
     first, second = served.called[:2], served.called[2:]

@@ -54,7 +54,7 @@ class Bench:
         return Call(self.server._plan_focus(PlanFocus.Request(**fields), PlanFocus.Response()))
 
     def goal(self, answers):
-        return self.server.submit_goal({}, answers.append, lambda _: None)
+        return self.server.submit_goal({}, answers.append, lambda _: None, b"")
 
 
 class Call:
@@ -95,7 +95,7 @@ def test_inactive_it_says_how_to_activate_it(bench):
     message = "the planner is inactive; activate it: ros2 lifecycle set /here activate"
     assert answer == (False, Reason.INACTIVE, message)
     assert bench.planned == []
-    assert not bench.server.admit_goal()
+    assert not bench.server.admit_goal(b"")
     assert bench.log.of("info") == ["rejected a goal: the planner is not active"]
 
 
@@ -177,9 +177,9 @@ def test_a_call_waits_as_long_as_the_parameter_says(active):
 
 def test_a_goal_that_overlaps_is_rejected_where_the_parameter_says_so(active):
     active.serve(overlap="refuse")
-    assert active.server.admit_goal()
+    assert active.server.admit_goal(b"")
     active.goal([])
-    assert not active.server.admit_goal()
+    assert not active.server.admit_goal(b"")
     assert active.log.of("info") == ["rejected a goal: overlap is refuse, unanswered requests: 1"]
 
 
