@@ -208,9 +208,8 @@ def test_a_bad_value_ends_the_node_with_one_line(tmp_path, lines, error):
 def test_a_file_that_is_not_there_ends_the_node_with_one_line():
     process = ended("--params-file", "/no/such/file.yaml")
     assert process.returncode == 2
-    assert (
-        "/no/such/file.yaml: expected a parameter file (YAML), got no such file" in process.stderr
-    )
+    expected = "/no/such/file.yaml: expected a parameter file (YAML), got no such file"
+    assert expected in process.stderr
     assert process.stderr.count("\n") == 1
 
 

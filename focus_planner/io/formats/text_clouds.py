@@ -46,7 +46,7 @@ _COMMENT = re.compile(rb"(#|//)[^\n]*")
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _EMPTY_CELL = re.compile(rb"((?<=[,;])|^)[ \t]*(?=[,;])", re.MULTILINE)
 _EMPTY = (b",,", b";;", b", ,", b"; ;", b"\n,", b"\n;", b"\t,", b"\t;")
-_UNIT = re.compile(r"[\[(][^\])]*[\])]|[^a-z0-9_:,;\s]")
+_UNIT = re.compile(r"[\[(][^\[(\])]*[\])]|[^a-z0-9_:,;\s]")
 _TITLES = 50  # lines that may stand above the first point
 _LAST_LINES = 20
 # Three titles are those of the point, or of the normal, if one of these finds x, y, z in them, or
