@@ -28,10 +28,11 @@ def open_regular(path: Path, max_bytes: int) -> Iterator[BinaryIO]:
         descriptor = os.open(path, _WITHOUT_WAITING)
     except OSError as error:
         raise _unreadable(path, error) from None
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode):
+        os.close(descriptor)
+        raise InputError(str(path), "a regular file", "something else")
     with os.fdopen(descriptor, "rb") as file:
-        status = os.fstat(descriptor)
-        if not stat.S_ISREG(status.st_mode):
-            raise InputError(str(path), "a regular file", "something else")
         if status.st_size > max_bytes:
             raise InputError(
                 str(path), f"at most {max_bytes:,} bytes", f"a file of {status.st_size:,}"

@@ -228,6 +228,8 @@ class RunRecorder:
         Why the run could not be recorded; empty so far.
     path : Path or None
         The run's folder, once all of the run is on the disk itself.
+    publishes : bool
+        Whether a plan that is not kept before the end of the run is recorded as one in force.
     """
 
     def __init__(
@@ -241,6 +243,7 @@ class RunRecorder:
         assert options.directory is not None
         self.failure = ""
         self.path: Path | None = None
+        self.publishes = True
         self._recorder = recorder
         self._log = log
         self._options = options
@@ -449,7 +452,7 @@ class RunRecorder:
             ending = replace(ending, fingerprints=description.fingerprints)
         if self._plan_written is not None:
             ending = replace(ending, plan=None)
-        for message in ending_messages(self._beginning, ending, at):
+        for message in ending_messages(self._beginning, ending, at, self.publishes):
             self._bag.add(message)
         self._bag.flush()
         self.path = self._bag.close()

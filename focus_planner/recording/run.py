@@ -330,12 +330,14 @@ def progress_message(beginning: Beginning, elapsed: float, progress: Progress) -
     return _message(beginning, "run/progress", _PROGRESS, fields, at)
 
 
-def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[BagMessage]:
-    """Yield the messages at the end of a run."""
+def ending_messages(
+    beginning: Beginning, ending: Ending, at: int, published: bool = True
+) -> Iterator[BagMessage]:
+    """Yield the messages at the end of a run, and before them its plan if the ending has one."""
     if ending.plan is not None:
         frame_id = beginning.settings.frame_id
         fields = plan_to_fields(ending.plan, frame_id, ending.stamp, beginning.run_id)
-        yield _message(beginning, "focus_plan", PLAN, fields, at)
+        yield _message(beginning, _plan_topic(published), PLAN, fields, at)
     result = {
         "success": ending.success,
         "message": ending.message,
@@ -346,9 +348,14 @@ def ending_messages(beginning: Beginning, ending: Ending, at: int) -> Iterator[B
 
 
 def plan_message(beginning: Beginning, payload: bytes, *, published: bool) -> BagMessage:
-    """Return the message of a serialized plan; unpublished plans have a topic of their own."""
-    topic = "focus_plan" if published else "run/focus_plan"
-    return BagMessage(f"{beginning.planner}/{topic}", PLAN, payload, time.time_ns())
+    """Return the message of a serialized plan."""
+    topic = f"{beginning.planner}/{_plan_topic(published)}"
+    return BagMessage(topic, PLAN, payload, time.time_ns())
+
+
+def _plan_topic(published: bool) -> str:
+    """Return the topic of a plan; those that were never in force have one of their own."""
+    return "focus_plan" if published else "run/focus_plan"
 
 
 def markers_message(beginning: Beginning, markers: bytes, at: int) -> BagMessage:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from dataclasses import replace
@@ -20,6 +21,7 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag_reading import read_bag
+from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.run import inputs_of, read_run
 from testing.forked import run_forked
 from testing.runs import (
@@ -260,6 +262,25 @@ def test_several_runs_are_summed_up(here: Path, capsys: Any) -> None:
     assert rows[0].split("│")[3:5] == [" em     ", "     300 "]
 
 
+def test_what_is_no_run_in_a_folder_of_runs_is_left_out(here: Path, capsys: Any) -> None:
+    folder = here / "mixed"
+    shutil.copytree(here / "runs" / "good", folder / "good")
+    shutil.copytree(here / "runs" / "good", folder / ".prepared.partial")
+    for name in ("fifo.mcap", "folder/fifo.mcap", "folder/metadata.yaml"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        if name != "fifo.mcap":
+            os.mkfifo(folder / name)
+    (folder / "link").symlink_to("/nowhere")
+    assert [run["path"] for run in replayed_json(capsys, str(folder))] == [str(folder / "good")]
+
+
+def test_access_of_others_is_as_asked(here: Path) -> None:
+    assert replay("runs/good", "--record", "group", "--record-access", "group") == 0
+    (path,) = Path("group").iterdir()
+    assert {mode(path), mode(path.parent)} == {0o750}
+    assert {mode(file) for file in path.iterdir()} == {0o640}
+
+
 def test_a_folder_of_runs_is_all_of_them(here: Path, capsys: Any) -> None:
     (data,) = replayed_json(capsys, "runs/good")
     runs = replayed_json(capsys, "runs", status=2)
@@ -405,6 +426,10 @@ def test_the_summary_says_what_was_changed(here: Path, capsys: Any) -> None:
 # --- recording ---------------------------------------------------------------------------------
 
 
+def mode(path: Path) -> int:
+    return path.stat().st_mode & 0o777
+
+
 @pytest.mark.parametrize("words", [[], ["--set", "f_number=8", "--set", "method=k_view"]])
 def test_answers_are_runs_themselves(here: Path, capsys: Any, words: list[str]) -> None:
     (data,) = replayed_json(capsys, "runs/good", "--record", "answers/new", *words)
@@ -419,6 +444,10 @@ def test_answers_are_runs_themselves(here: Path, capsys: Any, words: list[str]) 
     assert ("numpy", np.__version__) in run.beginning.software.items()
     topics = {message.topic for message in read_bag(path).messages}
     assert "/focus_planner/markers" not in topics
+    # A node that starts puts what was published in force again, and not a what-if.
+    assert last_plan(path.parent, "/focus_planner").plan is None
+    assert {mode(path), mode(path.parent)} == {0o700}
+    assert {mode(file) for file in path.iterdir()} == {0o600}
     assert replay(str(path)) == 0
     assert "reproduced" in capsys.readouterr().out
 
