@@ -253,7 +253,7 @@ DECLARATIONS = (
     Declaration(
         "max_problem_size",
         1_000_000_000,
-        "Greatest product of samples, shots and cameras that a request may amount to; a larger one"
+        "Greatest number of samples, times that of shots and of cameras, of a request; a larger one"
         " is refused before it is planned. 0 for no limit." + _NEXT_CALL,
         high=MAX_INTEGER,
     ),
@@ -443,8 +443,8 @@ class Serving:
     status_period: float = 1.0
     lens_tolerance: float = 0.1
     max_input_age: float = math.inf
-    max_planning_time: float = math.inf
-    max_memory: int = 0
+    max_planning_time: float = 600.0
+    max_memory: int = 4_000_000_000
 
     def __post_init__(self) -> None:
         check_choice("overlap", self.overlap, OVERLAPS)

@@ -21,7 +21,7 @@ TEXT = parameters_to_yaml(DECLARATIONS)
 FROM_ZERO = [d for d in DECLARATIONS if type(d.default) in {int, float} and d.low == 0]
 # A unit, or what makes the number one without.
 UNIT = re.compile(
-    r"\b(metres|seconds|pixels|bytes|number of|1/m\^2|unit|seed|weight|fraction of|"
+    r"\b(metres|seconds|pixels|bytes|number of|dioptres|1/m\^2|unit|seed|weight|fraction of|"
     r"focal length over aperture diameter)\b",
     re.IGNORECASE,
 )

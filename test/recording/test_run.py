@@ -238,7 +238,11 @@ def other_than_default(declaration):
         return special[declaration.name]
     if isinstance(default, bool):
         return not default
-    return {"overlap": "refuse", "record_access": "group"}.get(declaration.name) or default + 3
+    return {
+        "overlap": "refuse",
+        "record_access": "group",
+        "data_directories": "/tables:/runs",
+    }.get(declaration.name) or default + 3
 
 
 def test_every_parameter_is_read_as_it_was(tmp_path):
