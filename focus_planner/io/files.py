@@ -34,7 +34,9 @@ _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a so
 
 
 @contextmanager
-def open_regular(path: Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO]:
+def open_regular(
+    path: Path, what: str, max_bytes: int = MAX_BYTES, *, may_be_empty: bool = False
+) -> Iterator[BinaryIO]:
     """Open the file that a name leads to: the only way in which this package opens what it is told.
 
     Only regular files are opened, so that no device, pipe or socket is touched, none is waited for,
@@ -47,6 +49,8 @@ def open_regular(path: Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[
         What was expected there, for errors.
     max_bytes : int
         How large it may be.
+    may_be_empty : bool
+        Whether an empty file is one.
 
     Raises
     ------
@@ -57,7 +61,7 @@ def open_regular(path: Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[
         with _opened(path, what) as file:
             if os.fstat(file.fileno()).st_size > max_bytes:
                 raise _too_large(path, what, max_bytes)
-            if not file.peek(1):
+            if not may_be_empty and not file.peek(1):
                 raise InputError(str(path), what, "an empty file")
             yield file
     except OSError as error:

@@ -34,8 +34,9 @@ from mcap.records import (
 from mcap.stream_reader import read_magic
 
 from focus_planner.core.validation import InputError
+from focus_planner.io.files import open_regular
 from focus_planner.recording.bag import BagMessage
-from focus_planner.recording.opening import open_regular
+from focus_planner.recording.naming import A_RUN
 
 # The records of a file's data section, except chunks and messages.
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
@@ -135,7 +136,7 @@ def read_bag(path: Path) -> Bag:
         without messages and with a fault.
     """
     messages: list[BagMessage] = []
-    with open_regular(_mcap_file(path), RUNS.file) as stream:
+    with open_regular(_mcap_file(path), A_RUN, RUNS.file, may_be_empty=True) as stream:
         reading = BagReading(stream)
         messages.extend(reading)
     return Bag(tuple(messages), not reading.fault, reading.fault)

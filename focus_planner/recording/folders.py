@@ -12,8 +12,8 @@ from pathlib import Path
 from mcap.stream_reader import MAGIC_SIZE
 
 from focus_planner.core.validation import InputError
-from focus_planner.recording.naming import METADATA, PARTIAL, RUN_NAME, mcap_name
-from focus_planner.recording.opening import open_regular
+from focus_planner.io.files import open_regular
+from focus_planner.recording.naming import A_RUN, METADATA, PARTIAL, RUN_NAME, mcap_name
 
 _MAGIC = b"\x89MCAP0\r\n"
 _ANY_SIZE = 2**63
@@ -56,7 +56,7 @@ class RunFolder:
         """Return whether it was written to its end."""
         if self.is_partial or not (self.path / METADATA).is_file():
             return False
-        with suppress(InputError, OSError), open_regular(self.file, _ANY_SIZE) as file:
+        with suppress(InputError, OSError), open_regular(self.file, A_RUN, _ANY_SIZE) as file:
             head = file.read(MAGIC_SIZE)
             file.seek(-MAGIC_SIZE, os.SEEK_END)
             return head == _MAGIC == file.read(MAGIC_SIZE)
@@ -128,7 +128,7 @@ def being_written(folder: Path) -> bool:
         if not locked:
             return True
     for path in folder.glob("*.mcap"):
-        with suppress(InputError), open_regular(path, _ANY_SIZE) as file:
+        with suppress(InputError), open_regular(path, A_RUN, _ANY_SIZE, may_be_empty=True) as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:

@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from focus_planner.core.validation import InputError
+from focus_planner.io.files import open_regular
 from focus_planner.messages.plan_checking import check_plan
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import PLAN, RUN
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.bag_reading import BagReading, Limits
 from focus_planner.recording.folders import RunFolder, runs_newest_first
-from focus_planner.recording.naming import METADATA
-from focus_planner.recording.opening import open_regular
+from focus_planner.recording.naming import A_RUN, METADATA
 
 # How many runs to search for a published plan.
 _MAX_RUNS = 1000
@@ -181,7 +181,7 @@ def _messages(
     if run.is_partial and not run.file_size:
         return
     limits = replace(_LIMITS, unpacked=max(min(_LIMITS.unpacked, budget.left), 0))
-    with open_regular(run.file, limits.file) as stream:
+    with open_regular(run.file, A_RUN, limits.file, may_be_empty=True) as stream:
         reading = BagReading(stream, limits, wanted)
         yield from reading
     budget.left -= reading.cost
@@ -200,7 +200,7 @@ def _may_hold(run: RunFolder, topic: str) -> bool:
     path = run.path / METADATA
     if run.is_partial or not path.exists():
         return True
-    with open_regular(path, _MAX_METADATA) as file:
+    with open_regular(path, "the metadata of a bag", _MAX_METADATA) as file:
         text = file.read().decode(errors="replace")
     if not all(part in text for part in _OF_METADATA):
         raise InputError(str(path), "the metadata of a bag", "something else")

@@ -10,6 +10,8 @@ from uuid import uuid4
 RUN_NAME = re.compile(r"\d{8}T\d{6}\.\d{6}Z-[0-9a-f]{8}")
 #: Ends the name of a folder whose run is not whole.
 PARTIAL = ".partial"
+#: What its MCAP file is, for errors.
+A_RUN = "a recorded run (an MCAP file)"
 #: The file of a run beside its MCAP file.
 METADATA = "metadata.yaml"
 

@@ -70,7 +70,8 @@ class ForkedProcess:
             return "it ended"
         if status >= 0:
             return f"it ended with status {status}"
-        return f"it was ended by {signal.Signals(-status).name}"
+        hint = ", as Linux does when memory runs out" if -status == signal.SIGKILL else ""
+        return f"it was ended by {signal.Signals(-status).name}{hint}"
 
     def cpu_seconds(self) -> float:
         """Return how long all of its threads have run on a processor; 0 once it has ended."""

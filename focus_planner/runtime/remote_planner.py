@@ -186,6 +186,7 @@ class RemotePlanner:
         PlanningEnded
             If that was not to be waited for; the inputs are kept for the next time.
         """
+        has_died = False
         while True:
             restored = self._ready(wish)
             surfaces, rigs = self.surface.take(), self.rig.take()
@@ -204,7 +205,10 @@ class RemotePlanner:
                     inbox.forget_all_new()
                 raise
             except PlanningDied as error:
-                self._refuse(error)
+                # One that was idle when it died, such as for want of memory, had read nothing.
+                if not self._refuse_guilty(str(error)) and has_died:
+                    raise
+                has_died = True
         assert isinstance(result, orders.Digested), result
         self._note(result)
         self.taken = taken
@@ -330,8 +334,8 @@ class RemotePlanner:
             self.close()
             raise PlanningDied("it took more memory than parameter max_memory allows")
 
-    def _refuse(self, how: PlanningDied) -> None:
-        """Have the input that ended the process refused by the next one."""
+    def _refuse_guilty(self, how: str) -> bool:
+        """Have the input that ended the process refused by the next one; return if there is one."""
         for inbox in (self.surface, self.rig):
             guilty = inbox.known.get(self._reading)
             if guilty and len(guilty.payload) > _STAMP:
@@ -341,8 +345,8 @@ class RemotePlanner:
                 inbox.known[guilty.number] = replace(
                     guilty, payload=guilty.payload[:_STAMP], read=read
                 )
-                return
-        raise how
+                return True
+        return False
 
 
 class _Patience:

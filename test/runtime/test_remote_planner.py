@@ -274,6 +274,24 @@ def test_a_death_while_planning_is_told_and_the_next_plan_is_made(ready):
     assert same(ready.plan().plan, BOX, RIG)
 
 
+def test_a_process_that_died_while_idle_is_replaced_without_a_word_to_callers(ready):
+    ready.workers[-1].theirs.close()
+    ready.digest()
+    assert same(ready.plan().plan, BOX, RIG)
+    assert len(ready.workers) == 2
+
+
+def test_who_keeps_dying_is_not_started_for_ever(ready):
+    def die_digesting(order):
+        if isinstance(order, orders.Digest):
+            die(ready.workers[-1])
+
+    ready.intercept = die_digesting
+    with pytest.raises(PlanningDied):
+        ready.digest()
+    assert len(ready.workers) <= 4
+
+
 def test_what_takes_too_much_memory_is_refused(ready):
     ready.surface(MemoryError)
     ready.digest()
