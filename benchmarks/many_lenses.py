@@ -47,6 +47,8 @@ class _Process:
         assert self.process.stderr is not None
         while line := self.process.stderr.readline():
             if "ready" in line:
+                # A log that nobody reads would hold the node up.
+                threading.Thread(target=self.process.stderr.read, daemon=True).start()
                 return time.perf_counter() - self.began, self.processor_seconds
         raise RuntimeError(f"ended with {self.process.wait()}")
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections import deque
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future as ThreadFuture
 from typing import Any
 
@@ -26,6 +27,8 @@ from focus_planner.lenses.profiles import Assignment
 # How long the executor may be busy with making clients before it looks at messages again, seconds.
 _TURN = 0.1
 _PAUSE = 0.01
+# Between two looks at which services there are, seconds.
+_LOOK = 0.05
 _TYPES = {
     "get_parameters": "rcl_interfaces/srv/GetParameters",
     "list_parameters": "rcl_interfaces/srv/ListParameters",
@@ -46,6 +49,8 @@ class DriverParameters:
         Full name of the driver node.
     wanted : deque of DriverParameters
         Where it queues for its clients.
+    served : callable
+        Returns the full names of all services, as of just now.
 
     Raises
     ------
@@ -53,12 +58,19 @@ class DriverParameters:
         If the name cannot be that of a node.
     """
 
-    def __init__(self, node: Node, name: str, wanted: deque[DriverParameters]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        wanted: deque[DriverParameters],
+        served: Callable[[], Collection[str]],
+    ) -> None:
         # Not when its clients are made, where nobody would hear of it.
         validate_full_topic_name(f"{name}/get_parameters", is_service=True)
         self.name = name
         self._node = node
         self._wanted = wanted
+        self._served = served
         self._connected: ThreadFuture[None] = ThreadFuture()
         # One response that cannot be read must not hold up those of others.
         self._group = ReentrantCallbackGroup()
@@ -84,6 +96,9 @@ class DriverParameters:
 
     def is_available(self) -> bool:
         """Return whether its parameter services are available."""
+        # A look at all services takes no longer than at one, and many drivers may be missing.
+        if not self._was_available and f"{self.name}/get_parameters" not in self._served():
+            return False
         # They are discovered one by one but disappear together, and every check takes time.
         clients = list(self._clients.values())[: 1 if self._was_available else 2]
         self._was_available = self._connected.done() and all(
@@ -178,7 +193,11 @@ class DriverClients:
     def __init__(self, node: Node, names: Iterable[str]) -> None:
         self._node = node
         self._wanted: deque[DriverParameters] = deque()
-        self.drivers = {name: DriverParameters(node, name, self._wanted) for name in names}
+        self._services: frozenset[str] = frozenset()
+        self._looked = -math.inf
+        self.drivers = {
+            name: DriverParameters(node, name, self._wanted, self._served) for name in names
+        }
         self._others = deque(self.drivers.values())
         # Not the node's own clock, which stands still while a simulation is paused.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -190,6 +209,13 @@ class DriverClients:
         # middleware finds out by going through all of them until it meets the first.
         for client in list(self._node.clients):
             self._node.destroy_client(client)
+
+    def _served(self) -> frozenset[str]:
+        if time.monotonic() - self._looked >= _LOOK:
+            found = self._node.get_service_names_and_types()
+            self._services = frozenset(name for name, _ in found)
+            self._looked = time.monotonic()
+        return self._services
 
     def _make_some(self) -> None:
         began = time.monotonic()
