@@ -29,7 +29,7 @@ class ThreadedWorker:
         self._thread.start()
 
     def _serve(self, process):
-        with self.theirs, suppress(OSError, SystemExit):
+        with self.theirs, suppress(OSError, SystemExit, TypeError):
             process.serve()
 
     def kill(self):

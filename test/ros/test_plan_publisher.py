@@ -83,7 +83,7 @@ def record(directory, number=1, **changed):
 
 
 def test_a_plan_is_known_before_it_is_published(bench):
-    bench.plans.follow(RIG)
+    bench.plans.follow([camera.name for camera in RIG.cameras])
     bench.plans.publish(plan())
     assert bench.taken() == [("noted", "a plan", False), *TOPICS]
 
@@ -116,7 +116,7 @@ def test_a_restored_plan_is_repeated_for_subscribers_discovered_late(bench, tmp_
     "end",
     [
         lambda plans: plans.publish(plan("a newer one")),
-        lambda plans: plans.follow(RIG),
+        lambda plans: plans.follow([camera.name for camera in RIG.cameras]),
         lambda plans: plans.close(),
     ],
 )
@@ -195,7 +195,7 @@ def test_a_flood_of_bad_runs_does_not_flood_the_log(bench, tmp_path):
 
 
 def test_closed_it_leaves_no_topics(bench):
-    bench.plans.follow(RIG)
+    bench.plans.follow([camera.name for camera in RIG.cameras])
     assert {p.topic_name for p in bench.node.publishers} >= set(TOPICS)
     bench.plans.close()
     assert not {p.topic_name for p in bench.node.publishers} & set(TOPICS)
