@@ -39,8 +39,8 @@ from focus_planner.messages.writing import (
     poses_to_fields,
     rig_to_fields,
 )
+from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.conversions import message_to_ros
-from focus_planner.ros.log import LoggedNode
 from focus_planner.ros.qos import ALL_CALLS, LATCHED
 
 _INPUTS = {
@@ -108,7 +108,7 @@ class PlannerClient:
         self._context = Context()
         self._context.init(args=[])
         name = f"focus_planner_client_{uuid4().hex[:8]}"
-        self._node = LoggedNode(
+        self._node = BaseNode(
             name,
             context=self._context,
             use_global_arguments=False,

@@ -23,10 +23,10 @@ from focus_planner.messages.limits import check_bytes
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import ORDER, deserialize
 from focus_planner.parameters.lenses import ADAPTER_DECLARATIONS, AdapterSettings
+from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.driver_parameters import DriverClients
 from focus_planner.ros.lens_frames import PolledFrames
-from focus_planner.ros.log import LoggedNode
 from focus_planner.ros.process import declare, run, spinning
 from focus_planner.ros.qos import LATCHED
 from focus_planner.ros.supervisor import Supervisor
@@ -37,7 +37,7 @@ _NO_EVENTS = SubscriptionEventCallbacks(use_default_callbacks=False)
 _SELDOM = 1.0
 
 
-class LensAdapter(LoggedNode):
+class LensAdapter(BaseNode):
     """Sets lenses to their planned focus, and reports how that went.
 
     Subscribes (reliable, transient local, depth 1)

@@ -10,13 +10,13 @@ from rclpy._rclpy_pybind11 import RCLError
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from focus_planner.core.validation import InputError
-from focus_planner.ros.log import PrintableLog
+from focus_planner.ros.base_node import OwnNode
 from focus_planner.runtime.log import log_exception
 
 _INITIAL, _FINAL = "unconfigured", "finalized"
 
 
-class ManagedNode(PrintableLog, LifecycleNode):
+class ManagedNode(OwnNode, LifecycleNode):
     """A managed node, as the ROS 2 design of managed nodes describes it.
 
     A subclass overrides :meth:`configure`, :meth:`activate`, :meth:`deactivate` and

@@ -8,7 +8,6 @@ from typing import Any
 
 from rclpy.impl import rcutils_logger
 from rclpy.impl.rcutils_logger import RcutilsLogger
-from rclpy.node import Node
 
 from focus_planner.core.text import printable
 
@@ -41,7 +40,3 @@ class PrintableLog:
     def get_logger(self) -> PrintableLogger:
         """Return the node's logger."""
         return self._printable_logger
-
-
-class LoggedNode(PrintableLog, Node):
-    """A node with a printable log."""

@@ -15,7 +15,6 @@ from contextlib import ExitStack
 from datetime import datetime, timezone
 from functools import partial
 
-from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
@@ -33,11 +32,11 @@ from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.process import run
 from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.ros.status import StatusPublisher
+from focus_planner.ros.steps import Steps
 from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
 from focus_planner.ros.supervisor import Supervisor
 from focus_planner.runtime.diagnostics import Diagnosis, diagnose
 from focus_planner.runtime.fork_server import ForkedProcess, ForkServer, ForkServerEnded
-from focus_planner.runtime.log import log_exception
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied
 from focus_planner.runtime.status import PlannerReport, Snapshot
@@ -147,11 +146,16 @@ class PlannerNode(ManagedNode):
 
     def spin(self, executor: SingleThreadedExecutor) -> None:
         """Serve until :meth:`stop`, and then until every caller has been answered."""
-        while self.context.ok() and (self._server.is_busy or not self._stopping.is_set()):
-            self._step(executor.spin_once)
+        steps = Steps(self.get_logger, self._fail)
+
+        def can_go_on() -> bool:
+            return self.context.ok() and not steps.have_failed
+
+        while can_go_on() and (self._server.is_busy or not self._stopping.is_set()):
+            steps.take(executor.spin_once)
         for _ in range(_SPINS_TO_SEND):
-            if self.context.ok():
-                self._step(partial(executor.spin_once, timeout_sec=0.0))
+            if can_go_on():
+                steps.take(partial(executor.spin_once, timeout_sec=0.0))
 
     def stop(self) -> None:
         """Stop planning at the solver's next step, answer all callers, then end :meth:`spin`."""
@@ -211,8 +215,8 @@ class PlannerNode(ManagedNode):
     def _fork(self) -> ForkedProcess:
         try:
             return self._fork_server.fork()
-        except ForkServerEnded:
-            self._fail("no more planning processes can be started")
+        except ForkServerEnded as error:
+            self._fail(f"no more planning processes can be started: {error}")
             raise PlanningDied("the node is ending") from None
 
     def _fail(self, why: str) -> None:
@@ -236,6 +240,7 @@ class PlannerNode(ManagedNode):
                 on_rig=lambda rig: self._plans.follow(rig.names),
                 publish=self._plans.publish,
                 start=self._fork,
+                give_up=self._fail,
             )
         )
         if self._stopping.is_set():
@@ -309,19 +314,6 @@ class PlannerNode(ManagedNode):
         now = datetime.now(timezone.utc)
         return diagnose(self._report(), self._status.lens_summary, self._settings.current, now)
 
-    def _step(self, spin_once: Callable[[], None]) -> None:
-        """Let the executor take a step; log what goes wrong."""
-        try:
-            spin_once()
-        except InvalidHandle:
-            pass  # another thread destroyed an entity that the executor was waiting for
-        except RCLError as error:  # the client has gone
-            self.get_logger().warning(
-                f"could not send a response: {error}", throttle_duration_sec=1.0
-            )
-        except Exception:  # noqa: BLE001 - no message and no caller may end the node
-            log_exception(self.get_logger())
-
 
 def run_node(server: ForkServer, args: list[str] | None) -> tuple[int, bool]:
     """Run the node until SIGINT or SIGTERM, or until it fails.
@@ -360,12 +352,15 @@ def _serve(node: PlannerNode, wait: Callable[[], None]) -> bool:
     # Not on the executor's thread, which reports the state meanwhile.
     start = threading.Thread(target=node.autostart, name="autostart")
     thread.start()
-    start.start()
-    wait()
-    node.stop()
-    start.join()
-    thread.join()
-    executor.shutdown()
+    try:
+        start.start()
+        wait()
+    finally:  # also if no other thread can be started
+        node.stop()
+        if start.ident is not None:
+            start.join()
+        thread.join()
+        executor.shutdown()
     finished = node.finish(_SECONDS_TO_FINISH)
     node.destroy_node()
     return finished

@@ -6,14 +6,13 @@ import os
 import signal
 import sys
 import threading
-import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args, try_shutdown
@@ -23,9 +22,14 @@ from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.file import check_parameter_files
 from focus_planner.ros.node_parameters import describe
+from focus_planner.ros.steps import Steps
 
-_BAD_INPUT = 2
+_FAILED, _BAD_INPUT = 1, 2
 _BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
+
+
+class ExecutorFailed(Exception):  # noqa: N818 - named for what happened
+    """Nodes could not go on; its text says why."""
 
 
 def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
@@ -63,9 +67,11 @@ def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[st
             serve(wait)
         except _BAD as error:
             what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
-            line = printable(" ".join(f"{program}: {what}{error}".split()))
-            print(line, file=sys.stderr)  # noqa: T201 - no logger yet
-            return _BAD_INPUT
+            return _say(f"{program}: {what}{error}", _BAD_INPUT)
+        except MemoryError:
+            return _say(f"{program}: out of memory", _FAILED)
+        except ExecutorFailed as error:
+            return _say(f"{program}: {error}", _FAILED)
         finally:
             try_shutdown()
     return 0
@@ -73,15 +79,34 @@ def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[st
 
 @contextmanager
 def spinning(nodes: Sequence[Node]) -> Iterator[None]:
-    """Spin nodes on a thread of its own; what a callback raises is logged."""
+    """Spin nodes on a thread of its own; what a callback raises is logged.
+
+    Raises
+    ------
+    ExecutorFailed
+        On leaving, if the nodes could not go on; the process was sent SIGTERM then.
+    """
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
     ended = threading.Event()
+    failed: list[str] = []
+
+    def fail(why: str) -> None:
+        failed.append(why)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    def step() -> None:
+        try:
+            executor.spin_once()
+        except Exception:
+            if not ended.is_set():  # what is destroyed meanwhile is no fault
+                raise
 
     def spin() -> None:
-        while not ended.is_set() and executor.context.ok():
-            _step(executor, nodes[0], ended)
+        steps = Steps(nodes[0].get_logger, fail)
+        while not (ended.is_set() or steps.have_failed) and executor.context.ok():
+            steps.take(step)
 
     thread = threading.Thread(target=spin, name="executor")
     thread.start()
@@ -91,17 +116,14 @@ def spinning(nodes: Sequence[Node]) -> Iterator[None]:
         ended.set()
         executor.shutdown()
         thread.join()
+    if failed:
+        raise ExecutorFailed(failed[0])
 
 
-def _step(executor: SingleThreadedExecutor, node: Node, ended: threading.Event) -> None:
-    """Let the executor take a step; log what goes wrong, unless that is the end."""
-    try:
-        executor.spin_once()
-    except ExternalShutdownException:
-        pass
-    except Exception:  # noqa: BLE001 - no message may end the process's other work
-        if not ended.is_set():
-            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+def _say(text: str, status: int) -> int:
+    """Say why the process ends, where there may be no logger; return its status."""
+    print(printable(" ".join(text.split())), file=sys.stderr)  # noqa: T201
+    return status
 
 
 def _refuse_others(program: str, given: list[str]) -> None:

@@ -76,6 +76,8 @@ class PlanningHost:
         Puts a plan in force.
     start : callable
         Starts a planning process.
+    give_up : callable
+        Called, with the reason, when none can be started any more.
     """
 
     name: str
@@ -85,6 +87,7 @@ class PlanningHost:
     on_rig: Callable[[orders.RigInForce], None]
     publish: Callable[[FocusPlan], None]
     start: Callable[[], Worker]
+    give_up: Callable[[str], None] = lambda _: None
 
 
 class RequestPlanner:
@@ -110,7 +113,7 @@ class RequestPlanner:
     """
 
     def __init__(self, host: PlanningHost, wish: Callable[[], Wish]) -> None:
-        self.planner = RemotePlanner(host.start, host.get_logger(), host.on_rig)
+        self.planner = RemotePlanner(host.start, host.get_logger(), host.on_rig, host.give_up)
         self.recorder = Recorder(host.get_logger())
         self.snapshot = Snapshot(self.planner.surface.state, self.planner.rig.state)
         self._host = host

@@ -20,14 +20,14 @@ from rclpy.parameter import Parameter
 from focus_planner.lenses.profiles import DriverProfile
 from focus_planner.lenses.simulated_devices import DEVICES, PerFrameDevice, SimulatedDevice
 from focus_planner.parameters.lenses import SIMULATION_DECLARATIONS, SimulationSettings
-from focus_planner.ros.log import LoggedNode
+from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.process import declare, run, spinning
 
 # AfState of libcamera: in manual focus, and of an autofocus that has found its focus.
 _IDLE, _FOCUSED = 0, 2
 
 
-class SimulatedDriver(LoggedNode):
+class SimulatedDriver(BaseNode):
     """Stands in for a driver node: its parameters, and the lenses behind them.
 
     Publishes, as camera_ros does
@@ -149,7 +149,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _serve(wait: Callable[[], None]) -> None:
-    node = LoggedNode("simulated_lens")
+    node = BaseNode("simulated_lens")
     values = declare(node, SIMULATION_DECLARATIONS)
     settings = SimulationSettings.from_values(values, node.get_namespace())
     names = dict.fromkeys(lens.node for lens in settings.lenses.values())

@@ -22,6 +22,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NoReturn
 
+from focus_planner.core.text import MAX_REASON, printable
+
 _MAX_MESSAGE = 4096
 # Killed processes are reaped at once, unless the machine hardly runs.
 _SECONDS_TO_REAP = 10.0
@@ -29,7 +31,7 @@ _SECONDS_TO_CLOSE = 10.0
 
 
 class ForkServerEnded(Exception):  # noqa: N818 - not always an error: nodes end too
-    """The fork server has ended: there are no more processes to be had."""
+    """The fork server has ended: there are no more processes to be had. Its text says why."""
 
 
 class ForkedProcess:
@@ -90,6 +92,7 @@ class ForkServer:
     def __init__(self, channel: socket.socket) -> None:
         self._channel = channel
         self._ended: dict[int, int] = {}
+        self._why = ""
 
     def fork(self) -> ForkedProcess:
         """Return a new process.
@@ -105,7 +108,7 @@ class ForkServer:
             while "pid" not in told:
                 told, handles = self._next()
         except OSError as error:
-            raise ForkServerEnded from error
+            raise ForkServerEnded(self._why or "their server has ended") from error
         finally:
             theirs.close()
         return ForkedProcess(self, told["pid"], handles[0], Connection(ours.detach()))
@@ -132,6 +135,9 @@ class ForkServer:
         if not data:
             raise ConnectionResetError
         told: dict[str, Any] = json.loads(data)
+        if "failed" in told:
+            self._why = told["failed"]
+            raise ConnectionResetError
         if "ended" in told:
             self._ended[told["ended"]] = told["status"]
         return told, handles
@@ -186,7 +192,7 @@ def _reap(pid: int) -> None:
 def _be_the_server(
     channel: socket.socket, name: str, prepare: Callable[[], Callable[[Connection], None]]
 ) -> NoReturn:
-    status = 1
+    status, connection = 1, None
     try:
         # Terminals and supervisors signal the whole group: the program ends this when it is ready.
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -202,11 +208,25 @@ def _be_the_server(
         status = 0
     except KeyboardInterrupt:
         pass
-    except Exception:  # noqa: BLE001 - there is nobody else to tell
-        sys.excepthook(*sys.exc_info())
+    except MemoryError as error:
+        _tell_failure(channel, name, error)
+    except Exception as error:  # noqa: BLE001 - there is nobody else to tell
+        if connection is None:
+            _tell_failure(channel, name, error)
+        else:
+            sys.excepthook(*sys.exc_info())
     finally:
         sys.stderr.flush()
         os._exit(status)
+
+
+def _tell_failure(channel: socket.socket, name: str, error: Exception) -> None:
+    """Tell the program why there will be no more processes; in a process, whoever reads the log."""
+    why = printable(f"{type(error).__name__}: {error}", MAX_REASON)
+    try:
+        channel.send(json.dumps({"failed": why}).encode())
+    except OSError:
+        sys.stderr.write(f"{name}: {why}\n")
 
 
 def _serve(channel: socket.socket) -> Connection | None:

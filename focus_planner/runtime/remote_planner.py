@@ -24,6 +24,8 @@ _SECONDS_BETWEEN_LOOKS = 0.01
 # machine costs no plan, and at all, in case it waits for something else.
 _SECONDS_TO_STOP = 0.6
 _SECONDS_TO_STOP_AT_ALL = 10.0
+# Processes in a row that end before they can do anything.
+_MOST_FAILED_LOADS = 3
 # No input has this number.
 _NOTHING = -1
 # Bytes of a message that tell its stamp.
@@ -127,6 +129,8 @@ class RemotePlanner:
     log : Log
     on_rig : callable
         Called with every rig that comes into force.
+    give_up : callable
+        Called, with the reason, when process after process ended before it could do anything.
 
     Attributes
     ----------
@@ -142,6 +146,7 @@ class RemotePlanner:
         start: Callable[[], Worker],
         log: Log,
         on_rig: Callable[[orders.RigInForce], None] = lambda _: None,
+        give_up: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.surface = Inbox("surface")
         self.rig = Inbox("rig")
@@ -150,6 +155,8 @@ class RemotePlanner:
         self._start = start
         self._log = log
         self._on_rig = on_rig
+        self._give_up = give_up
+        self._failed_loads = 0  # in a row
         self._worker: Worker | None = None
         self._reading = _NOTHING
         self._rig_in_force: orders.RigInForce | None = None
@@ -174,7 +181,17 @@ class RemotePlanner:
             If that was not to be waited for.
         PlanningDied
         """
-        self._ask(orders.Load(), wish)
+        try:
+            result = self._ask(orders.Load(), wish)
+            if not isinstance(result, orders.Done):
+                self.close()
+                raise PlanningDied(_in_words(result))
+        except PlanningDied as error:
+            self._failed_loads += 1
+            if self._failed_loads >= _MOST_FAILED_LOADS:
+                self._give_up(f"the planning process does not start any more: {error}")
+            raise
+        self._failed_loads = 0
 
     def digest(self, optics: Optics, max_memory: int, wish: Callable[[], Wish]) -> None:
         """Have the inputs parsed that have arrived, and note which are in force.
@@ -347,6 +364,11 @@ class RemotePlanner:
                 )
                 return True
         return False
+
+
+def _in_words(result: orders.Result) -> str:
+    """Return what went wrong, of an order that nothing should go wrong with."""
+    return result.why if isinstance(result, orders.Failed) else "it is out of memory"
 
 
 class _Patience:

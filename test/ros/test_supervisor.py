@@ -14,7 +14,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
-from focus_planner.ros.log import LoggedNode
+from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.supervisor import Supervisor
 from testing.ros.lens_processes import LensProcess
 from testing.service_manager import ServiceManager
@@ -114,7 +114,7 @@ def test_signs_of_life_are_given_in_time_to_whoever_wants_them(environment, peri
 def spinning_node():
     context = Context()
     rclpy.init(args=[], context=context)
-    node = LoggedNode("watched", context=context, use_global_arguments=False)
+    node = BaseNode("watched", context=context, use_global_arguments=False)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
     thread = threading.Thread(target=executor.spin)
