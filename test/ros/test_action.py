@@ -229,7 +229,7 @@ def test_a_goal_makes_way_for_the_next(ready, planner, folder, rig):
     assert ready.latched_plan().plan_id == newest.plan.plan_id
     assert_reproduced(run_of(folder, result.plan))
     run_of(folder, newest.plan)
-    assert last_plan(folder, planner.name).message.plan_id == newest.plan.plan_id
+    assert last_plan(folder, planner.name).plan.message.plan_id == newest.plan.plan_id
 
 
 def test_a_call_does_not_make_way(ready):

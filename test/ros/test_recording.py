@@ -485,12 +485,12 @@ def test_a_file_that_may_not_grow_costs_no_plan(elsewhere, ready, planner):
     resource.prlimit(process, resource.RLIMIT_FSIZE, (20_000, before[1]))
     try:
         for _ in range(2):
-            answer = lost_but_planned(ready, planner, elsewhere, "File too large")
-            (elsewhere / f"{answer.plan.plan_id}{PARTIAL}").resolve(strict=True)
+            lost_but_planned(ready, planner, elsewhere, "File too large")
     finally:
         resource.prlimit(process, resource.RLIMIT_FSIZE, before)
+    # What was not recorded leaves nothing behind.
+    until(lambda: not list(elsewhere.glob(f"*{PARTIAL}")))
     assert not whole(elsewhere)
-    before = whole(elsewhere)
     answer = ready.plan()
     assert "not recorded" not in answer.message
     assert_reproduced(read_run(until(lambda: whole(elsewhere))[answer.plan.plan_id]))
@@ -544,7 +544,8 @@ def test_two_nodes_record_into_one_folder(elsewhere, ready, planner, another, bo
         with having(ready, **limit), having(client, **limit):
             newest = max(both(ready, client, 30))
             until(lambda: not list(elsewhere.glob(f"*{PARTIAL}")))
-            until(lambda: len(whole(elsewhere)) <= 3)
+            # One more, if it has the plan in force of the other node.
+            until(lambda: len(whole(elsewhere)) <= 4)
     assert newest in whole(elsewhere)
     for run in whole(elsewhere).values():
         assert read_run(run).fault == ""

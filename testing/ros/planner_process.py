@@ -111,7 +111,8 @@ class PlannerProcess(NodeProcess):
     ):
         self.name = f"/{name}"
         remapped = ["--ros-args", "--remap", f"__node:={name}"]
-        folders = ["-p", f"data_directories:={gettempdir()}"]  # for what tests set later
+        # For what tests set later.
+        folders = ["-p", f"data_directories:={gettempdir()}:/proc"]
         self._start(
             module, [*remapped, *folders, *arguments], forked=forked, folder=folder, under=under
         )
