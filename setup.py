@@ -57,6 +57,7 @@ setup(
     # Each floor is the oldest release in requirements.lock for any Python: nothing older is tested.
     install_requires=[
         "argcomplete>=3.7",
+        "lz4>=4.4",
         "mapbox-earcut>=2.1",
         "mcap>=1.6",
         "numba>=0.68",
@@ -66,6 +67,7 @@ setup(
         "rich>=15.0",
         "rosbags>=0.11",
         "scipy>=1.15",
+        "zstandard>=0.25",
     ],
     extras_require={
         # Compressed glTF, and the files of laser scanners.

@@ -256,6 +256,7 @@ class LensControl:
         """
         deadline = _monotonic() + patience
         while True:
+            after = min(after, self._now())  # which may have been set back since
             seen = await self._lens.observe(command.value, after)
             under_way = arriving and seen.status is LensStatus.DIFFERS
             if not (seen.waiting or under_way) or _monotonic() >= deadline:
