@@ -256,12 +256,12 @@ class LensControl:
         """
         deadline = _monotonic() + patience
         while True:
-            after = min(after, self._now())  # which may have been set back since
             seen = await self._lens.observe(command.value, after)
             under_way = arriving and seen.status is LensStatus.DIFFERS
             if not (seen.waiting or under_way) or _monotonic() >= deadline:
                 break
             await asyncio.sleep(self._timeouts.poll_period)
+            after = min(after, self._now())  # which may have been set back since
         unknown = math.isnan(seen.value)
         return replace(
             sent,
