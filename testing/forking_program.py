@@ -12,6 +12,9 @@ from focus_planner.runtime.fork_server import ForkServerEnded, fork_server
 
 
 def prepare():
+    if sys.argv[1] == "cannot_import":
+        raise ImportError("libmissing.so: failed\nto map")
+
     def work(connection):
         with suppress(EOFError):
             while True:
@@ -83,6 +86,14 @@ def loses_its_server(server):
         server.fork()
     except ForkServerEnded:
         return "told"
+    return "not told"
+
+
+def cannot_import(server):
+    try:
+        server.fork()
+    except ForkServerEnded as error:
+        return str(error)
     return "not told"
 
 

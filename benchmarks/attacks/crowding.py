@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -20,6 +21,8 @@ from benchmarks.scenes import body_scenes, rig
 from focus_planner import Mesh
 from focus_planner.ros.client import PlannerClient
 
+_TIME_LIMIT = PlanFocus.Response.REASON_TIME_LIMIT
+_BAD_REQUEST = PlanFocus.Response.REASON_BAD_REQUEST
 _BUSY = PlanFocus.Response.REASON_BUSY
 _HUGE = {"method": "optimal", "samples": 2_000_000, "shots": 16}
 _LONG = {"method": "optimal", "samples": 500_000, "gap": 1e-12}
@@ -32,6 +35,11 @@ _WAIT, _PLAN = 5.0, 3.0
 _ENDED, _KEPT = 1.0, 150.0
 # Of processor time within two seconds: what a node that does not plan takes.
 _IDLE = 0.6
+# The longest duration of a request that would take far longer, seconds.
+_LONGEST = 3.0
+# Parameters, and samples that are too many for each.
+_LIMITS = (("max_problem_size", 120_000, 50_000), ("max_memory", 200_000_000, 1_000_000))
+_FITS = re.compile(r"at most ([\d,]+)")
 _MOMENTS = (0.3, 1.0, 3.0, 6.0, 15.0)
 
 
@@ -46,7 +54,17 @@ def run(console: Console) -> bool:
         for how in _ENDING
         for moment in _MOMENTS
     ]
-    return report(console, "5. Nobody can shut the others out", [huge, greedy, *ends])
+    limits = [
+        Attack(
+            f"a request beyond {parameter} {value:,}",
+            "refused in words that tell what would fit, and that is planned",
+            partial(_beyond, {parameter: value}, samples),
+        )
+        for parameter, value, samples in _LIMITS
+    ]
+    return report(
+        console, "5. Nobody can shut the others out", [huge, greedy, endless, *limits, *ends]
+    )
 
 
 @attack(
@@ -96,6 +114,41 @@ def greedy(folder: Path) -> Seen:
     observed = f"{modest.planned} plans, {modest.busy} told busy, slowest {slowest:.1f} s"
     held = modest.planned > 0 and not modest.busy and slowest < _WAIT + _PLAN
     return Seen(observed, held, len(modest.waits))
+
+
+@attack(
+    f"{_LONG['samples']:,} samples by optimal with max_planning_time {_LONGEST:g} s",
+    f"answered within {_LONGEST + _PLAN:g} s that this was the reason, and idle afterwards",
+)
+def endless(folder: Path) -> Seen:
+    """Ask for a plan that takes longer than any may."""
+    with victim(folder, inputs=False, max_planning_time=_LONGEST, fresh_samples=1024) as one:
+        _put_body(one)
+        one.client.plan(PATIENCE, **_MODEST)
+        began = time.perf_counter()
+        answer = one.client.plan(4 * PATIENCE, **_LONG)
+        took = time.perf_counter() - began
+        spent = _spent_in_two_seconds(one)
+        again = one.client.plan(PATIENCE, **_MODEST).success
+    plan = "a plan" if answer.success else "no plan"
+    observed = (
+        f"{plan} after {took:.1f} s, {answer.message[:120]!r}; then {spent:.1f} s of 2 s busy"
+    )
+    held = answer.reason == _TIME_LIMIT and took < _LONGEST + _PLAN and spent < _IDLE
+    return Seen(observed, held and again and bool(answer.message))
+
+
+def _beyond(limit: dict[str, int], samples: int, folder: Path) -> Seen:
+    """Ask for too much, then for as much as the refusal allows."""
+    with victim(folder, fresh_samples=256, **limit) as one:
+        request = {"method": "em", "bound": "none"}
+        refused = one.client.plan(PATIENCE, **request, samples=samples)
+        told = _FITS.search(refused.message)
+        fits = int(told[1].replace(",", "")) if told else 0
+        taken = one.client.plan(4 * PATIENCE, **request, samples=fits or samples)
+    observed = f"told {refused.message[:160]!r}; {fits:,} planned: {taken.success}"
+    held = refused.reason == _BAD_REQUEST and 0 < fits < samples and taken.success
+    return Seen(observed if taken.success else f"{observed}, {taken.message[:160]!r}", held)
 
 
 def _end_midway(how: str, moment: float, folder: Path) -> Seen:

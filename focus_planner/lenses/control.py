@@ -261,6 +261,7 @@ class LensControl:
             if not (seen.waiting or under_way) or _monotonic() >= deadline:
                 break
             await asyncio.sleep(self._timeouts.poll_period)
+            after = min(after, self._now())  # which may have been set back since
         unknown = math.isnan(seen.value)
         return replace(
             sent,

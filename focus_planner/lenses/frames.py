@@ -92,6 +92,10 @@ class FrameLog:
             key = frame.frame_id, frame.hardware_id
             self._newest.setdefault(key, deque(maxlen=AGREEING)).append(frame)
 
+    def forget(self) -> None:
+        """Forget all frames; what they are called is kept."""
+        self._newest.clear()
+
     def expect(self, driver: str, source: FrameSource | None) -> None:
         """Note what a driver node's frames are called."""
         self._sources.pop(driver, None)

@@ -7,6 +7,8 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import JumpThreshold, TimeJump
+from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -38,6 +40,14 @@ class PolledFrames:
         self._node = node
         self._others = set(others)
         self._log = FrameLog()
+        self._was_set_back = False
+        # Kept: it is called for as long as it lives.
+        self._jumps = node.get_clock().create_jump_callback(
+            JumpThreshold(
+                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True
+            ),
+            post_callback=self._note_jump,
+        )
         self._subscription = node.create_subscription(
             DiagnosticArray,
             TOPIC,
@@ -69,12 +79,19 @@ class PolledFrames:
             raise unclear(frames[0].frame_id)
         return frames
 
+    def _note_jump(self, _: TimeJump) -> None:
+        self._was_set_back = True
+
     def _take(self) -> None:
         with self._subscription.handle:
             while taken := self._subscription.handle.take_message(DiagnosticArray, False):
                 frame = frame_from_message(taken[0])
                 if frame is not None:
                     self._log.add(frame)
+        if self._was_set_back:
+            # Frames from before have stamps that only look newer than what is sent from now on.
+            self._was_set_back = False
+            self._log.forget()
 
     def _has_others(self, driver: str) -> bool:
         publishers = self._node.get_publishers_info_by_topic(self._subscription.topic_name)

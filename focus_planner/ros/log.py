@@ -6,10 +6,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.impl import rcutils_logger
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from focus_planner.core.text import printable
+
+_STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 # Entries name who called the logger, and are throttled by that: not this file.
 rcutils_logger._internal_callers.append(str(Path(__file__).resolve()))  # noqa: SLF001
@@ -20,6 +24,9 @@ class PrintableLogger(RcutilsLogger):
 
     def log(self, message: object, severity: Any, **options: Any) -> bool:
         """Log a message, escaped and cut."""
+        if "throttle_duration_sec" in options:
+            # Other clocks may be set back, and then nothing would be logged for as long.
+            options.setdefault("throttle_time_source_type", _STEADY)
         logged: bool = super().log(printable(str(message)), severity, **options)
         return logged
 

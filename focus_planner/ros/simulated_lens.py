@@ -15,6 +15,8 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 
 from focus_planner.lenses.profiles import DriverProfile
@@ -159,7 +161,9 @@ def _serve(wait: Callable[[], None]) -> None:
         for driver in drivers:
             driver.make_frame()
 
-    node.create_timer(1.0 / settings.frame_rate, make_frames)
+    # Lenses move in real time; the node's own clock may stand still, or be set back.
+    steady = Clock(clock_type=ClockType.STEADY_TIME)
+    node.create_timer(1.0 / settings.frame_rate, make_frames, clock=steady)
     with spinning([node, *drivers]):
         node.get_logger().info(f"{len(settings.lenses)} lenses, ready")
         wait()

@@ -108,6 +108,7 @@ class ForkServer:
             while "pid" not in told:
                 told, handles = self._next()
         except OSError as error:
+            self._hear_out()
             raise ForkServerEnded(self._why or "their server has ended") from error
         finally:
             theirs.close()
@@ -129,6 +130,12 @@ class ForkServer:
     def close(self) -> None:
         """End the server and all that it has forked."""
         self._channel.close()
+
+    def _hear_out(self) -> None:
+        """Read what the server said before it ended."""
+        with suppress(OSError):
+            while select.select([self._channel], [], [], 0.0)[0]:
+                self._next()
 
     def _next(self) -> tuple[dict[str, Any], list[int]]:
         data, handles, _, _ = socket.recv_fds(self._channel, _MAX_MESSAGE, 1)

@@ -59,6 +59,7 @@ class ThrottledLog:
 
     _BURST = 10.0
     _PER_SECOND = 1.0
+    _OLDEST = 600.0  # seconds that a message of a backlog may be older than the newest
 
     def __init__(self, log: Log) -> None:
         self._log = log
@@ -69,6 +70,8 @@ class ThrottledLog:
     def warning(self, message: str, at: datetime) -> None:
         """Log a warning about what happened at a given time, unless there are too many."""
         elapsed = (at - (self._newest or at)).total_seconds()
+        if elapsed < -self._OLDEST:  # the clock was set back
+            elapsed = 0.0
         if elapsed >= 0:  # a backlog is read newest first
             self._credit = min(self._BURST, self._credit + elapsed * self._PER_SECOND)
             self._newest = at

@@ -182,10 +182,7 @@ class RemotePlanner:
         PlanningDied
         """
         try:
-            result = self._ask(orders.Load(), wish)
-            if not isinstance(result, orders.Done):
-                self.close()
-                raise PlanningDied(_in_words(result))
+            self._load(wish)
         except PlanningDied as error:
             self._failed_loads += 1
             if self._failed_loads >= _MOST_FAILED_LOADS:
@@ -287,6 +284,12 @@ class RemotePlanner:
             return False
         self.load(wish)
         return True
+
+    def _load(self, wish: Callable[[], Wish]) -> None:
+        result = self._ask(orders.Load(), wish)
+        if not isinstance(result, orders.Done):
+            self.close()
+            raise PlanningDied(_in_words(result))
 
     def _ask(
         self,

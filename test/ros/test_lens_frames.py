@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.time import Time
 
 from focus_planner.core.validation import InputError
 from focus_planner.lenses.frames import FrameSource
@@ -87,3 +89,19 @@ def test_the_name_that_all_frames_have_by_default_is_trusted_only_if_no_other_ma
 
 def camera_drivers(frames):
     return frames._node.get_publishers_info_by_topic("/diagnostics")
+
+
+def test_frames_from_before_the_clock_was_set_back_do_not_count(nodes, camera):
+    node = nodes("adapter")
+    clock = node.get_clock()
+    frames = frames_in(node)
+    until(lambda: camera.get_subscription_count() == 1)
+    clock._set_ros_time_is_active(True)
+    clock.set_ros_time_override(Time(seconds=1000, clock_type=ClockType.ROS_TIME))
+    frames.frames_of(DRIVER, (0, 0))
+    camera.publish(frame(999))
+    until(lambda: len(frames.frames_of(DRIVER, (990, 0))) == 1)
+    clock.set_ros_time_override(Time(seconds=5, clock_type=ClockType.ROS_TIME))
+    assert frames.frames_of(DRIVER, (5, 0)) == ()
+    camera.publish(frame(6))
+    until(lambda: [each.stamp[0] for each in frames.frames_of(DRIVER, (5, 0))] == [6])

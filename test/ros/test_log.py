@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock_type import ClockType
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl import rcutils_logger
@@ -76,9 +77,20 @@ def test_so_is_what_rclpy_logs_of_actions(node, logged):
 
 def test_callers_are_throttled_one_by_one(node, logged):
     for _ in range(3):
-        node.get_logger().info("one", throttle_duration_sec=1e6)
-        node.get_logger().info("two", throttle_duration_sec=1e6)
+        node.get_logger().info("one", throttle_duration_sec=20.0)
+        node.get_logger().info("two", throttle_duration_sec=20.0)
     assert [text for _, text, *_ in logged] == ["one", "two"]
+
+
+def test_a_clock_that_was_set_back_silences_nothing(node, monkeypatch):
+    options = []
+    monkeypatch.setattr(
+        rcutils_logger.RcutilsLogger, "log", lambda *_, **given: options.append(given)
+    )
+    node.get_logger().info("one", throttle_duration_sec=1.0)
+    node.get_logger().info("two")
+    assert options[0]["throttle_time_source_type"].clock_type is ClockType.STEADY_TIME
+    assert options[1] == {}
 
 
 def names(path):

@@ -47,6 +47,10 @@ def test_a_server_that_has_gone_is_told():
     assert run("loses_its_server") == "told"
 
 
+def test_a_server_that_cannot_import_says_why_and_leaves_no_traceback():
+    assert run("cannot_import") == "ImportError: libmissing.so: failed to map"
+
+
 def test_processes_end_with_their_program_even_if_that_is_killed():
     program = ForkedProcess("testing.forking_program", "waits_to_be_killed", stdout=PIPE)
     with program.stdout:

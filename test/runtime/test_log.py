@@ -47,6 +47,16 @@ def test_a_backlog_read_newest_first_earns_no_credit_twice():
     assert log.warnings == ["bad"] * 10
 
 
+def test_a_clock_that_was_set_back_silences_nothing():
+    log = Log()
+    throttled = ThrottledLog(log)
+    for _ in range(20):
+        throttled.warning("bad", at(86_400))
+    for second in range(5):
+        throttled.warning("later", at(second))
+    assert [text.split(" ")[0] for text in log.warnings[10:]] == ["later"] * 4
+
+
 def test_a_silent_log_discards_everything(capsys):
     SilentLog().warning("a warning")
     SilentLog().error("an error")

@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from functools import partial
 from itertools import count
+from multiprocessing.connection import Pipe
 
 import pytest
 
@@ -323,3 +324,66 @@ def test_inputs_that_never_get_read_do_not_pile_up(ready):
         with pytest.raises(PlanningEnded):
             ready.digest(lambda: Wish.END)
     assert len(ready.planner.surface.known) <= 5
+
+
+# --- processes that end before they can do anything ----------------------------------------------
+
+
+class Stillborn:
+    """Answers whatever it is asked first; without an answer it has ended by then."""
+
+    pid = 0
+
+    def __init__(self, answer=None):
+        self.connection, theirs = Pipe()
+        if answer is not None:
+            theirs.send(answer)
+            self._theirs = theirs
+
+    def kill(self):
+        self.connection.close()
+
+    def how_it_ended(self):
+        return "it was ended by SIGKILL"
+
+    def cpu_seconds(self):
+        return 0.0
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        (None, "it was ended by SIGKILL"),
+        (orders.OutOfMemory(), "it is out of memory"),
+        (orders.Failed("internal error: no thread", "details"), "internal error: no thread"),
+    ],
+)
+def test_processes_that_cannot_load_are_given_up(answer, why):
+    given_up, started = [], []
+
+    def start():
+        started.append(Stillborn(answer))
+        return started[-1]
+
+    planner = RemotePlanner(start, Log(), give_up=given_up.append)
+    for _ in range(2):
+        with pytest.raises(PlanningDied, match=why):
+            planner.load(go_on)
+    assert not given_up
+    with pytest.raises(PlanningDied, match=why):
+        planner.load(go_on)
+    assert given_up == [f"the planning process does not start any more: {why}"]
+    assert planner.pid is None
+    assert len(started) == 3
+
+
+def test_one_that_loads_makes_up_for_those_before():
+    given_up, answers = [], [None, None, orders.Done(), None, None]
+    planner = RemotePlanner(lambda: Stillborn(answers.pop(0)), Log(), give_up=given_up.append)
+    while answers:
+        try:
+            planner.load(go_on)
+        except PlanningDied:
+            continue
+        planner.close()
+    assert not given_up

@@ -12,6 +12,7 @@ from focus_planner.core.planning.field_spec import (
     specified,
     specified_fields,
 )
+from focus_planner.core.validation import MAX_COORDINATE
 
 #: Those of the solvers.
 METHODS = ("closest", "average", "em", "k_view", "optimal")
@@ -109,6 +110,7 @@ class PlanRequest:
             " its depth is off by this much either way",
             unit="metres",
             at_least=0,
+            at_most=MAX_COORDINATE,
         ),
     )
     fresh_samples: int = specified(

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 _BYTES = 150
 _BYTES_OF_TUPLES, _BYTES_OF_TUPLES_FOR_A_SHOT = 50, 23
 _BYTES_OF_PROOF = 310
+# Of a sample, which counts where few cameras see it.
+_BYTES_OF_SAMPLE = 100
+# Of what would fit, what is said to: other samples are seen by a few more cameras.
+_CERTAIN = 0.95
 _GIGA = 1e9
 
 
@@ -74,9 +78,10 @@ class ResourceLimits:
         samples : int
             To plan on.
         """
-        needed = _bytes_of_pair(request) * len(problem.depth) * samples / problem.sample_count
+        pairs = len(problem.depth) / problem.sample_count
+        needed = (_bytes_of_pair(request) * pairs + _BYTES_OF_SAMPLE) * samples
         if needed > self.max_memory:
-            fits = int(samples * self.max_memory / needed)
+            fits = int(_CERTAIN * samples * self.max_memory / needed)
             raise InputError(
                 "samples",
                 f"at most {_rounded_down(fits):,} for method {request.method} and"

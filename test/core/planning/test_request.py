@@ -31,6 +31,7 @@ from focus_planner import (
             {"depth_tolerance": math.inf},
             "depth_tolerance: expected a number of at least 0, got inf",
         ),
+        ({"depth_tolerance": 1e308}, r"depth_tolerance: expected at most 1e\+08, got 1e\+308"),
         ({"samples": 2_000_001}, "samples: expected at most 2000000, got 2000001"),
         ({"fresh_samples": 1}, "fresh_samples: expected a whole number of at least 2, got 1"),
         ({"fresh_samples": 2_000_001}, "fresh_samples: expected at most 2000000, got 2000001"),
