@@ -8,7 +8,7 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.guarantees import Outcome, cameras_for, cameras_of, own_graph, report, running
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.client import PlannerClient
 from testing.malformed import RIG, ball
 

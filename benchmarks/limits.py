@@ -12,7 +12,7 @@ from benchmarks.scenes import body_scenes, rig
 from focus_planner import Mesh, PointCloud
 from focus_planner.messages.typestore import CLOUD, serialize
 from focus_planner.messages.writing import cloud_to_fields
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.client import PlannerClient
 
 _POINTS = int(Settings.from_values({}).limits.max_points)

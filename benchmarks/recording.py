@@ -13,7 +13,7 @@ from rich.table import Table
 from benchmarks.scenes import body_scenes, rig
 from benchmarks.service import running_node
 from focus_planner import Mesh, PlanRequest, Scene, plan_focus
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.folders import bag_size
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder

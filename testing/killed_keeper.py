@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from focus_planner.core.progress import Progress
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording import recorder as recorder_module
 from focus_planner.recording.recorder import Recorder
 from testing.made_up_runs import beginning, input_messages, plan_payload

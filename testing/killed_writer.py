@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from pathlib import Path
 
 from focus_planner.core.progress import Progress
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording import recorder as recorder_module
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.recorder import Recorder

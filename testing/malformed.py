@@ -28,7 +28,7 @@ from focus_planner.messages.reading import (
 )
 from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.messages.writing import cloud_to_fields, poses_to_fields, rig_to_fields
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.planner import NotReady, Planner
 from testing.messages import Log

@@ -12,7 +12,7 @@ from focus_planner.core.progress import never_stop
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
-from focus_planner.parameters.planner import Recording, Settings
+from focus_planner.parameters.planner_settings import Recording, Settings
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id

@@ -68,7 +68,7 @@ class CommandRecorder:
         """Begin to record a run; return the callback to plan with, and the one that ends it."""
         if self._directory is None:
             return on_progress, _no_end
-        from focus_planner.parameters.planner import Recording
+        from focus_planner.parameters.planner_settings import Recording
         from focus_planner.recording.recorder import Recorder
         from focus_planner.runtime.log import SilentLog
 

@@ -22,7 +22,8 @@ from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import Stamp
-from focus_planner.parameters.planner import ACCESSES, Recording
+from focus_planner.parameters.planner import ACCESSES
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.retention import delete_leftovers, prune

@@ -69,7 +69,7 @@ from focus_planner.messages.writing import (
     rig_to_fields,
 )
 from focus_planner.parameters.declaration import Value
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.bag_reading import Bag, read_bag
 from focus_planner.runtime.inputs import Arrival

@@ -14,7 +14,8 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import RIG
 from focus_planner.parameters.declaration import Value, group
-from focus_planner.parameters.planner import DECLARATIONS, Settings
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Run, rig_message
 

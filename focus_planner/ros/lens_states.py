@@ -15,7 +15,7 @@ from focus_planner.core.validation import InputError
 from focus_planner.lenses.claims import MAX_STATE_BYTES
 from focus_planner.messages.limits import check_bytes
 from focus_planner.messages.typestore import LENS_STATE, deserialize
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.publishers import publisher_name
 from focus_planner.ros.status import StatusPublisher
 

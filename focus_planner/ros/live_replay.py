@@ -21,7 +21,8 @@ from focus_planner.messages.typestore import (
     fields_of,
     serialize,
 )
-from focus_planner.parameters.planner import DECLARATIONS, Settings
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.run import VERTEX_DATA, Ending, Run
 from focus_planner.ros.client import PlannerClient

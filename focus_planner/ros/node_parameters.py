@@ -19,7 +19,8 @@ from focus_planner.io.bounded_wait import BoundedWait
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.folders import PATHS, DataFolders
-from focus_planner.parameters.planner import DECLARATIONS, Settings, lens_tables_of
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Settings, lens_tables_of
 
 # For what a changed parameter names, while nobody else is answered.
 _SECONDS_TO_READ = 2.0

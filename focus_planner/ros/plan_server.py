@@ -13,7 +13,7 @@ from rclpy.service import Service
 from rclpy.task import Future
 
 from focus_planner.messages.writing import Fields
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.ros.action import PlanAction, write_outcome
 from focus_planner.ros.callers import UNKNOWN

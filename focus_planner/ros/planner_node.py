@@ -19,7 +19,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.callers import CallerTellingExecutor
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.diagnostics import DiagnosticsPublisher

@@ -20,7 +20,7 @@ from focus_planner.core.progress import Progress
 from focus_planner.core.validation import InputError
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import Stamp, plan_to_fields
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder, RunRecorder
 from focus_planner.recording.run import Beginning, input_message

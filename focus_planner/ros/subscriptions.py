@@ -20,7 +20,7 @@ from shape_msgs.msg import Mesh
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.conversions import type_name_of
 from focus_planner.ros.publishers import unheard_publishers
 from focus_planner.runtime.input_reader import InputReader

@@ -16,7 +16,7 @@ from focus_planner.core.text import printable
 from focus_planner.core.validation import first_few
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.writing import Fields
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.runtime.inputs import InputState
 from focus_planner.runtime.status import LastRun, LensSummary, PlannerReport, age_of
 

@@ -15,7 +15,7 @@ from threading import Lock
 
 from focus_planner.messages.reading import Message
 from focus_planner.messages.writing import Fields
-from focus_planner.parameters.planner import Serving, Settings
+from focus_planner.parameters.planner_settings import Serving, Settings
 from focus_planner.runtime.reason import Reason
 
 #: Answers to requests that end without a plan.

@@ -27,7 +27,8 @@ from focus_planner.messages.requests import (
     request_to_fields,
     request_to_values,
 )
-from focus_planner.parameters.planner import DECLARATIONS, Settings, request_declarations
+from focus_planner.parameters.planner import DECLARATIONS, request_declarations
+from focus_planner.parameters.planner_settings import Settings
 
 REPOSITORY = Path(__file__).parents[2]
 FIELDS = {each.name: each for each in specified_fields(PlanRequest)}

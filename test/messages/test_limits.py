@@ -10,7 +10,7 @@ from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import cloud_from_message, mesh_from_bytes
 from focus_planner.messages.typestore import deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields, rig_to_fields
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from testing.malformed import BALL, CLOUD, RIG, TYPES, good
 
 POINTS, TRIANGLES, CAMERAS = len(CLOUD.points), len(BALL.triangles), len(RIG)

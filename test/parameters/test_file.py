@@ -13,7 +13,8 @@ from focus_planner.cli import main as cli
 from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.file import check_parameter_files, parameters_to_yaml
-from focus_planner.parameters.planner import DECLARATIONS, Settings
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Settings
 
 REPOSITORY = Path(__file__).parents[2]
 FILE = REPOSITORY / "config" / "focus_planner.yaml"

@@ -15,7 +15,7 @@ import pytest
 from focus_planner.core.progress import Progress, never_stop
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.messages.writing import plan_to_fields
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording import bag as bag_module
 from focus_planner.recording import recorder as module
 from focus_planner.recording.bag import BagWriter
@@ -593,7 +593,7 @@ def test_close_waits_for_what_is_still_to_be_written(log, tmp_path, expected):
 PROGRAM = """
 import json, resource, signal, sys
 from pathlib import Path
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.recorder import Recorder
 from testing.runs import *
 log = Log()

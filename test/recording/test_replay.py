@@ -23,7 +23,7 @@ from focus_planner.core.surface.surface import Mesh
 from focus_planner.messages.reading import Optics, mesh_from_bytes
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.messages.writing import mesh_to_bytes
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, outcome_differences, plan_run
 from focus_planner.recording.run import input_message, inputs_of, read_run

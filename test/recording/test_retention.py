@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.parameters.planner import Recording
+from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder

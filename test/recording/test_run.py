@@ -27,7 +27,8 @@ from focus_planner.io.lens_tables import lens_tables_from_yaml
 from focus_planner.messages.reading import Optics
 from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
-from focus_planner.parameters.planner import DECLARATIONS, Settings
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id

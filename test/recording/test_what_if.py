@@ -20,7 +20,8 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import POSES, RIG, serialize
 from focus_planner.messages.writing import poses_to_fields, rig_to_fields
-from focus_planner.parameters.planner import DECLARATIONS, Recording, Settings
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Recording, Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run

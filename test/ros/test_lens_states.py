@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from focus_planner.lenses.claims import MAX_STATE_BYTES
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import LENS_STATE, serialize
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.lens_states import LensStates
 from focus_planner.ros.status import StatusPublisher
 from testing.hostile_lenses import states

@@ -16,13 +16,8 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
-from focus_planner.parameters.planner import (
-    DECLARATIONS,
-    Recording,
-    Serving,
-    Settings,
-    lens_tables_of,
-)
+from focus_planner.parameters.planner import DECLARATIONS
+from focus_planner.parameters.planner_settings import Recording, Serving, Settings, lens_tables_of
 from focus_planner.ros import node_parameters
 from focus_planner.ros.node_parameters import Parameters
 from testing.damaged_files import PRIVATE_KEY, SECRET, aliases

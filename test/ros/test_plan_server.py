@@ -11,7 +11,7 @@ from rclpy.action.server import ActionServer
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.lifecycle import ManagedNode
 from focus_planner.ros.plan_server import PlanServer
 from focus_planner.runtime.reason import Reason

@@ -7,7 +7,7 @@ from logging import getLogger
 from focus_planner_msgs.srv import PlanFocus
 
 from focus_planner.core.rig.layouts import cylinder_rig
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.conversions import fields_from_ros
 from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.request_planner import PlanningHost

@@ -16,7 +16,7 @@ from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.core.text import MAX_LINE
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import deserialize, serialize
-from focus_planner.parameters.planner import Settings
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.runtime import diagnostics as module
 from focus_planner.runtime.diagnostics import (
     Diagnosis,

@@ -10,7 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from focus_planner.parameters.planner import OVERLAPS, Serving, Settings
+from focus_planner.parameters.planner import OVERLAPS
+from focus_planner.parameters.planner_settings import Serving, Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Outcome, Request, Requests, Turns
