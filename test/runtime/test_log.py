@@ -88,7 +88,7 @@ def test_a_long_traceback_is_cut():
 def test_that_memory_is_out_is_told_in_a_line():
     log = Log()
     try:
-        raise MemoryError
+        bytearray(2**62)
     except MemoryError:
         log_exception(log)
     assert log.errors == ["out of memory"]
