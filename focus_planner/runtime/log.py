@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from datetime import datetime
 from typing import Protocol
@@ -20,8 +21,11 @@ class Log(Protocol):
 
 
 def log_exception(log: Log) -> None:
-    """Report the exception that is being handled, with its traceback."""
-    log_lines(log, traceback.format_exc())
+    """Report the exception that is being handled: with its traceback, which might tell a fault."""
+    if isinstance(sys.exc_info()[1], MemoryError):
+        log.error("out of memory")
+    else:
+        log_lines(log, traceback.format_exc())
 
 
 def log_lines(log: Log, text: str) -> None:

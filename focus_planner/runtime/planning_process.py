@@ -28,6 +28,8 @@ from focus_planner.runtime.status import without_problem
 
 # Between looks at what the node says, while a plan is being made.
 _SECONDS_BETWEEN_LOOKS = 0.005
+# Says Python where there is no memory for the stack of a thread.
+_NO_THREAD = "can't start new thread"
 # Linux ends this process before any other of the machine when memory runs out.
 _FIRST_TO_GO = "1000"
 
@@ -90,6 +92,8 @@ class PlanningProcess:
         except (EOFError, ConnectionError):
             raise
         except Exception as error:  # noqa: BLE001 - told to the caller; the log has the details
+            if str(error) == _NO_THREAD:
+                return orders.OutOfMemory()
             return orders.Failed(internal_error(error), traceback.format_exc())
 
     @functools.singledispatchmethod

@@ -16,7 +16,7 @@ from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import BACKLOG, Arrival, InputState, Unheard
-from focus_planner.runtime.log import Log
+from focus_planner.runtime.log import Log, log_lines
 
 # Between looks at whether to go on.
 _SECONDS_BETWEEN_LOOKS = 0.01
@@ -289,6 +289,8 @@ class RemotePlanner:
         result = self._ask(orders.Load(), wish)
         if not isinstance(result, orders.Done):
             self.close()
+            if isinstance(result, orders.Failed):
+                log_lines(self._log, result.details)
             raise PlanningDied(_in_words(result))
 
     def _ask(

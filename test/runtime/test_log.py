@@ -83,3 +83,12 @@ def test_a_long_traceback_is_cut():
     entries = raise_and_log(ValueError("bad\n" * 100_000))
     assert len(entries) == 101
     assert sum(" lines …" in entry for entry in entries) == 1
+
+
+def test_that_memory_is_out_is_told_in_a_line():
+    log = Log()
+    try:
+        bytearray(2**62)
+    except MemoryError:
+        log_exception(log)
+    assert log.errors == ["out of memory"]
