@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import sys
@@ -25,6 +26,8 @@ from focus_planner.ros.node_parameters import describe
 from focus_planner.ros.steps import Steps
 
 _FAILED, _BAD_INPUT = 1, 2
+# Many times what it takes to end on a busy machine.
+_SECONDS_TO_END = 60.0
 _BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
 
 
@@ -138,6 +141,16 @@ def _refuse_others(program: str, given: list[str]) -> None:
         )
 
 
+def _end_in_any_case() -> None:
+    """Have this process end, with status 1, if it has not ended by itself after a while.
+
+    Fast DDS can wait for itself for ever when a participant is deleted while another one ends, and
+    holds Python's lock meanwhile: nothing but a thread of C can end the process then.
+    """
+    nowhere = os.open(os.devnull, os.O_WRONLY)  # for as long as this process lives
+    faulthandler.dump_traceback_later(_SECONDS_TO_END, exit=True, file=nowhere)
+
+
 @contextmanager
 def _deferred(*signals: signal.Signals) -> Iterator[Callable[[], None]]:
     """Note signals instead of acting on them; yield a function that waits for one.
@@ -158,10 +171,12 @@ def _deferred(*signals: signal.Signals) -> Iterator[Callable[[], None]]:
         while os.read(noted, 1)[0] not in signals:
             pass
         signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+        _end_in_any_case()
 
     try:
         yield wait
     finally:
+        faulthandler.cancel_dump_traceback_later()
         # A signal that arrived meanwhile is noted before the handlers change.
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         signal.set_wakeup_fd(previous)

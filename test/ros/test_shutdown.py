@@ -138,3 +138,23 @@ def test_bad_arguments_end_it_with_one_line(arguments, error):
     assert ended.returncode == 2
     assert error in ended.stderr
     assert len(ended.stderr.splitlines()) == 1
+
+
+HANGING = """
+import ctypes, os, signal, sys
+from focus_planner.ros import process
+
+def serve(wait):
+    os.kill(os.getpid(), signal.SIGTERM)
+    wait()
+    # As Fast DDS has been seen to: without an end, and with Python's lock.
+    ctypes.PyDLL(None).sleep(600)
+
+process._SECONDS_TO_END = 0.5
+sys.exit(process.run("hanging", serve, []))
+"""
+
+
+def test_a_middleware_that_hangs_does_not_keep_a_process_from_ending():
+    ended = subprocess.run([sys.executable, "-c", HANGING], capture_output=True, check=False)
+    assert (ended.returncode, ended.stderr) == (1, b"")
