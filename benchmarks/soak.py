@@ -119,8 +119,8 @@ def _soak(folder: Path, seconds: float) -> Outcome:
     result = (
         f"{_listed(diary.events)}; answers: {_listed(diary.answers)}; {len(kept)} runs kept,"
         f" {len(others)} beginnings left, {len(differ)} do not replay {differ[:2] or ''}, of"
-        f" {len(judged)} compared {mixed} hold other inputs than their plan's and {wrong} other"
-        f" times than its ages say; {negative} of {len(diary.plans):,} plans with a negative age;"
+        f" {len(judged)} compared {mixed} hold other inputs than their plan's and {wrong} tell ages"
+        f" of different moments; {negative} of {len(diary.plans):,} plans with a negative age;"
         f" {len(faults)} faults in {lines:,} lines logged {faults[:1] or ''}; memory"
         f" {memory[-1]:.0f} MiB, {growth:+.1f} after the first quarter; failures:"
         f" {diary.failures[:3] or 'none'}"

@@ -38,7 +38,7 @@ def run(console: Console) -> bool:
 @attack(
     f"rigs as fast as they are taken, while {_CALLERS} callers plan and all is recorded",
     "every run holds the rig that its plan names, replays bit for bit, and no age is negative or"
-    " another than the recorded times say",
+    " of another moment than the other input's",
 )
 def stream(folder: Path) -> Seen:
     """Plan and record during a stream of rigs, each with a stamp of its own."""
@@ -53,8 +53,8 @@ def stream(folder: Path) -> Seen:
     differ = differing(runs)
     observed = (
         f"{len(judged)} runs, {rigs:,} rigs; {other} runs with another rig than their plan's;"
-        f" {len(differ)} do not replay; {negative} plans with a negative age, {wrong} with another"
-        " than the times in their run"
+        f" {len(differ)} do not replay; {negative} plans with a negative age, {wrong} with ages of"
+        " different moments"
     )
     return Seen(observed, not (other or wrong or negative or differ) and bool(judged), len(plans))
 
@@ -112,7 +112,6 @@ def judge(path: Path, plan: Any) -> Judged:
     """Compare a run with the plan that its caller got."""
     (file,) = path.glob("*.mcap")
     messages = _messages(file)
-    asked = next(message for topic, message in messages.items() if topic.endswith("/run")).stamp
     kept = next(message for topic, message in messages.items() if topic.endswith("/focus_plan"))
     stamps = [
         (messages[named.topic].header.stamp, named.stamp)
@@ -121,11 +120,12 @@ def judge(path: Path, plan: Any) -> Judged:
     ]
     there = {named.topic for named in (plan.rig, plan.surface)} <= messages.keys()
     same = all((one.sec, one.nanosec) == (other.sec, other.nanosec) for one, other in stamps)
-    ages = [
-        each.age < 0 or abs(_seconds(asked) - _seconds(each.received) - each.age) > _ROUNDING
-        for each in (plan.rig, plan.surface)
-    ]
-    return Judged(not (there and same), any(ages))
+    ages = plan.rig.age, plan.surface.age
+    # Both inputs were taken at one moment, which was before the plan.
+    taken = [_seconds(each.received) + each.age for each in (plan.rig, plan.surface)]
+    late = max(taken) > _seconds(plan.header.stamp)
+    wrong_age = min(ages) < 0 or abs(taken[0] - taken[1]) > _ROUNDING or late
+    return Judged(not (there and same), wrong_age)
 
 
 def _messages(file: Path) -> dict[str, Any]:
