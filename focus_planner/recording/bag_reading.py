@@ -81,8 +81,9 @@ class Limits:
         The same as a multiple of the file's size, which holds above so many bytes.
     records : int
         Number of records, messages in chunks included.
-    passed_over : bool
-        Whether a longer chunk is passed over; else it is where reading ends.
+    passed_over : int
+        Longest chunk that is passed over where it is longer than ``piece``, bytes; the first that
+        is longer than both is where reading ends.
     """
 
     file: int = 4096 * _MIB
@@ -91,7 +92,7 @@ class Limits:
     ratio: int = 20
     small: int = 512 * _MIB
     records: int = 1_000_000
-    passed_over: bool = False
+    passed_over: int = 0
 
     def most_unpacked(self, size: int) -> int:
         """Return what a file of this size may unpack to."""
@@ -238,7 +239,7 @@ class BagReading:
             opcode, length = data.read1(), data.read8()
             if length > self._size - data.count - skipped:
                 raise EndOfFile
-            if opcode == Opcode.CHUNK and length > self._limits.piece and self._limits.passed_over:
+            if opcode == Opcode.CHUNK and self._is_passed_over(length):
                 self._stream.seek(length, os.SEEK_CUR)
                 skipped += length
                 continue
@@ -250,9 +251,9 @@ class BagReading:
 
     def _chunk_messages(self, chunk: Chunk) -> Iterator[BagMessage]:
         declared = chunk.uncompressed_size
-        longest = self._limits.piece
-        if declared > longest and self._limits.passed_over:
+        if self._is_passed_over(declared):
             return
+        longest = max(self._limits.piece, self._limits.passed_over)
         if declared > longest:
             raise TooLargeError(f"a chunk that declares {declared:,} bytes, not up to {longest:,}")
         self._take(declared)
@@ -272,6 +273,9 @@ class BagReading:
                 yield from self._message(body)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._note(_parsed(opcode, bytes(body)))
+
+    def _is_passed_over(self, size: int) -> bool:
+        return self._limits.piece < size <= self._limits.passed_over
 
     def _message(self, body: memoryview) -> Iterator[BagMessage]:
         channel, _, at, _ = _MESSAGE_HEAD.unpack_from(body)

@@ -16,7 +16,7 @@ from focus_planner.messages.plan_checking import check_plan
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import PLAN, RUN
 from focus_planner.recording.bag import BagMessage
-from focus_planner.recording.bag_reading import BagReading, Limits
+from focus_planner.recording.bag_reading import RUNS, BagReading, Limits
 from focus_planner.recording.folders import RunFolder, runs_newest_first
 from focus_planner.recording.naming import A_RUN, METADATA
 
@@ -26,7 +26,8 @@ _MIB = 2**20
 # A plan for 20,000 cameras takes 6 MB, and is in a chunk of its own if it is large: larger ones,
 # with surfaces in them, are passed over.
 _MAX_PLAN = 32 * _MIB
-_LIMITS = Limits(piece=2 * _MAX_PLAN, unpacked=1024 * _MIB, records=300_000, passed_over=True)
+# Surfaces may be of any size that is recorded; they do not matter here.
+_LIMITS = Limits(piece=2 * _MAX_PLAN, unpacked=1024 * _MIB, records=300_000, passed_over=RUNS.piece)
 # Of all runs together, in bytes unpacked: some seconds.
 _MAX_COST = 4096 * _MIB
 _MAX_METADATA = _MIB

@@ -338,9 +338,22 @@ def test_large_chunks_of_surfaces_are_passed_over_in_the_search(tmp_path, monkey
     bag.open(tmp_path / run_id(2))
     bag.add(made_up.plan_message(made_up.beginning(2), plan_payload(2), published=True))
     bag.close()
-    monkeypatch.setattr(module, "_LIMITS", bag_reading.Limits(piece=9000, passed_over=True))
+    monkeypatch.setattr(module, "_LIMITS", bag_reading.Limits(piece=9000, passed_over=1 << 30))
     search = last_plan(tmp_path, PLANNER)
     assert (search.plan.message.plan_id, search.skipped) == (run_id(2), ())
+
+
+@pytest.mark.parametrize("declared", [3 << 30, 2**62])
+def test_a_chunk_that_no_run_has_is_told_in_the_search(tmp_path, good, declared):
+    folder = tmp_path / run_id(9)
+    folder.mkdir()
+    data = with_chunks("zstd", declared, b"\x28\xb5")
+    (folder / f"{folder.name}_0.mcap").write_bytes(data)
+    search = last_plan(tmp_path, PLANNER)
+    (skipped,) = search.skipped
+    assert skipped.run == folder
+    assert f"a chunk that declares {declared:,} bytes" in skipped.why
+    assert search.plan is not None
 
 
 def test_a_search_among_runs_that_take_long_ends(tmp_path, good, monkeypatch):
