@@ -60,7 +60,7 @@ def many(_: Path) -> Seen:
     began = time.perf_counter()
     planner = f"/{new_name('many')}"
     node = LensNode("lens_adapter", cameras=cameras, driver="camera_ros", planner=planner)
-    with running_lenses(node):
+    with running_lenses(node, may_end=True):
         ready = time.perf_counter() - began
         began = time.perf_counter()
         node.signal(SIGINT)

@@ -76,6 +76,7 @@ class AnsweredParameterCalls:
     def _result(self, request: Any, set_them: Callable[[], Any]) -> Any:
         try:
             for parameter in request.parameters:
+                self._check_declared(parameter.name)
                 _check_type(parameter)
             return set_them()
         except InputError as error:
@@ -83,6 +84,13 @@ class AnsweredParameterCalls:
         except Exception as error:  # noqa: BLE001 - no call of a peer's may end the node
             reason = self._tell("set", error)
         return SetParametersResult(successful=False, reason=reason)
+
+    def _check_declared(self, name: str) -> None:
+        # rclpy would take a value that is not set for a name that is not declared.
+        if not name or not self.has_parameter(name):  # type: ignore[attr-defined]
+            raise InputError(
+                "parameter", "the name of one that is declared", repr(name), "see ros2 param list"
+            )
 
     def _tell(self, what: str, error: Exception) -> str:
         """Log what was unforeseen; return it for the caller."""

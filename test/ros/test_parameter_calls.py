@@ -58,6 +58,19 @@ def test_a_value_of_an_unknown_type_is_refused_and_the_others_are_set(node, kind
     assert node.get_parameter("seed").value == 4
 
 
+@pytest.mark.parametrize("name", ABSURD)
+@pytest.mark.parametrize("kind", [0, 2])
+def test_a_name_that_is_not_declared_is_refused_and_stays_so(node, name, kind):
+    parameters = [Parameter(name=name, value=ParameterValue(type=kind))]
+    for service in (SetParameters, SetParametersAtomically):
+        answer = call(node, service, service.Request(parameters=parameters))
+        result = answer.results[0] if service is SetParameters else answer.result
+        assert not result.successful
+        assert result.reason.startswith("parameter: expected the name of one that is declared, got")
+    listed = call(node, ListParameters, ListParameters.Request()).result.names
+    assert name not in listed
+
+
 @pytest.mark.parametrize("kind", [10, 255])
 def test_together_none_is_set(node, kind):
     request = SetParametersAtomically.Request(parameters=[integer(2), unknown(kind)])
