@@ -119,19 +119,19 @@ def _output(text: str) -> Path:
 
 def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
-    from focus_planner.io.files import check_writable
+    from focus_planner.io.files import check_writable, resolved
 
     paths = [path for path in options.output if path != _STDOUT]
     paths += filter(None, (options.problem, options.picture))
     for path in paths:
         check_writable(path)
-    different = {path.resolve() for path in paths}
+    different = {resolved(path) for path in paths}
     if len(different) < len(paths) or options.output.count(_STDOUT) > 1:
         raise InputError("--output, --problem, --picture", "different files", "the same twice")
     inputs = (options.surface, options.rig, options.importance, options.lens_tables)
-    read = {path.resolve() for path in inputs if path}
+    read = {resolved(path) for path in inputs if path}
     for path in paths:
-        if path.resolve() in read:
+        if resolved(path) in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
     recorder = CommandRecorder(options.record, options.markers, options.record_access)

@@ -229,6 +229,14 @@ def refusing(path: Path, kind: str) -> Iterator[None]:
         raise unreadable(path, kind, "values that do not fit together") from None
 
 
+def resolved(path: Path) -> Path:
+    """Return where a path leads, links followed; one with links in a circle as far as it leads.
+
+    :meth:`pathlib.Path.resolve` raises, for such, what depends on the version of Python.
+    """
+    return Path(os.path.realpath(path))
+
+
 def check_writable(path: Path) -> None:
     """Raise unless a file can be written at ``path``; called before the work, not after it.
 
@@ -237,7 +245,7 @@ def check_writable(path: Path) -> None:
     InputError
         If its folder is missing or may not be written to, or the path is a folder.
     """
-    folder = path.resolve().parent
+    folder = resolved(path).parent
     if path.is_dir():
         raise InputError(str(path), "a file to write", "a folder")
     if not folder.is_dir():
@@ -263,7 +271,7 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
         with _reporting(path), path.open("wb") as file:
             yield file
         return
-    path = path.resolve()
+    path = resolved(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with _reporting(path):

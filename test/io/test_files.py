@@ -6,7 +6,13 @@ from pathlib import Path
 import pytest
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import atomic_write, check_readable, check_writable
+from focus_planner.io.files import (
+    atomic_write,
+    check_readable,
+    check_writable,
+    read_bytes,
+    resolved,
+)
 
 
 def test_a_file_takes_its_place_only_when_it_is_whole(tmp_path: Path) -> None:
@@ -74,3 +80,13 @@ def test_a_pipe_is_written_directly() -> None:
     finally:
         os.close(ours)
         os.close(theirs)
+
+
+def test_links_in_a_circle_are_told(tmp_path: Path) -> None:
+    circle = tmp_path / "circle"
+    circle.symlink_to(circle)
+    assert resolved(circle) == circle
+    with pytest.raises(InputError, match=r"circle: expected a mesh, got Too many levels of symb"):
+        read_bytes(circle, "a mesh")
+    with pytest.raises(InputError, match="circle"):
+        check_writable(circle / "plan.json")
