@@ -84,7 +84,7 @@ def folder_by_peer(folder: Path) -> Seen:
     paths = [elsewhere, folder / "fifo", Path("/proc/1"), folder / "file", folder / "key"]
     paths += [folder / "start" / ".." / "elsewhere", Path("~none_such/x")]
     wrong, quick = [], True
-    with victim(folder, record_directory=folder / "start", data_directories="") as one:
+    with victim(folder, record_directory=folder / "start", data_directories=folder / "data") as one:
         for path in paths:
             taken, reason, seconds = parameter_of(one.client, record_directory=str(path))
             quick = quick and seconds < _ANSWERED
