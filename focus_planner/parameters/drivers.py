@@ -97,7 +97,7 @@ def addresses(
     Parameters
     ----------
     values : mapping of str to value
-        All parameters of :data:`DRIVER_DECLARATIONS`.
+        All parameters of ``DRIVER_DECLARATIONS``.
     namespace : str
         Of the node that has these parameters.
     unit : str
