@@ -112,10 +112,6 @@ class Inbox:
         in_force = self.in_force.number if self.in_force else -1
         self.forget_all_but((in_force, *sorted(self.known)[-BACKLOG:]))
 
-    def warning(self) -> str:
-        """Return what a caller is told of publishers that are not received; empty if all are."""
-        return self.state.unheard
-
 
 class RemotePlanner:
     """Has a process parse inputs and plan, and starts it anew whenever it has ended.
