@@ -70,7 +70,7 @@ def check_array(
     except (TypeError, ValueError, OverflowError, ComplexWarning):
         # Without the text that is no number.
         raise InputError(argument, f"numbers of shape {wanted}", "something else") from None
-    if array.dtype.kind == "i" and not np.array_equal(array, np.asarray(value)):
+    if array.dtype.kind in "iu" and not np.array_equal(array, np.asarray(value)):
         raise InputError(argument, "whole numbers", "others")
     if array.ndim != len(shape) or any(
         size is not None and size != actual for size, actual in zip(shape, array.shape, strict=True)
@@ -80,7 +80,9 @@ def check_array(
     return array
 
 
-def check_finite(argument: str, array: NDArray[np.float64], what: str, remedy: str = "") -> None:
+def check_finite(
+    argument: str, array: NDArray[np.floating[Any]], what: str, remedy: str = ""
+) -> None:
     """Raise unless every row of ``array`` is finite; ``what`` names a row (``"vertex"``)."""
     finite = np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
     if finite.all():

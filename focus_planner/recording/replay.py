@@ -81,7 +81,7 @@ def plan_run(
 
     beginning, settings = run.beginning, run.beginning.settings
     planner = Planner(SilentLog(), warm_start=beginning.warm_start)
-    _feed(planner, run)
+    feed(planner, run)
     try:
         plan, rig, _ = planner.plan(
             beginning.request,
@@ -125,7 +125,7 @@ def outcome_differences(run: Run, now: Ending) -> list[Difference]:
     return found or list(_message_differences(run.ending))
 
 
-def _feed(planner: Planner, run: Run) -> None:
+def feed(planner: Planner, run: Run) -> None:
     """Let the planner receive the recorded inputs."""
     # Of two inputs of a kind, the older is in force and the newer was rejected, whatever arrived
     # in between.

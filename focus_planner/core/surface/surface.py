@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours, Texture, check_colours
 from focus_planner.core.validation import (
     MAX_COORDINATE,
     UNIT_ROUNDING,
@@ -40,6 +41,10 @@ class Mesh:
         Uniform when absent.
     notes : tuple of Note
         What was noticed when it was read; plans for it pass them on.
+    vertex_colours : (V, 3) array of uint8, optional
+        Red, green and blue, as sRGB. Pictures show them; plans do not depend on them.
+    texture : Texture, optional
+        The same, in more detail; pictures prefer it.
 
     Raises
     ------
@@ -53,6 +58,8 @@ class Mesh:
     vertex_normals: FloatArray | None = None
     vertex_importance: FloatArray | None = None
     notes: tuple[Note, ...] = ()
+    vertex_colours: Colours | None = None
+    texture: Texture | None = None
 
     def __post_init__(self) -> None:
         vertices = check_array("mesh vertices", self.vertices, (None, 3))
@@ -75,6 +82,15 @@ class Mesh:
             importance = check_array(name, self.vertex_importance, (len(vertices),))
             _check_importance(name, importance, "vertex", importance[triangles])
             object.__setattr__(self, "vertex_importance", importance)
+        if self.vertex_colours is not None:
+            colours = check_colours("mesh vertex_colours", self.vertex_colours, len(vertices))
+            object.__setattr__(self, "vertex_colours", colours)
+        if self.texture is not None and len(self.texture.coordinates) != len(triangles):
+            raise InputError(
+                "mesh texture",
+                f"coordinates of {len(triangles)} triangles",
+                str(len(self.texture.coordinates)),
+            )
 
     @cached_property
     def cross_products(self) -> FloatArray:
@@ -97,6 +113,8 @@ class PointCloud:
         The relative importance of the surface around each point, at least 0. Uniform when absent.
     notes : tuple of Note
         What was noticed when it was read; plans for it pass them on.
+    colours : (M, 3) array of uint8, optional
+        Red, green and blue, as sRGB. Pictures show them; plans do not depend on them.
 
     Raises
     ------
@@ -109,6 +127,7 @@ class PointCloud:
     normals: FloatArray | None = None
     importance: FloatArray | None = None
     notes: tuple[Note, ...] = ()
+    colours: Colours | None = None
 
     MIN_POINTS = 16
 
@@ -130,6 +149,9 @@ class PointCloud:
             importance = check_array("cloud importance", self.importance, (len(points),))
             _check_importance("cloud importance", importance, "point", importance)
             object.__setattr__(self, "importance", importance)
+        if self.colours is not None:
+            colours = check_colours("cloud colours", self.colours, len(points))
+            object.__setattr__(self, "colours", colours)
 
 
 Surface = Mesh | PointCloud

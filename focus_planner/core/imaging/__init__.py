@@ -1,0 +1,1 @@
+"""What cameras image: depth, blur, pictures."""

@@ -1,0 +1,58 @@
+"""What a surface looks like: colours of its vertices or points, or a texture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.validation import InputError, check_array, check_finite
+
+#: Red, green and blue, 0 to 255, as sRGB.
+Colours = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An image that is wrapped around a mesh.
+
+    Parameters
+    ----------
+    image : (H, W, 3) array of uint8
+        Red, green and blue, as sRGB; the first row is the top.
+    coordinates : (T, 3, 2) array
+        Of each triangle's corners: u from the image's left, v from its bottom edge, each 1 at the
+        other edge. Beyond 0 to 1 the image repeats.
+
+    Raises
+    ------
+    InputError
+        If the image is empty or a coordinate is not finite.
+    """
+
+    image: Colours
+    coordinates: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        image = check_array("texture image", self.image, (None, None, 3), np.uint8)
+        if not image.size:
+            raise InputError("texture image", "at least one pixel", "none")
+        name = "texture coordinates"
+        coordinates = check_array(name, self.coordinates, (None, 3, 2), np.float32)
+        check_finite(name, coordinates.reshape(-1, 2), "corner")
+        object.__setattr__(self, "image", image)
+        object.__setattr__(self, "coordinates", coordinates)
+
+
+def check_colours(argument: str, colours: Any, count: int) -> Colours:
+    """Return (count, 3) colours as an array of bytes that cannot be written to.
+
+    Raises
+    ------
+    InputError
+        If they have another shape, or are not whole numbers from 0 to 255.
+    """
+    checked: Colours = check_array(argument, colours, (count, 3), np.uint8)
+    return checked

@@ -1,0 +1,1 @@
+"""Which pixels of each picture to use: masks for other programs, maps of depth and blur."""

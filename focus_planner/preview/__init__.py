@@ -1,0 +1,1 @@
+"""Pictures of what cameras will see, with their blur."""

@@ -1,0 +1,1 @@
+"""Reports: a plan as a page to look at."""

@@ -1,0 +1,197 @@
+"""What is in a report, whatever draws it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.notes import Note
+from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.rig.rig import Rig
+from focus_planner.io.lens_sheet.content import LensSheet
+
+
+@dataclass(frozen=True, eq=False)
+class SampledSurface:
+    """The surface as samples that no plan was made on, and which cameras see them.
+
+    The P pairs of a sample and a camera that sees it are ordered by sample, then by camera.
+
+    Attributes
+    ----------
+    points, normals : (N, 3) arrays
+        Metres, in the rig's frame; normals outward, of unit length.
+    areas : (N,) array
+        Square metres.
+    importance : (N,) array or None
+        From 0 to 1, the greatest; None if all are equal.
+    spacing : float
+        Between neighbouring samples, metres.
+    pair_offsets : (N + 1,) array
+        Sample p's pairs are ``pair_offsets[p]`` to ``pair_offsets[p + 1]``.
+    pair_camera : (P,) array of int32
+        Index into the rig's cameras.
+    pair_depth, pair_cost : (P,) arrays
+        Metres along the optical axis, and the pair's cost in focus (paper, Eq. 1), 0 to 1.
+    focus_weight : float
+        What a pair costs more out of focus.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    importance: FloatArray | None
+    spacing: float
+    pair_offsets: NDArray[np.int64]
+    pair_camera: IntArray
+    pair_depth: FloatArray
+    pair_cost: FloatArray
+    focus_weight: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReportedPlan:
+    """One of the plans that a report compares.
+
+    Attributes
+    ----------
+    title : str
+        "k_view", "closest (autofocus)".
+    plan : FocusPlan
+    cost : (N,) array
+        Of each sample in the camera that images it best, 0 to 1; 1 where none sees it.
+    camera : (N,) array of int32
+        The camera that images it best; -1 where none sees it.
+    in_focus : (N,) array of bool
+        Whether it is in focus in that camera.
+    sharp_views : (N,) array of int32
+        How many cameras hold it in focus.
+    pair_in_focus : (P,) array of bool
+        Whether some shot of the pair's camera holds the sample in focus.
+    held_area : (C,) array
+        Square metres that each camera holds in focus.
+    pictures : tuple of bytes
+        WebP of what each camera will see, in the rig's order; empty if none were made.
+    """
+
+    title: str
+    plan: FocusPlan
+    cost: FloatArray
+    camera: IntArray
+    in_focus: NDArray[np.bool_]
+    sharp_views: IntArray
+    pair_in_focus: NDArray[np.bool_]
+    held_area: FloatArray
+    pictures: tuple[bytes, ...] = ()
+
+
+@dataclass(frozen=True)
+class CostRow:
+    """A row of the comparison of costs.
+
+    Attributes
+    ----------
+    title : str
+    cost : float or None
+        On the samples that it was planned on.
+    fresh_cost, standard_error : float or None
+        On fresh samples.
+    in_focus_share : float or None
+        Of the surface.
+    change : float or None
+        Of the fresh cost, relative to autofocus.
+    reported : bool
+        Whether it is the plan that the report is about.
+    """
+
+    title: str
+    cost: float | None
+    fresh_cost: float | None = None
+    standard_error: float | None = None
+    in_focus_share: float | None = None
+    change: float | None = None
+    reported: bool = False
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the search.
+
+    Attributes
+    ----------
+    stage : str
+    iteration : int
+    cost, lower_bound : float or None
+    elapsed : float or None
+        Seconds since planning began; None if it was not recorded.
+    """
+
+    stage: str
+    iteration: int
+    cost: float | None
+    lower_bound: float | None
+    elapsed: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class DepthHistogram:
+    """How much of the surface a camera sees at which depth.
+
+    Attributes
+    ----------
+    edges : (B + 1,) array
+        Of the bins, metres along the optical axis; empty for a camera that sees nothing.
+    areas : (B,) array
+        Square metres.
+    """
+
+    edges: FloatArray
+    areas: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ReportContent:
+    """All that a report shows.
+
+    Attributes
+    ----------
+    title : str
+    verdict : str
+        What the plan achieves, in a sentence or two.
+    notes : tuple of Note
+        The plan's, and the report's own about what it rests on.
+    facts : tuple of (str, str)
+        What was planned, when and by what: name and text.
+    rig : Rig
+    surface : SampledSurface
+    plans : tuple of ReportedPlan
+        The plan that the report is about first; then those it is compared with.
+    costs : tuple of CostRow
+        Plans, baselines and the lower bound.
+    steps : tuple of Step
+        Of the first plan; empty if unknown.
+    sheet : LensSheet
+        The table of cameras, which is printed to set lenses by.
+    histograms : tuple of DepthHistogram
+        Per camera.
+    parameters, software : tuple of (str, Any)
+        Of the run: names and values, names and versions.
+    """
+
+    title: str
+    verdict: str
+    notes: tuple[Note, ...]
+    facts: tuple[tuple[str, str], ...]
+    rig: Rig
+    surface: SampledSurface
+    plans: tuple[ReportedPlan, ...]
+    costs: tuple[CostRow, ...]
+    steps: tuple[Step, ...]
+    sheet: LensSheet
+    histograms: tuple[DepthHistogram, ...]
+    parameters: tuple[tuple[str, Any], ...] = ()
+    software: tuple[tuple[str, str], ...] = ()
