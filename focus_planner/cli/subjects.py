@@ -1,0 +1,189 @@
+"""What reports, previews and masks are about: a recorded run, or a plan with its files."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from focus_planner.cli.progress import Tell, show_share
+from focus_planner.core.validation import InputError
+
+if TYPE_CHECKING:
+    from focus_planner.core.planning.plan import FocusPlan
+    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.recording.run import Run
+
+
+@dataclass(frozen=True)
+class NamedSubject:
+    """A plan, what it was made for, and what to call that.
+
+    Attributes
+    ----------
+    subject : PlannedSubject
+    surface, rig : str
+        Names of the files, or of the topics on which a node received them.
+    run : Run or None
+        The recorded run, if the plan comes from one.
+    """
+
+    subject: PlannedSubject
+    surface: str
+    rig: str
+    run: Run | None
+
+
+def add_subject_options(parser: Any) -> None:
+    """Add the options that name a plan and what it was made for."""
+    option = parser.add_argument
+    option(
+        "plan",
+        type=Path,
+        metavar="RUN|PLAN.JSON",
+        help="folder of a recorded run or its .mcap file; or a plan.json, with --surface and --rig",
+    )
+    option(
+        "--surface",
+        type=Path,
+        metavar="SURFACE",
+        help="with PLAN.JSON: the surface that it was made for; with RUN: the same surface, for the"
+        " colours or the texture that a run does not have",
+    )
+    option(
+        "--up",
+        choices=("z", "y", "x", "-z", "-y", "-x"),
+        default="z",
+        help="axis of SURFACE that is up in the world (default: %(default)s)",
+    )
+    option("--rig", type=Path, metavar="RIG.YAML", help="with PLAN.JSON: the rig")
+    option(
+        "--lens-tables",
+        type=Path,
+        metavar="FILE",
+        help="with PLAN.JSON: the lens tables that it was made with",
+    )
+
+
+def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    """Read what the options name.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or the plan is not one for this surface and rig.
+    """
+    tell("loading the planner")
+    if options.plan.suffix.lower() == ".json":
+        return _subject_of_files(options, tell)
+    return _subject_of_run(options, tell)
+
+
+def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    from focus_planner.recording.run import read_run
+    from focus_planner.recording.subject import subject_of
+
+    for name in ("rig", "lens_tables"):
+        if getattr(options, name) is not None:
+            flag = f"--{name.replace('_', '-')}"
+            raise InputError(
+                flag, "a plan.json to use it with", str(options.plan), "a run has its own"
+            )
+    tell(f"reading {options.plan}")
+    run = read_run(options.plan)
+    subject = subject_of(run)
+    if options.surface is not None:
+        subject = _with_looks_of(subject, options, tell)
+    topics = {message.type_name: message.topic for message in run.inputs}
+    surface, rig = (
+        next((topic for topic in reversed(topics.values()) if topic.endswith(ends)), "")
+        for ends in (("/mesh", "/cloud"), ("/rig", "/camera_poses"))
+    )
+    return NamedSubject(subject, surface, rig, run)
+
+
+def _with_looks_of(
+    subject: PlannedSubject, options: argparse.Namespace, tell: Tell
+) -> PlannedSubject:
+    """Return the subject with its surface as the file has it, with colours and texture."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from focus_planner.core.surface.scene import Scene
+    from focus_planner.core.surface.surface import Mesh, PointCloud
+
+    then, now = subject.scene.surface, _surface(options, tell)
+    pairs: list[tuple[Any, Any]] = []
+    if isinstance(now, Mesh) and isinstance(then, Mesh):
+        pairs = [(now.vertices, then.vertices), (now.triangles, then.triangles)]
+    elif isinstance(now, PointCloud) and isinstance(then, PointCloud):
+        pairs = [(now.points, then.points)]
+    if not pairs or not all(np.array_equal(a, b) for a, b in pairs):
+        raise InputError(
+            str(options.surface),
+            f"the surface of {options.plan}",
+            "another",
+            "leave --surface out for the run's own",
+        )
+    return replace(subject, scene=Scene(now, show_share(tell, f"preparing {options.surface}")))
+
+
+def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.core.surface.scene import Scene
+    from focus_planner.io.lens_tables import load_lens_tables
+    from focus_planner.io.plans import load_plan
+    from focus_planner.io.rigs import load_rig
+
+    for name in ("surface", "rig"):
+        if getattr(options, name) is None:
+            raise InputError(
+                f"--{name}",
+                f"the {name} that {options.plan} was made for",
+                "none",
+                "a plan.json has neither surface nor rig; a recorded run has both",
+            )
+    tell(f"reading {options.plan}")
+    plan = load_plan(options.plan)
+    rig = load_rig(options.rig)
+    if options.lens_tables is not None:
+        rig = load_lens_tables(options.lens_tables).apply(rig)
+    _check_cameras(options, plan, [camera.name for camera in rig.cameras])
+    scene = Scene(_surface(options, tell), show_share(tell, f"preparing {options.surface}"))
+    subject = PlannedSubject(scene, rig, _request(plan), plan)
+    return NamedSubject(subject, options.surface.name, options.rig.name, None)
+
+
+def _surface(options: argparse.Namespace, tell: Tell) -> Any:
+    from focus_planner.core.surface.up_axis import with_z_up
+    from focus_planner.io.surfaces import load_surface
+
+    tell(f"reading {options.surface}")
+    return with_z_up(load_surface(options.surface), options.up)
+
+
+def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str]) -> None:
+    planned = [camera.name for camera in plan.cameras]
+    if planned == names:
+        return
+    only = [name for name in planned if name not in names]
+    got = f"without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
+    raise InputError(
+        str(options.rig), f"the rig of {options.plan}, with its cameras in its order", got
+    )
+
+
+def _request(plan: FocusPlan) -> Any:
+    """Return the request as far as a plan tells it."""
+    from focus_planner.core.planning.request import PlanRequest
+
+    return PlanRequest(
+        method=plan.method,
+        samples=plan.samples,
+        seed=plan.seed,
+        shots=plan.shots,
+        depth_tolerance=plan.depth_tolerance,
+        fresh_samples=plan.fresh_samples,
+    )
