@@ -88,9 +88,8 @@ def test_rig_cylinder_prints_the_contracts_rig(here: Path, capsys: Any) -> None:
         ),
         ("turntable", turntable_rig()),
         (
-            "turntable --cameras 2 --stops 5 --radius 0.5 --lowest -5 --highest 40 --height 0.1"
-            " --frame-id table",
-            turntable_rig(2, 5, 0.5, -5.0, 40.0, 0.1, frame_id="table"),
+            "turntable --cameras 2 --stops 5 --radius 0.5 --lowest -5 --frame-id table",
+            turntable_rig(2, 5, 0.5, -5.0, frame_id="table"),
         ),
     ],
 )
