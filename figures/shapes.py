@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from focus_planner import Mesh, load_surface
@@ -93,7 +95,7 @@ def _tooth_radius(angles: FloatArray) -> FloatArray:
 def _refined(outline: FloatArray, step: float) -> FloatArray:
     """Return an outline with points at most ``step`` metres apart."""
     parts = []
-    for start, end in zip(outline[:-1], outline[1:], strict=True):
+    for start, end in pairwise(outline):
         pieces = max(1, int(np.ceil(np.linalg.norm(end - start) / step)))
         parts.append(start + (end - start) * np.arange(pieces)[:, None] / pieces)
     return np.vstack([*parts, outline[-1:]])
