@@ -74,9 +74,25 @@ class Bench:
     def digest(self, wish=go_on):
         self.planner.digest(Optics(), 0, wish)
 
-    def plan(self, request=REQUEST, wish=go_on, steps=None, limits=ResourceLimits()):  # noqa: B008
+    def plan(
+        self,
+        request=REQUEST,
+        wish=go_on,
+        steps=None,
+        limits=ResourceLimits(),  # noqa: B008
+        *,
+        plan_id="a plan",
+        in_force="",
+    ):
         order = orders.Plan(
-            request, CostModel(), limits, None, keep_warm=False, is_recorded=steps is not None
+            request,
+            CostModel(),
+            limits,
+            None,
+            keep_warm=False,
+            is_recorded=steps is not None,
+            plan_id=plan_id,
+            in_force=in_force,
         )
         on_step = (lambda step: steps.append(step) or True) if steps is not None else None
         return self.planner.plan(order, on_step, lambda _: None, wish)
@@ -166,9 +182,9 @@ def test_steps_are_told_of_a_plan_that_is_recorded(ready):
     steps = []
     assert same(ready.plan(steps=steps).plan, BOX, RIG)
     assert "solving" in {step.stage for step in steps}
-    description = ready.planner.describe(orders.Describe(None))
+    description = ready.planner.describe(orders.Describe("a plan", True, None))
     assert [each.stage for each in description.fingerprints][:1] == ["fresh samples"]
-    assert description.markers is None
+    assert description.visuals is None
 
 
 def test_a_plan_that_is_told_to_stop_ends_with_the_best_so_far(ready):

@@ -1,0 +1,102 @@
+"""Shows the plan in force in 3D: ``~/markers`` and ``~/quality_cloud``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+from typing import Any
+
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import Marker, MarkerArray
+
+from focus_planner.messages.quality_cloud import quality_cloud_to_fields
+from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.qos import LATCHED
+from focus_planner.runtime.planning_orders import Visuals
+
+_TOPICS = {"~/markers": MarkerArray, "~/quality_cloud": PointCloud2}
+
+
+class VisualsPublisher:
+    """Publishes what shows a plan, as bytes made elsewhere, and tells when somebody subscribes.
+
+    Safe to use from any thread.
+
+    Parameters
+    ----------
+    node : Node
+    on_watcher : callable
+        Called, on the executor's thread, whenever a subscriber has been found.
+    """
+
+    def __init__(self, node: Node, on_watcher: Callable[[], None]) -> None:
+        self._node = node
+        self._on_watcher = on_watcher
+        self._publishers: list[Publisher] = []
+        self._latched: list[Any] = []
+        self._lock = Lock()
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether anybody subscribes."""
+        with self._lock:
+            return any(each.get_subscription_count() for each in self._publishers)
+
+    def open(self) -> None:
+        """Create the topics."""
+        events = PublisherEventCallbacks(matched=self._matched, use_default_callbacks=False)
+        with self._lock:
+            self._publishers = [
+                self._node.create_publisher(kind, topic, LATCHED, event_callbacks=events)
+                for topic, kind in _TOPICS.items()
+            ]
+
+    def close(self) -> None:
+        """Destroy the topics, and with them what they show."""
+        with self._lock:
+            for publisher in self._publishers:
+                self._node.destroy_publisher(publisher)
+            self._publishers, self._latched = [], []
+
+    def show(self, visuals: Visuals | None) -> None:
+        """Show a plan in place of what was shown before; nothing, for None."""
+        with self._lock:
+            if visuals is not None:
+                self._latched = [visuals.markers, visuals.quality_cloud]
+                self._publish()
+            elif self._latched:
+                self._latched = _nothing()
+                self._publish()
+                self._latched = []
+
+    def _publish(self) -> None:
+        for publisher, message in zip(self._publishers, self._latched, strict=False):
+            publisher.publish(message)
+
+    def _matched(self, status: Any) -> None:
+        if status.current_count_change <= 0:
+            return
+        with self._lock:
+            if self._latched and self._has_volatile_subscriber():
+                self._publish()
+        self._on_watcher()
+
+    def _has_volatile_subscriber(self) -> bool:
+        """Return whether anybody is not sent what is latched, as displays that a user adds."""
+        return any(
+            subscriber.qos_profile.durability == DurabilityPolicy.VOLATILE
+            for publisher in self._publishers
+            for subscriber in self._node.get_subscriptions_info_by_topic(publisher.topic_name)
+        )
+
+
+def _nothing() -> list[Any]:
+    cloud = quality_cloud_to_fields(None, "", (0, 0))
+    return [
+        MarkerArray(markers=[Marker(action=Marker.DELETEALL)]),
+        message_to_ros(PointCloud2, cloud),
+    ]
