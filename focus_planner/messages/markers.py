@@ -34,7 +34,7 @@ from focus_planner.messages.writing import Stamp
 #: A text is a marker of its own, and more of them nobody can read.
 MAX_NAMES = 256
 # A camera's pyramid, as a part of the distance that cameras are mostly focused at.
-_PYRAMID = 0.1
+_PYRAMID = 0.14
 # As parts of that pyramid's length.
 _THICK_LINE, _THIN_LINE, _TEXT = 0.02, 0.007, 0.2
 # A slab is drawn up to this many times as far as the camera is focused: its end may be infinite.

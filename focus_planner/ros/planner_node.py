@@ -251,6 +251,7 @@ class PlannerNode(ManagedNode):
                 give_up=self._fail,
                 is_watched=lambda: self._visuals.is_watched,
                 show=self._visuals.show,
+                hide=self._visuals.hide,
             )
         )
         if self._stopping.is_set():

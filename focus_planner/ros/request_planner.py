@@ -81,7 +81,9 @@ class PlanningHost:
     is_watched : callable
         Returns whether somebody wants to see the plan in force.
     show : callable
-        Shows the plan in force, or nothing, for None.
+        Shows the plan in force.
+    hide : callable
+        Shows no plan any more; called with the frame and the stamp of the one in force.
     """
 
     name: str
@@ -93,7 +95,8 @@ class PlanningHost:
     start: Callable[[], Worker]
     give_up: Callable[[str], None] = lambda _: None
     is_watched: Callable[[], bool] = lambda: False
-    show: Callable[[orders.Visuals | None], None] = lambda _: None
+    show: Callable[[orders.Visuals], None] = lambda _: None
+    hide: Callable[[str, Stamp], None] = lambda *_: None
 
 
 @dataclass(frozen=True)
@@ -212,7 +215,10 @@ class RequestPlanner:
     def _show(self, visuals: orders.Visuals | None) -> None:
         """Show the plan in force, or nothing rather than the plan before it."""
         self._in_force = replace(self._in_force, is_shown=visuals is not None)
-        self._host.show(visuals)
+        if visuals is None:
+            self._host.hide(self.planner.frame_id, self._in_force.stamp)
+        else:
+            self._host.show(visuals)
 
     def _digest(self, settings: Settings) -> None:
         try:

@@ -14,6 +14,7 @@ from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
 from focus_planner.messages.quality_cloud import quality_cloud_to_fields
+from focus_planner.messages.writing import Stamp
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.qos import LATCHED
 from focus_planner.runtime.planning_orders import Visuals
@@ -37,7 +38,7 @@ class VisualsPublisher:
         self._node = node
         self._on_watcher = on_watcher
         self._publishers: list[Publisher] = []
-        self._latched: list[Any] = []
+        self._latched: list[bytes] = []
         self._lock = Lock()
 
     @property
@@ -62,27 +63,30 @@ class VisualsPublisher:
                 self._node.destroy_publisher(publisher)
             self._publishers, self._latched = [], []
 
-    def show(self, visuals: Visuals | None) -> None:
-        """Show a plan in place of what was shown before; nothing, for None."""
+    def show(self, visuals: Visuals) -> None:
+        """Show a plan in place of what was shown before."""
         with self._lock:
-            if visuals is not None:
-                self._latched = [visuals.markers, visuals.quality_cloud]
-                self._publish()
-            elif self._latched:
-                self._latched = _nothing()
-                self._publish()
-                self._latched = []
+            self._latched = [visuals.markers, visuals.quality_cloud]
+            self._publish(self._latched)
 
-    def _publish(self) -> None:
-        for publisher, message in zip(self._publishers, self._latched, strict=False):
-            publisher.publish(message)
+    def hide(self, frame_id: str, stamp: Stamp) -> None:
+        """Show no plan any more, neither now nor to those who subscribe later."""
+        with self._lock:
+            if self._latched:
+                self._latched = []
+                self._publish(_nothing(frame_id, stamp))
+
+    def _publish(self, messages: list[Any]) -> None:
+        if self._publishers:  # not closed
+            for publisher, message in zip(self._publishers, messages, strict=True):
+                publisher.publish(message)
 
     def _matched(self, status: Any) -> None:
         if status.current_count_change <= 0:
             return
         with self._lock:
             if self._latched and self._has_volatile_subscriber():
-                self._publish()
+                self._publish(self._latched)
         self._on_watcher()
 
     def _has_volatile_subscriber(self) -> bool:
@@ -94,9 +98,8 @@ class VisualsPublisher:
         )
 
 
-def _nothing() -> list[Any]:
-    cloud = quality_cloud_to_fields(None, "", (0, 0))
-    return [
-        MarkerArray(markers=[Marker(action=Marker.DELETEALL)]),
-        message_to_ros(PointCloud2, cloud),
-    ]
+def _nothing(frame_id: str, stamp: Stamp) -> list[Any]:
+    # Viewers ignore a cloud whose frame they do not know.
+    cloud = message_to_ros(PointCloud2, quality_cloud_to_fields(None, frame_id, stamp))
+    gone = Marker(header=cloud.header, action=Marker.DELETEALL)
+    return [MarkerArray(markers=[gone]), cloud]
