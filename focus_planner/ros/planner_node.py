@@ -291,6 +291,7 @@ class PlannerNode(ManagedNode):
 
     def _tick(self) -> None:
         self._plans.repeat_if_due()
+        self._visuals.welcome_if_due()
         self._server.close_if_answered()
         self._server.requests.reject_overdue()
         period = self._settings.current.serving.status_period

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from threading import Lock
 from typing import Any
@@ -19,6 +21,9 @@ from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.qos import LATCHED
 from focus_planner.runtime.planning_orders import Visuals
 
+# A subscriber that is being discovered may miss a message, and Fast DDS offers it again after three
+# seconds only: what it is to see is published once it has probably discovered the planner.
+_DISCOVERY_SECONDS = 0.3
 _TOPICS = {"~/markers": MarkerArray, "~/quality_cloud": PointCloud2}
 
 
@@ -31,7 +36,7 @@ class VisualsPublisher:
     ----------
     node : Node
     on_watcher : callable
-        Called, on the executor's thread, whenever a subscriber has been found.
+        Called, on the executor's thread, when subscribers have been discovered.
     """
 
     def __init__(self, node: Node, on_watcher: Callable[[], None]) -> None:
@@ -39,6 +44,7 @@ class VisualsPublisher:
         self._on_watcher = on_watcher
         self._publishers: list[Publisher] = []
         self._latched: list[bytes] = []
+        self._welcome_at = math.inf
         self._lock = Lock()
 
     @property
@@ -76,18 +82,24 @@ class VisualsPublisher:
                 self._latched = []
                 self._publish(_nothing(frame_id, stamp))
 
+    def welcome_if_due(self) -> None:
+        """Show the plan to those who have been discovered; to be called now and then."""
+        if time.monotonic() < self._welcome_at:
+            return
+        self._welcome_at = math.inf
+        with self._lock:
+            if self._latched and self._has_volatile_subscriber():
+                self._publish(self._latched)
+        self._on_watcher()
+
     def _publish(self, messages: list[Any]) -> None:
         if self._publishers:  # not closed
             for publisher, message in zip(self._publishers, messages, strict=True):
                 publisher.publish(message)
 
     def _matched(self, status: Any) -> None:
-        if status.current_count_change <= 0:
-            return
-        with self._lock:
-            if self._latched and self._has_volatile_subscriber():
-                self._publish(self._latched)
-        self._on_watcher()
+        if status.current_count_change > 0:
+            self._welcome_at = time.monotonic() + _DISCOVERY_SECONDS
 
     def _has_volatile_subscriber(self) -> bool:
         """Return whether anybody is not sent what is latched, as displays that a user adds."""
