@@ -100,7 +100,9 @@ def _add_outputs(group: Any) -> None:
     option(
         "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
     )
-    option("--markers", action="store_true", help="with --record: include 3D markers of the plan")
+    option(
+        "--markers", action="store_true", help="with --record: include what shows the plan in 3D"
+    )
     option(
         "--record-access",
         default="owner",

@@ -81,7 +81,9 @@ def add(commands: Any) -> None:
         " repeated",
     )
     option("--record", type=Path, metavar="DIR", help="record the new runs below this folder")
-    option("--markers", action="store_true", help="with --record: include 3D markers of the plans")
+    option(
+        "--markers", action="store_true", help="with --record: include what shows the plans in 3D"
+    )
     option(
         "--record-access",
         default="owner",

@@ -66,6 +66,10 @@ class PlanningThread:
         if not self._enqueue(self._answer_next):
             request.abort(Reason.SHUTTING_DOWN)
 
+    def show(self) -> None:
+        """Queue showing the plan in force to who has begun to watch, after waiting requests."""
+        self._enqueue(self._show)
+
     def resume(self) -> None:
         """Work, after :meth:`pause`."""
         if self._wished is Wish.STOP:
@@ -132,6 +136,12 @@ class PlanningThread:
         request = self._turns.next()
         if request is not None:
             self._requests.answer(request)
+
+    def _show(self) -> None:
+        if self._turns.is_anybody_waiting:
+            self.show()
+        else:
+            self._requests.show()
 
     def _warm_up(self) -> None:
         # The first calls take some time.

@@ -78,6 +78,12 @@ class PlanningHost:
         Starts a planning process.
     give_up : callable
         Called, with the reason, when none can be started any more.
+    is_watched : callable
+        Returns whether somebody wants to see the plan in force.
+    show : callable
+        Shows the plan in force.
+    hide : callable
+        Shows no plan any more; called with the frame and the stamp of the one in force.
     """
 
     name: str
@@ -88,6 +94,25 @@ class PlanningHost:
     publish: Callable[[FocusPlan], None]
     start: Callable[[], Worker]
     give_up: Callable[[str], None] = lambda _: None
+    is_watched: Callable[[], bool] = lambda: False
+    show: Callable[[orders.Visuals], None] = lambda _: None
+    hide: Callable[[str, Stamp], None] = lambda *_: None
+
+
+@dataclass(frozen=True)
+class _InForce:
+    """The plan in force, unless it was restored from a record.
+
+    Attributes
+    ----------
+    plan_id : str
+    stamp : tuple of int
+    is_shown : bool
+    """
+
+    plan_id: str = ""
+    stamp: Stamp = (0, 0)
+    is_shown: bool = False
 
 
 class RequestPlanner:
@@ -120,6 +145,7 @@ class RequestPlanner:
         self._wish = wish
         self._warm_start: WarmStart | None = None
         self._logged_notes: tuple[Note, ...] = ()
+        self._in_force = _InForce()
 
     @property
     def recording_failure(self) -> str:
@@ -166,8 +192,33 @@ class RequestPlanner:
             outcome = self._failure(request, Reason.INTERNAL, _internal(error), run)
         if not request.finish(outcome):
             outcome.on_sent()
-        if run is not None and outcome.plan is not None:
-            self._describe(run, description)
+        if outcome.plan is not None:
+            self._describe(outcome.plan, run, description)
+
+    def show(self) -> None:
+        """Show the plan in force to who has begun to watch, unless it is shown."""
+        plan = self._in_force
+        if not plan.plan_id or plan.is_shown or not self._host.is_watched():
+            return
+        visuals, why = None, "the planning process that made it has gone"
+        if self.planner.pid is not None:
+            order = orders.Describe(plan.plan_id, False, plan.stamp)
+            try:
+                visuals = self.planner.describe(order).visuals
+            except PlanningDied as error:
+                why = str(error)
+        if visuals is None:
+            text = f"{plan.plan_id} is not shown in 3D: {why}; the next plan will be"
+            self._host.get_logger().warning(text)
+        self._show(visuals)
+
+    def _show(self, visuals: orders.Visuals | None) -> None:
+        """Show the plan in force, or nothing rather than the plan before it."""
+        self._in_force = replace(self._in_force, is_shown=visuals is not None)
+        if visuals is None:
+            self._host.hide(self.planner.frame_id, self._in_force.stamp)
+        else:
+            self._host.show(visuals)
 
     def _digest(self, settings: Settings) -> None:
         try:
@@ -240,6 +291,8 @@ class RequestPlanner:
             self._warm_start if settings.warm_start else None,
             keep_warm=settings.warm_start,
             is_recorded=run is not None,
+            plan_id=request.plan_id,
+            in_force=self._in_force.plan_id,
         )
         on_step = run.wrap_callback(go_on) if run else go_on
         result = self.planner.plan(order, on_step, request.send_feedback, wish)
@@ -296,6 +349,9 @@ class RequestPlanner:
             run.keep_plan(serialize_message(message), published=published)
         if published:
             self._host.publish(message)
+            self._in_force = _InForce(request.plan_id, stamp)
+            if not self._host.is_watched():
+                self._show(None)
         failure = f"not recorded: {run.failure}" if run and run.failure else ""
         parts = [_PREFIXES.get(reason, ""), plan.summary(), planned.reminder, failure]
         summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
@@ -315,13 +371,24 @@ class RequestPlanner:
         )
         return Outcome(reason, summary, message, finish)
 
-    def _describe(self, run: RunRecorder, description: Future[orders.Description]) -> None:
-        """Have the plan described for its record, after its caller has been answered."""
-        stamp = run.markers_stamp(time.time_ns())
+    def _describe(
+        self, plan: FocusPlan, run: RunRecorder | None, description: Future[orders.Description]
+    ) -> None:
+        """Have a plan described for its record and for who watches, after it has been returned."""
+        watched = plan.plan_id == self._in_force.plan_id and self._host.is_watched()
+        if run is None and not watched:
+            return
+        visual = watched or (run is not None and run.with_visuals)
+        stamp = (plan.header.stamp.sec, plan.header.stamp.nanosec) if visual else None
+        order = orders.Describe(plan.plan_id, run is not None, stamp)
+        described = None
         try:
-            description.set_result(self.planner.describe(orders.Describe(stamp)))
+            described = self.planner.describe(order)
+            description.set_result(described)
         except PlanningDied as error:
             description.set_exception(error)
+        if watched:
+            self._show(described.visuals if described else None)
 
     def _wish_of(self, request: Request, began: float) -> Wish:
         """Return what is wanted of the plan for a request."""

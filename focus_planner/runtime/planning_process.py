@@ -14,13 +14,14 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.runtime import planning_orders as orders
-from focus_planner.runtime.description import describe_plan
+from focus_planner.runtime.description import ShownPlan
 from focus_planner.runtime.feedback import Feedback
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
@@ -69,7 +70,8 @@ class PlanningProcess:
         self._connection = connection
         self._new_rig: Rig | None = None
         self._planner = Planner(_ConnectionLog(connection), self._note_rig, self._announce)
-        self._last: tuple[SolvedPlan, Rig] | None = None  # until it has been described
+        self._recorded: SolvedPlan | None = None  # until it has been described
+        self._shown: dict[str, ShownPlan] = {}
         self._unlimited_memory = 0
 
     def serve(self) -> None:
@@ -109,7 +111,9 @@ class PlanningProcess:
     @_do.register
     def _digest(self, order: orders.Digest) -> orders.Result:
         self._limit_memory(order.max_memory)
-        self._last = None
+        self._recorded = None
+        for shown in self._shown.values():
+            shown.condense()
         planner = self._planner
         for slot, arrivals, unheard in (
             (planner.surface, order.surfaces, order.unheard[0]),
@@ -131,6 +135,7 @@ class PlanningProcess:
 
     @_do.register
     def _plan(self, order: orders.Plan) -> orders.Result:
+        self._shown = {name: each for name, each in self._shown.items() if name == order.in_force}
         feedback = Feedback(order.request.time_budget)
         looked, stopped = time.monotonic(), False
 
@@ -158,8 +163,9 @@ class PlanningProcess:
             warm_start=order.keep_warm,
             limits=order.limits,
         )
+        self._shown[order.plan_id] = ShownPlan(plan, rig)
         if order.is_recorded:
-            self._last = plan, rig
+            self._recorded = plan
         return orders.Planned(
             plan=without_problem(plan),
             stop_log=plan.stop_log,
@@ -169,9 +175,15 @@ class PlanningProcess:
 
     @_do.register
     def _describe(self, order: orders.Describe) -> orders.Result:
-        assert self._last is not None
-        (plan, rig), self._last = self._last, None
-        return describe_plan(plan, rig, order.markers_stamp)
+        shown, visuals = self._shown.get(order.plan_id), None
+        if shown and order.visuals_stamp is not None:
+            visuals = shown.visuals(order.visuals_stamp)
+        return orders.Description(self._fingerprints() if order.for_record else (), visuals)
+
+    def _fingerprints(self) -> tuple[Fingerprint, ...]:
+        assert self._recorded is not None
+        plan, self._recorded = self._recorded, None
+        return fingerprints(plan)
 
     def _note_rig(self, rig: Rig) -> None:
         self._new_rig = rig

@@ -253,9 +253,9 @@ class RemotePlanner:
         return result
 
     def describe(self, order: orders.Describe) -> orders.Description:
-        """Return what the record of the last plan says besides the plan.
+        """Return what is told of a plan besides the plan itself.
 
-        Whatever is wished meanwhile: it takes no time, and without it the run is not whole.
+        Whatever is wished meanwhile: it takes no time, and without it a record is not whole.
 
         Raises
         ------
