@@ -38,7 +38,7 @@ def test_stages_with_a_known_end_tell_their_share():
         shares = [step.share for step in steps if step.stage == stage]
         assert shares
         assert shares == sorted(shares)
-        assert 0 < shares[0]
+        assert shares[0] > 0
         assert shares[-1] <= 1
     assert {step.share for step in steps if step.stage in {"cells", "solving", "em"}} == {None}
 

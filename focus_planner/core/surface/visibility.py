@@ -90,8 +90,9 @@ def visible_pairs(
     rig : Rig
     samples : Samples
     keep_going : callable, optional
-        Called between parts of the samples with the share that is done; return False to stop. The result then covers only the
-        samples tested so far, a fair selection if their order is random.
+        Called between parts of the samples with the share that is done; return False to stop. The
+        result then covers only the samples tested so far, a fair selection if their order is
+        random.
     order : (N,) array of int64, optional
         The order in which to test the samples; as given by default.
     enough : callable, optional

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.io.files import BrokenFileError
 from focus_planner.io.quoting import word as quoted
+from focus_planner.io.reading import became_numbers
 
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
+_SPACE = re.compile(rb"\s")
 _BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
+_LINES = 1 << 18  # at a time
 
 
 def numbers_of_text(text: bytes) -> FloatArray:
@@ -26,6 +29,17 @@ def numbers_of_text(text: bytes) -> FloatArray:
     BrokenFileError
         If there is anything else in it; names it.
     """
+    parts, at = [], 0
+    while at < len(text):
+        space = _SPACE.search(text, at + _BLOCK)
+        end = space.end() if space else len(text)
+        parts.append(_numbers_of_text(text if end - at == len(text) else text[at:end]))
+        became_numbers(end - at)
+        at = end
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _numbers_of_text(text: bytes) -> FloatArray:
     text = with_usual_nan(text)
     if not text.strip():
         return np.empty(0)
@@ -88,9 +102,16 @@ def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of empty input, which is refused as a surface
         try:
-            return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
+            starts = range(0, max(len(lines), 1), _LINES)
+            return np.concatenate([_columns(lines[i : i + _LINES], columns) for i in starts])
         except (ValueError, OverflowError):
             raise BrokenFileError(_first_that_is_wrong(lines, columns)) from None
+
+
+def _columns(lines: Sequence[str], columns: Sequence[int]) -> FloatArray:
+    numbers: FloatArray = np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
+    became_numbers(sum(map(len, lines)))
+    return numbers
 
 
 def _first_that_is_wrong(lines: Sequence[str], columns: Sequence[int]) -> str:

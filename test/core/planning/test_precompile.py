@@ -94,7 +94,7 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
                 scene,
                 rig,
                 PlanRequest(samples=samples),
-                keep_going=lambda _, left=iter(answers): next(left),
+                keep_going=lambda _, left=answers: left.pop(0),
             )
     listed = Lens(focus_distances=(0.6, 0.8, 1.0, 1.2, 1.4))
     for lens in (rig.cameras[0].lens, listed):

@@ -1,0 +1,167 @@
+"""One line of a terminal that shows what is being done, and how far it is."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import TextIO, final
+
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
+
+from focus_planner.cli.console import PlainConsole
+from focus_planner.cli.progress import Shows
+from focus_planner.core.progress import Standing, percent, time_spent
+from focus_planner.core.text import printable
+
+_PER_SECOND = 10
+_BAR, _LEAST_BAR = 24, 8  # cells
+_LEAST_TEXT = 20  # cells of what is being done, before figures are left out
+# Shorter work shows no time.
+_LEAST_SECONDS = 1.0
+_STOPPING = "stopping; Ctrl-C again to stop at once"
+
+
+@dataclass(frozen=True)
+class _Doing:
+    """What is being done.
+
+    Attributes
+    ----------
+    text : str
+    began : float
+        When, by the clock.
+    figures : tuple of str
+        How far it is, the most important first.
+    share : float or None
+        From 0 to 1.
+    time_budget : float
+        Seconds from ``began``.
+    """
+
+    text: str
+    began: float
+    figures: tuple[str, ...] = ()
+    share: float | None = None
+    time_budget: float = math.inf
+
+
+@final
+class ProgressLine(Shows):
+    """Shows a line while work is done, and removes it afterwards; a context manager.
+
+    Calling it with a phrase shows that; it is a :data:`~focus_planner.cli.progress.Tell`.
+
+    Parameters
+    ----------
+    stream : file
+    before_change : callable, optional
+        Called before every change of the line; may raise to end the work.
+    clock : callable, optional
+        Returns seconds; monotonic.
+    width : int, optional
+        Characters; by default that of the terminal.
+    """
+
+    def __init__(
+        self,
+        stream: TextIO,
+        before_change: Callable[[], object] = lambda: None,
+        clock: Callable[[], float] = time.monotonic,
+        width: int | None = None,
+    ) -> None:
+        self._before_change = before_change
+        self._clock = clock
+        self._doing = _Doing("", clock())
+        self._spinner = Spinner("dots", style="cyan")
+        console = PlainConsole(stream, width)
+        self._live = Live(self, console=console, refresh_per_second=_PER_SECOND, transient=True)
+
+    def __enter__(self) -> ProgressLine:
+        self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._live.stop()
+
+    def __call__(self, text: str) -> None:
+        """Show a phrase."""
+        self._before_change()
+        self._begin(text)
+
+    def show_share(self, what: str, share: float) -> None:
+        """Show which share of something is done, from 0 to 1."""
+        self._before_change()
+        if what != self._doing.text:
+            self._begin(what)
+        figures = (percent(share),)
+        self._doing = _Doing(what, self._doing.began, figures, min(max(share, 0.0), 1.0))
+
+    def show_standing(self, standing: Standing, prefix: str = "") -> None:
+        """Show how far a plan is."""
+        self._before_change()
+        self._doing = _Doing(
+            prefix + standing.doing,
+            self._clock() - standing.elapsed,
+            tuple(standing.figures()),
+            standing.share,
+            standing.time_budget,
+        )
+
+    def stopping(self) -> None:
+        """Show that the work is about to end; for a handler of signals: it takes no lock."""
+        self._doing = _Doing(_STOPPING, self._clock())
+
+    def _begin(self, text: str) -> None:
+        self._doing = _Doing(text, self._clock())
+        # What is over before the next refresh is seen too.
+        self._live.refresh()
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Yield the line: spinner, what is being done, a bar where there is room, figures, time."""
+        doing, width = self._doing, options.max_width - 1
+        figures, time_ = list(doing.figures), self._time(doing)
+        text = Text(printable(doing.text))
+        while figures and width - 2 - _length(figures + time_) < min(text.cell_len, _LEAST_TEXT):
+            figures.pop()
+        room = max(width - 2 - _length(figures + time_), 1)
+        text.truncate(room, overflow="ellipsis")
+        bar = min(room - text.cell_len - 2, _BAR) if doing.share is not None else 0
+        row = Table.grid(padding=0)
+        row.add_column(width=2)
+        row.add_column(no_wrap=True)
+        parts: list[Spinner | Text | ProgressBar] = [self._spinner, text]
+        if bar >= _LEAST_BAR:
+            row.add_column(width=2)
+            row.add_column(width=bar)
+            parts += [Text(""), ProgressBar(total=1.0, completed=doing.share or 0.0, width=bar)]
+        for figure in figures:
+            row.add_column(no_wrap=True)
+            parts.append(Text(f"  {figure}"))
+        for figure in time_:
+            row.add_column(no_wrap=True)
+            parts.append(Text(f"  {figure}", style="dim"))
+        row.add_row(*parts)
+        yield row
+
+    def _time(self, doing: _Doing) -> list[str]:
+        elapsed = self._clock() - doing.began
+        if not doing.text or (elapsed < _LEAST_SECONDS and math.isinf(doing.time_budget)):
+            return []
+        return [time_spent(elapsed, doing.time_budget)]
+
+
+def _length(figures: list[str]) -> int:
+    return sum(len(figure) + 2 for figure in figures)
