@@ -106,7 +106,7 @@ class ProgressLine(Shows):
         self._before_change()
         if what != self._doing.text:
             self._begin(what)
-        figures = (percent(share),)
+        figures = (_aligned(percent(share)),)
         self._doing = _Doing(what, self._doing.began, figures, min(max(share, 0.0), 1.0))
 
     def show_standing(self, standing: Standing, prefix: str = "") -> None:
@@ -115,7 +115,7 @@ class ProgressLine(Shows):
         self._doing = _Doing(
             prefix + standing.doing,
             self._clock() - standing.elapsed,
-            tuple(standing.figures()),
+            tuple(map(_aligned, standing.figures())),
             standing.share,
             standing.time_budget,
         )
@@ -161,6 +161,11 @@ class ProgressLine(Shows):
         if not doing.text or (elapsed < _LEAST_SECONDS and math.isinf(doing.time_budget)):
             return []
         return [time_spent(elapsed, doing.time_budget)]
+
+
+def _aligned(figure: str) -> str:
+    """Return percent in a width of its own, so that what is beside it stays where it is."""
+    return f"{figure:>4}"
 
 
 def _length(figures: list[str]) -> int:

@@ -7,6 +7,9 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+# The steps of these are counted on from stage to stage.
+_COUNTED_ON = {"fresh", "visibility", "cells"}
+
 #: What a planner does in each stage, in words for people.
 STAGES: Mapping[str, str] = {
     "reading": "reading the inputs",
@@ -72,7 +75,7 @@ class Standing:
     ----------
     stage : str
     iteration : int
-        Steps done in this stage, as :class:`Progress` counts them.
+        Steps done in this stage. ``optimal`` counts all its steps.
     share : float or None
         How much of the stage is done, 0 to 1, where that is known.
     cost, lower_bound : float
@@ -138,14 +141,18 @@ class Tracker:
         self._clock = clock
         self._began = clock()
         self._last = Standing("", time_budget=time_budget)
+        self._before = 0  # steps counted before this stage
 
     def note(self, progress: Progress) -> Standing:
         """Take note of a step, and return how far the plan is with it."""
         last = self._last
+        if progress.stage != last.stage:
+            on = progress.stage in _COUNTED_ON
+            self._before = max(progress.iteration - 1, 0) if on else 0
         self._last = replace(
             last,
             stage=progress.stage,
-            iteration=progress.iteration,
+            iteration=progress.iteration - self._before,
             share=progress.share,
             # The best so far: a step may be about another plan than the solver's best.
             cost=_better(min, last.cost, progress.cost),

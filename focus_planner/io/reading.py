@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-# Of text, the share of the time that it takes to read its bytes; the rest makes numbers of them.
-_OF_TEXT = 0.1
-# What is then still to do, such as checking the surface.
-_REST = 0.1
+# Shares of the time, as measured: text is read, divided into words, and made numbers; other content
+# is read. Then the surface is still to be checked.
+_READ, _DIVIDED, _NUMBERS = 0.1, 0.4, 0.85
+_READ_OTHER = 0.9
 
 
 class _Reading:
@@ -23,21 +23,27 @@ class _Reading:
         self._on_progress = on_progress
         self._size = 0
         self._is_text = False
-        self._numbers = 0
+        self._divided = self._numbers = 0
         self._told = 0.0
 
     def bytes_came(self, count: int, size: int, is_text: bool) -> None:
         self._size, self._is_text = size, is_text
-        self._tell(count / size * (_OF_TEXT if is_text else 1.0))
+        self._tell(0.0, _READ if is_text else _READ_OTHER, count)
+
+    def became_words(self, count: int) -> None:
+        if self._is_text:
+            self._divided += count
+            self._tell(_READ, _DIVIDED, self._divided)
 
     def became_numbers(self, count: int) -> None:
         if self._is_text:
             self._numbers += count
-            self._tell(_OF_TEXT + (1 - _OF_TEXT) * self._numbers / self._size)
+            self._tell(_DIVIDED, _NUMBERS, self._numbers)
 
-    def _tell(self, share: float) -> None:
-        # Some text is read twice, and a surface may be in several files.
-        self._told = max(self._told, min(share, 1.0) * (1 - _REST))
+    def _tell(self, low: float, high: float, count: int) -> None:
+        share = low + (high - low) * min(count / self._size, 1.0)
+        # Some text is divided twice, and a surface may be in several files.
+        self._told = max(self._told, share)
         self._on_progress(self._told)
 
 
@@ -62,6 +68,13 @@ def bytes_came(count: int, size: int, *, is_text: bool) -> None:
     reading = _reading.get()
     if reading is not None and size > 0:
         reading.bytes_came(count, size, is_text)
+
+
+def became_words(count: int) -> None:
+    """Tell whom it concerns that so many more bytes of a text are divided into words."""
+    reading = _reading.get()
+    if reading is not None:
+        reading.became_words(count)
 
 
 def became_numbers(count: int) -> None:

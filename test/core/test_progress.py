@@ -63,6 +63,13 @@ def test_the_best_so_far_counts_and_time_goes_on():
     assert tracker.now().elapsed == 4.5
 
 
+def test_steps_are_counted_by_stage():
+    told = list(map(Tracker().note, steps_of(PlanRequest("em", 2000, fresh_samples=2000))))
+    for stage in ("fresh", "visibility", "cells", "em"):
+        numbers = [each.iteration for each in told if each.stage == stage]
+        assert numbers == list(range(1, len(numbers) + 1))
+
+
 @pytest.mark.parametrize(
     ("cost", "bound", "gap"),
     [(8.0, 6.0, 0.25), (8.0, 8.1, 0.0), (0.0, 0.0, 0.0)],

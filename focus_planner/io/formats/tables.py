@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.io.files import BrokenFileError
 from focus_planner.io.quoting import word as quoted
-from focus_planner.io.reading import became_numbers
+from focus_planner.io.reading import became_numbers, became_words
 
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
 _SPACE = re.compile(rb"\s")
@@ -77,6 +77,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
         end = text.find(b"\n", at + _BLOCK)
         end = len(text) if end < 0 else end + 1
         parts.append(_words_per_line(np.frombuffer(text, np.uint8, end - at, at)))
+        became_words(end - at)
         at = end
     return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
 
