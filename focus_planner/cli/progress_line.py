@@ -39,7 +39,7 @@ class _Doing:
     began : float
         When, by the clock.
     figures : tuple of str
-        How far it is, the most important first.
+        How far it is: share or step, cost, gap.
     share : float or None
         From 0 to 1.
     time_budget : float
@@ -134,8 +134,9 @@ class ProgressLine(Shows):
         doing, width = self._doing, options.max_width - 1
         figures, time_ = list(doing.figures), self._time(doing)
         text = Text(printable(doing.text))
-        while figures and width - 2 - _length(figures + time_) < min(text.cell_len, _LEAST_TEXT):
-            figures.pop()
+        least = min(text.cell_len, _LEAST_TEXT, width // 3)
+        while figures and width - 2 - _length(figures + time_) < least:
+            figures.pop(0 if doing.share is None else -1)  # the step, but not the share
         room = max(width - 2 - _length(figures + time_), 1)
         text.truncate(room, overflow="ellipsis")
         bar = min(room - text.cell_len - 2, _BAR) if doing.share is not None else 0

@@ -178,16 +178,11 @@ def percent(share: float) -> str:
 
 def time_spent(elapsed: float, time_budget: float = math.inf) -> str:
     """Return seconds elapsed, of a budget if there is one: ``12.3 s of 60 s``."""
-    spent = _duration(elapsed, f"{elapsed:.1f}")
-    if math.isinf(time_budget):
-        return spent
-    return f"{spent} of {_duration(time_budget, f'{time_budget:g}')}"
-
-
-def _duration(seconds: float, number: str) -> str:
-    if seconds < 100:
-        return f"{number} s"
-    minutes, rest = divmod(round(seconds), 60)
+    if math.isfinite(time_budget):
+        return f"{elapsed:.1f} s of {time_budget:g} s"
+    if elapsed < 99.95:
+        return f"{elapsed:.1f} s"
+    minutes, seconds = divmod(round(elapsed), 60)
     if minutes < 100:
-        return f"{minutes} min {rest:02} s"
+        return f"{minutes} min {seconds:02} s"
     return f"{minutes // 60} h {minutes % 60:02} min"

@@ -106,7 +106,8 @@ def test_in_words(standing, words):
 
 def test_times():
     assert time_spent(99.94) == "99.9 s"
-    assert time_spent(125.4, 600.0) == "2 min 05 s of 10 min 00 s"
+    assert time_spent(125.4) == "2 min 05 s"
+    assert time_spent(125.4, 600.0) == "125.4 s of 600 s"
     assert time_spent(7384.0) == "2 h 03 min"
 
 
