@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import TextIO, final
 
-from rich.console import Console, ConsoleOptions, RenderResult
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
@@ -22,7 +22,7 @@ from focus_planner.core.progress import Standing, percent, time_spent
 from focus_planner.core.text import printable
 
 _PER_SECOND = 10
-_BAR, _LEAST_BAR = 24, 8  # cells
+_BAR, _LEAST_BAR, _SPINNER, _GAP = 24, 8, 2, 2  # cells
 _LEAST_TEXT = 20  # cells of what is being done, before figures are left out
 # Shorter work shows no time.
 _LEAST_SECONDS = 1.0
@@ -80,6 +80,7 @@ class ProgressLine(Shows):
         self._before_change = before_change
         self._clock = clock
         self._doing = _Doing("", clock())
+        self._is_stopping = False
         self._spinner = Spinner("dots", style="cyan")
         console = PlainConsole(stream, width)
         self._live = Live(self, console=console, refresh_per_second=_PER_SECOND, transient=True)
@@ -122,39 +123,34 @@ class ProgressLine(Shows):
 
     def stopping(self) -> None:
         """Show that the work is about to end; for a handler of signals: it takes no lock."""
-        self._doing = _Doing(_STOPPING, self._clock())
+        self._is_stopping = True
 
     def _begin(self, text: str) -> None:
         self._doing = _Doing(text, self._clock())
         # What is over before the next refresh is seen too.
         self._live.refresh()
 
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+    def __rich_console__(self, _: Console, options: ConsoleOptions) -> RenderResult:
         """Yield the line: spinner, what is being done, a bar where there is room, figures, time."""
-        doing, width = self._doing, options.max_width - 1
-        figures, time_ = list(doing.figures), self._time(doing)
+        doing = _Doing(_STOPPING, self._clock()) if self._is_stopping else self._doing
+        width = options.max_width - _SPINNER - 1  # without the terminal's last, where some wrap
+        time_ = self._time(doing)
+        figures = _fitting(doing, width - _length(time_))
         text = Text(printable(doing.text))
-        least = min(text.cell_len, _LEAST_TEXT, width // 3)
-        while figures and width - 2 - _length(figures + time_) < least:
-            figures.pop(0 if doing.share is None else -1)  # the step, but not the share
-        room = max(width - 2 - _length(figures + time_), 1)
+        room = max(width - _length(figures + time_), 1)
         text.truncate(room, overflow="ellipsis")
-        bar = min(room - text.cell_len - 2, _BAR) if doing.share is not None else 0
+        bar = [] if doing.share is None else _bar(doing.share, room - text.cell_len)
+        parts: list[tuple[int, RenderableType]] = [
+            (_SPINNER, self._spinner),
+            (text.cell_len, text),
+            *bar,
+            *((len(figure) + _GAP, Text(f"{'':{_GAP}}{figure}")) for figure in figures),
+            *((len(figure) + _GAP, Text(f"{'':{_GAP}}{figure}", "dim")) for figure in time_),
+        ]
         row = Table.grid(padding=0)
-        row.add_column(width=2)
-        row.add_column(no_wrap=True)
-        parts: list[Spinner | Text | ProgressBar] = [self._spinner, text]
-        if bar >= _LEAST_BAR:
-            row.add_column(width=2)
-            row.add_column(width=bar)
-            parts += [Text(""), ProgressBar(total=1.0, completed=doing.share or 0.0, width=bar)]
-        for figure in figures:
-            row.add_column(no_wrap=True)
-            parts.append(Text(f"  {figure}"))
-        for figure in time_:
-            row.add_column(no_wrap=True)
-            parts.append(Text(f"  {figure}", style="dim"))
-        row.add_row(*parts)
+        for cells, _part in parts:
+            row.add_column(width=cells, no_wrap=True)
+        row.add_row(*(part for _cells, part in parts))
         yield row
 
     def _time(self, doing: _Doing) -> list[str]:
@@ -164,10 +160,26 @@ class ProgressLine(Shows):
         return [time_spent(elapsed, doing.time_budget)]
 
 
+def _fitting(doing: _Doing, width: int) -> list[str]:
+    """Return the figures that leave room for what they are about: first the step has to go."""
+    figures, least = list(doing.figures), min(len(doing.text), _LEAST_TEXT, width // 2)
+    while figures and width - _length(figures) < least:
+        figures.pop(0 if doing.share is None else -1)
+    return figures
+
+
+def _bar(share: float, room: int) -> list[tuple[int, RenderableType]]:
+    """Return a bar and the gap before it, if there is room."""
+    cells = min(room - _GAP, _BAR)
+    if cells < _LEAST_BAR:
+        return []
+    return [(_GAP, Text("")), (cells, ProgressBar(total=1.0, completed=share, width=cells))]
+
+
 def _aligned(figure: str) -> str:
     """Return percent in a width of its own, so that what is beside it stays where it is."""
     return f"{figure:>4}"
 
 
 def _length(figures: list[str]) -> int:
-    return sum(len(figure) + 2 for figure in figures)
+    return sum(len(figure) + _GAP for figure in figures)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -128,11 +128,22 @@ class RequestPlanner:
         """Why the last run is not recorded; empty if it is, or need not be."""
         return self.recorder.failure
 
-    def digest(self) -> None:
-        """Process the inputs received, and prepare to record a run on them."""
+    def digest(self, waiting: Callable[[], Sequence[Request]] = tuple) -> None:
+        """Process the inputs received, and prepare to record a run on them.
+
+        Parameters
+        ----------
+        waiting : callable, optional
+            Returns the requests that wait for it, to be told how far it is.
+        """
         settings = self._host.settings()
+
+        def tell(standing: Standing) -> None:
+            for request in waiting():
+                self._tell_reading(request, standing)
+
         try:
-            self._digest(settings)
+            self._digest(settings, tell)
         except PlanningEnded:
             return  # what was received is kept
         except PlanningDied as error:

@@ -131,6 +131,13 @@ def test_what_has_no_room_is_left_out(clock: Any, width: int) -> None:
     assert drawn().endswith("…")
 
 
+def test_that_it_is_stopping_stays(clock: Any) -> None:
+    line, drawn = line_of(clock)
+    line.stopping()
+    line.show_standing(LATE)
+    assert drawn() == "stopping; Ctrl-C again to stop at once"
+
+
 def test_names_do_not_steer_the_terminal(clock: Any) -> None:
     line, drawn = line_of(clock)
     line("reading a\x1b[2Jb\n[bold]:smile:")
