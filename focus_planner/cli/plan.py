@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.progress import Tell, show_progress, show_share, shown
+from focus_planner.cli.progress import Tell, show_progress, show_reading, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
 from focus_planner.cli.request_options import add_request_options, request_from_options
 from focus_planner.cli.terminal import show_note
@@ -178,13 +178,12 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     file_rig = load_rig(options.rig)
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
-    tell(f"reading {options.surface}")
-    surface = with_z_up(_surface(options), options.up)
+    surface = with_z_up(_surface(options, tell), options.up)
     scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     return _Given(scene, rig, file_rig, tables, request)
 
 
-def _surface(options: argparse.Namespace) -> Surface:
+def _surface(options: argparse.Namespace, tell: Tell) -> Surface:
     from focus_planner.io.importance import IMPORTANCE
     from focus_planner.io.surfaces import load_surface
 
@@ -195,6 +194,7 @@ def _surface(options: argparse.Namespace) -> Surface:
         options.surface,
         options.importance,
         importance_property=IMPORTANCE if name is None else name,
+        on_progress=show_reading(tell, options.surface),
     )
 
 
@@ -214,7 +214,7 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
         return inputs_of(begun, scene.surface, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
-    on_progress, end = recorder.begin(beginning, show_progress(tell))
+    on_progress, end = recorder.begin(beginning, show_progress(tell, "", request.time_budget))
     try:
         plan = plan_focus(scene, rig, request, on_progress=on_progress)
     except InputError as error:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.progress import Tell, show_progress, shown
+from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
 from focus_planner.cli.terminal import show_error
 from focus_planner.core.validation import InputError
@@ -201,10 +201,12 @@ def _replay_here(
     changed = with_changes(recorded, changes) if changes else Changed(recorded, ())
     again = changed.run
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
-    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), show_progress(tell, place))
-    tell(f"{place}finding what the cameras see")
     as_it_was = not changes and recorded.ending is not None
-    replayed = plan_run(again, on_progress, stop_as_recorded=as_it_was)
+    on_preparing = show_share(tell, f"{place}preparing the surface")
+    show = show_progress(tell, place, None if as_it_was else _time_budget(again))
+    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), show)
+    tell(f"{place}finding what the cameras see")
+    replayed = plan_run(again, on_progress, on_preparing, stop_as_recorded=as_it_was)
     ctrl_c.check()
     now = replayed.ending
     folder = end(now.success, now.message, replayed.plan, replayed.rig)
@@ -216,6 +218,13 @@ def _replay_here(
     return _Replay(
         recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder
     )
+
+
+def _time_budget(run: Run) -> float | None:
+    """Return the time budget of a run; None if its request is one to be refused."""
+    with suppress(InputError):
+        return run.beginning.request.time_budget
+    return None
 
 
 def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:

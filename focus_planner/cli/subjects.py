@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from focus_planner.cli.progress import Tell, show_share
+from focus_planner.cli.progress import Tell, show_reading, show_share
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
             )
     tell(f"reading {options.plan}")
     run = read_run(options.plan)
-    subject = subject_of(run)
+    subject = subject_of(run, show_share(tell, "preparing the surface"))
     if options.surface is not None:
         subject = _with_looks_of(subject, options, tell)
     topics = {message.type_name: message.topic for message in run.inputs}
@@ -160,8 +160,8 @@ def _surface(options: argparse.Namespace, tell: Tell) -> Any:
     from focus_planner.core.surface.up_axis import with_z_up
     from focus_planner.io.surfaces import load_surface
 
-    tell(f"reading {options.surface}")
-    return with_z_up(load_surface(options.surface), options.up)
+    on_progress = show_reading(tell, options.surface)
+    return with_z_up(load_surface(options.surface, on_progress=on_progress), options.up)
 
 
 def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str]) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from types import SimpleNamespace
@@ -16,7 +17,7 @@ from rclpy.serialization import serialize_message
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan as Plan
 from focus_planner.core.planning.plan import WarmStart
-from focus_planner.core.progress import Progress
+from focus_planner.core.progress import Progress, Standing
 from focus_planner.core.validation import InputError
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import Stamp, plan_to_fields
@@ -27,6 +28,7 @@ from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime import planning_orders as orders
+from focus_planner.runtime.feedback import Teller, feedback_fields
 from focus_planner.runtime.inputs import with_unheard
 from focus_planner.runtime.log import log_exception, log_lines
 from focus_planner.runtime.reason import Reason
@@ -152,11 +154,22 @@ class RequestPlanner:
         """Why the last run is not recorded; empty if it is, or need not be."""
         return self.recorder.failure
 
-    def digest(self) -> None:
-        """Process the inputs received, and prepare to record a run on them."""
+    def digest(self, waiting: Callable[[], Sequence[Request]] = tuple) -> None:
+        """Process the inputs received, and prepare to record a run on them.
+
+        Parameters
+        ----------
+        waiting : callable, optional
+            Returns the requests that wait for it, to be told how far it is.
+        """
         settings = self._host.settings()
+
+        def tell(standing: Standing) -> None:
+            for request in waiting():
+                self._tell_reading(request, standing)
+
         try:
-            self._digest(settings)
+            self._digest(settings, tell)
         except PlanningEnded:
             return  # what was received is kept
         except PlanningDied as error:
@@ -173,7 +186,7 @@ class RequestPlanner:
         run = None
         description: Future[orders.Description] = Future()
         try:
-            self._digest(request.settings)
+            self._digest(request.settings, partial(self._tell_reading, request))
             if not request.begin():
                 return
             run = self._begin_recording(request)
@@ -220,11 +233,28 @@ class RequestPlanner:
         else:
             self._host.show(visuals)
 
-    def _digest(self, settings: Settings) -> None:
+    def _digest(
+        self, settings: Settings, tell: Callable[[Standing], object] = lambda _: None
+    ) -> None:
+        teller = Teller(self._host.get_logger().info, "inputs", tell)
+
+        def wish() -> Wish:
+            teller.look()
+            return self._wish()
+
         try:
-            self.planner.digest(settings.optics, settings.serving.max_memory, self._wish)
+            self.planner.digest(settings.optics, settings.serving.max_memory, wish, teller.note)
         finally:
             self.take_snapshot()
+
+    @staticmethod
+    def _tell_reading(request: Request, standing: Standing) -> None:
+        """Tell the caller that inputs are being read; planning has not begun."""
+        message = SimpleNamespace(**request.asked)
+        with suppress(InputError):  # which is told when planning begins
+            budget = request_from_message(message, request.settings.request).time_budget
+            waiting = replace(standing, elapsed=0.0, time_budget=budget)
+            request.send_feedback(feedback_fields(waiting))
 
     def _begin_recording(self, request: Request) -> RunRecorder | None:
         """Begin to record a run, if runs are to be recorded."""
@@ -279,7 +309,16 @@ class RequestPlanner:
         settings = request.settings
         plan_request = request_from_message(SimpleNamespace(**request.asked), settings.request)
         self._host.get_logger().debug(f"planning: {plan_request}")
-        wish = partial(self._wish_of, request, time.monotonic())
+        teller = Teller(
+            self._host.get_logger().info,
+            request.plan_id,
+            lambda standing: request.send_feedback(feedback_fields(standing)),
+        )
+        began = time.monotonic()
+
+        def wish() -> Wish:
+            teller.look()
+            return self._wish_of(request, began)
 
         def go_on(_: Progress) -> bool:
             return wish() is Wish.GO_ON
@@ -295,7 +334,7 @@ class RequestPlanner:
             in_force=self._in_force.plan_id,
         )
         on_step = run.wrap_callback(go_on) if run else go_on
-        result = self.planner.plan(order, on_step, request.send_feedback, wish)
+        result = self.planner.plan(order, on_step, teller.note, wish)
         planned = self._planned(result, settings)
         self._warm_start = planned.warm_start
         reason = request.commit()

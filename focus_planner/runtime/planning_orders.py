@@ -15,9 +15,9 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.progress import Progress
+from focus_planner.core.progress import Progress, Standing
 from focus_planner.messages.reading import Optics
-from focus_planner.messages.writing import Fields, Stamp
+from focus_planner.messages.writing import Stamp
 from focus_planner.runtime.inputs import Arrival, InputState, Unheard
 
 # --- orders --------------------------------------------------------------------------------------
@@ -121,6 +121,13 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class Preparing:
+    """A surface is being made ready to plan for; so much of that is done, 0 to 1."""
+
+    share: float
+
+
+@dataclass(frozen=True)
 class Step:
     """A step of a plan that is recorded."""
 
@@ -129,9 +136,9 @@ class Step:
 
 @dataclass(frozen=True)
 class Feedback:
-    """The fields of a feedback message."""
+    """How far a plan is."""
 
-    fields: Fields
+    standing: Standing
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ Importing this module loads the solvers, which takes seconds.
 from __future__ import annotations
 
 import functools
+import math
 import resource
 import time
 import traceback
@@ -29,6 +30,8 @@ from focus_planner.runtime.status import without_problem
 
 # Between looks at what the node says, while a plan is being made.
 _SECONDS_BETWEEN_LOOKS = 0.005
+# Between two that say how much of a surface is prepared.
+_SECONDS_BETWEEN_SHARES = 0.1
 # Says Python where there is no memory for the stack of a thread.
 _NO_THREAD = "can't start new thread"
 # Linux ends this process before any other of the machine when memory runs out.
@@ -69,7 +72,10 @@ class PlanningProcess:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._new_rig: Rig | None = None
-        self._planner = Planner(_ConnectionLog(connection), self._note_rig, self._announce)
+        self._planner = Planner(
+            _ConnectionLog(connection), self._note_rig, self._announce, self._tell_share
+        )
+        self._told_share = -math.inf  # when
         self._recorded: SolvedPlan | None = None  # until it has been described
         self._shown: dict[str, ShownPlan] = {}
         self._unlimited_memory = 0
@@ -143,9 +149,9 @@ class PlanningProcess:
             nonlocal looked, stopped
             if order.is_recorded:
                 self._connection.send(orders.Step(progress))
-            fields = feedback.fields(progress)
-            if fields is not None:
-                self._connection.send(orders.Feedback(fields))
+            standing = feedback.standing(progress)
+            if standing is not None:
+                self._connection.send(orders.Feedback(standing))
             if order.is_recorded and progress.stage == "solving" and not stopped:
                 stopped = isinstance(self._connection.recv(), orders.Stop)
             now = time.monotonic()
@@ -190,6 +196,12 @@ class PlanningProcess:
 
     def _announce(self, arrival: Arrival[Any]) -> None:
         self._connection.send(orders.Reading(arrival.number))
+
+    def _tell_share(self, share: float) -> None:
+        now = time.monotonic()
+        if now - self._told_share > _SECONDS_BETWEEN_SHARES:
+            self._told_share = now
+            self._connection.send(orders.Preparing(share))
 
     def _limit_memory(self, max_memory: int) -> None:
         """Let allocations fail beyond a limit, rather than take what others need."""

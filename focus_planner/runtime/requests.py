@@ -273,12 +273,10 @@ class Turns:
         with self._lock:
             self._waiting.setdefault(request.caller, deque()).append(request)
 
-    @property
-    def is_anybody_waiting(self) -> bool:
-        """Whether a request that has not been answered waits."""
+    def waiting(self) -> list[Request]:
+        """Return the requests that wait and have not been answered."""
         with self._lock:
-            requests = [request for each in self._waiting.values() for request in each]
-        return not all(request.is_answered for request in requests)
+            return [r for turns in self._waiting.values() for r in turns if not r.is_answered]
 
     def next(self) -> Request | None:
         """Return the next request that has not been answered, which then no longer waits."""

@@ -73,8 +73,8 @@ class Bench:
     def rig(self, content):
         self.planner.rig.receive(arrival("~/rig", content))
 
-    def digest(self, wish=go_on):
-        self.planner.digest(Optics(), 0, wish)
+    def digest(self, wish=go_on, tell=lambda _: None):
+        self.planner.digest(Optics(), 0, wish, tell)
 
     def plan(
         self,
@@ -131,6 +131,18 @@ def test_it_plans_as_a_planner_in_this_process(ready):
     assert result.reminder == ""
     assert ready.planner.frame_id == RIG.frame_id
     assert [rig.names for rig in ready.rigs] == [tuple(camera.name for camera in RIG.cameras)]
+
+
+def test_it_tells_that_inputs_are_read_and_how_far_a_surface_is(bench):
+    told = []
+    bench.surface(BOX)
+    bench.rig(RIG)
+    bench.digest(tell=told.append)
+    assert [each.stage for each in told] == ["reading", "preparing", "reading"]
+    assert told[1].share == 1.0
+    assert [each.elapsed for each in told] == sorted(each.elapsed for each in told)
+    bench.digest(tell=told.append)  # there is nothing to read
+    assert len(told) == 3
 
 
 def test_a_plan_is_on_the_inputs_of_the_last_digest_whatever_arrives_meanwhile(ready):
