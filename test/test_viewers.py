@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -58,6 +60,15 @@ def columns(visuals):
     from sensor_msgs.msg import PointCloud2  # noqa: PLC0415
 
     return cloud_columns(deserialize_message(visuals.quality_cloud, PointCloud2))
+
+
+def test_both_files_are_installed():
+    with patch("setuptools.setup") as setup:
+        runpy.run_path(str(ROOT / "setup.py"))
+    folders = dict(setup.call_args.kwargs["data_files"])
+    assert {"config/focus_planner.rviz", "config/foxglove_layout.json"} <= {
+        *folders["share/focus_planner/config"]
+    }
 
 
 # --- RViz ----------------------------------------------------------------------------------------

@@ -118,8 +118,7 @@ class PlanningProcess:
     def _digest(self, order: orders.Digest) -> orders.Result:
         self._limit_memory(order.max_memory)
         self._recorded = None
-        for shown in self._shown.values():
-            shown.condense()
+        self._condense()
         planner = self._planner
         for slot, arrivals, unheard in (
             (planner.surface, order.surfaces, order.unheard[0]),
@@ -185,6 +184,14 @@ class PlanningProcess:
         if shown and order.visuals_stamp is not None:
             visuals = shown.visuals(order.visuals_stamp)
         return orders.Description(self._fingerprints() if order.for_record else (), visuals)
+
+    def _condense(self) -> None:
+        """Give back the memory of plans that may be shown; all of it, if there is too little."""
+        try:
+            for shown in self._shown.values():
+                shown.condense()
+        except MemoryError:
+            self._shown.clear()
 
     def _fingerprints(self) -> tuple[Fingerprint, ...]:
         assert self._recorded is not None

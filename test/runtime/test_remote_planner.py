@@ -20,7 +20,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
-from focus_planner.runtime.description import describe_plan
+from focus_planner.runtime.description import ShownPlan, describe_plan
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.remote_planner import (
     PlanningDied,
@@ -238,6 +238,19 @@ def test_only_the_last_plan_and_the_one_in_force_can_be_shown(ready):
     ready.plan(plan_id="third", in_force="second")
     assert shown(ready, "first") is None
     assert shown(ready, "second") == expected_visuals(OTHER)
+
+
+def test_inputs_are_worth_more_than_what_shows_a_plan(ready, monkeypatch):
+    def fail(_):
+        raise MemoryError
+
+    ready.plan()
+    monkeypatch.setattr(ShownPlan, "condense", fail)
+    ready.surface(OTHER)
+    ready.digest()
+    assert len(ready.workers) == 1
+    assert shown(ready) is None
+    assert same(ready.plan().plan, OTHER, RIG)
 
 
 def test_a_process_that_was_started_anew_shows_no_plan_of_the_last_one(ready):
