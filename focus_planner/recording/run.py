@@ -280,6 +280,7 @@ def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> 
     messages = [BagMessage(f"{planner}/mesh", MESH, mesh_to_bytes(surface), at)]
     data = {
         "normals": surface.vertex_normals,
+        "colors": surface.colours_of_vertices(),
         "importance": surface.vertex_importance,
     }
     given = {name: values for name, values in data.items() if values is not None}
@@ -501,12 +502,14 @@ def _read_surface(
         return mesh
     vertices = data[0].read()
     normals, importance = vertices.normals, vertices.importance
+    colours = vertices.colors
     return Mesh(
         mesh.vertices,
         mesh.triangles,
         normals.reshape(-1, 3) if len(normals) else None,
         importance if len(importance) else None,
         mesh.notes,
+        colours.reshape(-1, 3) if len(colours) else None,
     )
 
 

@@ -21,7 +21,7 @@ from focus_planner.io.formats.gltf import read_gltf
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
 SQUARE = [0, 1, 2, 0, 2, 3]
 KINDS = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
-SIZES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+SIZES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
 class Asset:
