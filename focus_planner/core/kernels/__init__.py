@@ -70,6 +70,18 @@ from focus_planner.core.kernels.problem import (
     sort_by_camera,
     sort_by_sample,
 )
+from focus_planner.core.kernels.rasterize import (
+    AFFINE,
+    BLOCK,
+    TILE,
+    Tiles,
+    Triangles,
+    bound_tiles,
+    bound_triangles,
+    depths,
+    list_by_tile,
+    undistort,
+)
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
 from focus_planner.core.kernels.visibility import (
@@ -86,6 +98,8 @@ from focus_planner.core.kernels.visibility import (
 )
 
 __all__ = [
+    "AFFINE",
+    "BLOCK",
     "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
@@ -93,6 +107,7 @@ __all__ = [
     "PLACES",
     "POLYNOMIAL",
     "PROJECTION",
+    "TILE",
     "UNSEEN",
     "Averages",
     "Blocks",
@@ -108,6 +123,8 @@ __all__ = [
     "PairsBySample",
     "PointGrid",
     "PriceDescent",
+    "Tiles",
+    "Triangles",
     "Views",
     "activate",
     "agreement",
@@ -117,6 +134,8 @@ __all__ = [
     "best_pair",
     "block_keys",
     "bound_blocks",
+    "bound_tiles",
+    "bound_triangles",
     "bound_view",
     "cell_areas",
     "cell_ranges",
@@ -126,6 +145,7 @@ __all__ = [
     "count_gains",
     "count_near_view",
     "count_shared",
+    "depths",
     "descend",
     "distort",
     "fill_rays",
@@ -136,6 +156,7 @@ __all__ = [
     "join",
     "keep_imaged",
     "keep_seen",
+    "list_by_tile",
     "list_gains",
     "list_in_view",
     "list_shared",
@@ -153,4 +174,5 @@ __all__ = [
     "strongest",
     "thin",
     "threads_for",
+    "undistort",
 ]

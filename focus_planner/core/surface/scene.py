@@ -78,7 +78,6 @@ class Scene:
         self._prepared: PreparedCloud | None = None
         if isinstance(surface, Mesh):
             self._centre, self.diagonal = _extent(surface)
-            vertices, triangles = surface.vertices, surface.triangles
             crosses = surface.cross_products
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
             self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
@@ -87,10 +86,10 @@ class Scene:
             self._prepared = prepare_cloud(surface, lambda share: on_progress(0.9 * share))
             cloud, shape = self._prepared.cloud, self._prepared.shape
             self._centre, self.diagonal = _extent(cloud)
-            vertices, triangles = surfels(cloud, shape, _SURFEL_RADIUS)
             self.area = float(shape.areas.sum())
             self.stop_short = _STOP_SHORT_OF_CLOUD * shape.spacing
             self.overhang = _SURFEL_RADIUS * shape.spacing
+        vertices, triangles = self.opaque
         self._raycasting = o3d.t.geometry.RaycastingScene()
         self._raycasting.add_triangles(
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
@@ -107,6 +106,17 @@ class Scene:
     def oriented(self) -> bool:
         """Whether samples' normals point outward; else their sign is unknown."""
         return self._prepared is None or self._prepared.shape.oriented
+
+    @property
+    def opaque(self) -> tuple[FloatArray, IntArray]:
+        """(V, 3) vertices and (T, 3) triangles of what rays hit: of a cloud, two per point.
+
+        The first half of a cloud's triangles are in the order of the points, as is the second.
+        """
+        if self._prepared is None:
+            assert isinstance(self.surface, Mesh)
+            return self.surface.vertices, self.surface.triangles
+        return surfels(self._prepared.cloud, self._prepared.shape, _SURFEL_RADIUS)
 
     @cached_property
     def voters(self) -> Samples:
