@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -234,9 +233,7 @@ def _summary(
     seen, sharp = (sum(column) for column in zip(*pictures, strict=True))
     text = f"in focus: {sharp / seen:.1%} of the pixels that show the subject"
     if len(shares) > 1:
-        text += (
-            f"; by picture {min(shares):.1%} to {max(shares):.1%}, median {median(shares):.1%}"
-        )
+        text += f"; by picture {min(shares):.1%} to {max(shares):.1%}, median {median(shares):.1%}"
     lines.append(text)
     if elsewhere is not None:
         lines.append(f"of the blurred pixels, sharp in another picture: {elsewhere:.1%}")
@@ -247,5 +244,7 @@ def _summary(
     if black:
         lines.append(f"with nothing in focus, their masks all black: {black} pictures")
     if options.program == "colmap":
-        lines.append(f"next: colmap feature_extractor --ImageReader.mask_path {options.output / 'masks'} ...")
+        lines.append(
+            f"next: colmap feature_extractor --ImageReader.mask_path {options.output / 'masks'} ..."
+        )
     return lines

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -66,7 +67,7 @@ def _write_image(path: Path, pixels: NDArray[Any], kind: str, **options: Any) ->
 
 def _openexr() -> Any:
     try:
-        import OpenEXR  # noqa: PLC0415
+        return importlib.import_module("OpenEXR")
     except ImportError as error:
         raise InputError(
             "--maps",
@@ -74,7 +75,6 @@ def _openexr() -> Any:
             f"no module {error.name}",
             "install it with: pip install openexr; or choose tiff",
         ) from None
-    return OpenEXR
 
 
 def check_writer(kind: str) -> None:
