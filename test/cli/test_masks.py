@@ -166,7 +166,7 @@ def test_nerfstudio_gets_the_rig_and_its_masks(run_path: Path, tmp_path: Path) -
         assert (tmp_path / frame["mask_path"]).is_file()
     rig, _ = load_transforms(tmp_path / "transforms.json", scale=1.0)
     for camera, planned in zip(rig.cameras, rig_of().cameras, strict=True):
-        assert camera.name == f"images_{planned.name}" or camera.name == planned.name
+        assert camera.name in (planned.name, f"images_{planned.name}")
         np.testing.assert_allclose(camera.position, planned.position, atol=1e-12)
         turned = np.abs(np.dot(camera.orientation, planned.orientation))
         assert turned == pytest.approx(1, abs=1e-12)
