@@ -59,7 +59,8 @@ def tiles_of(intrinsics: CameraIntrinsics, grid: PixelGrid) -> kernels.Tiles:
     shape = -(-grid.height // kernels.TILE), -(-grid.width // kernels.TILE)
     bounds = np.empty((*shape, 4))
     affine = np.empty((*shape, kernels.AFFINE))
-    kernels.bound_tiles(rays, bounds, affine)
+    steps = np.array(grid.pitch) / [intrinsics.fx, intrinsics.fy]
+    kernels.bound_tiles(rays, steps, bounds, affine)
     return kernels.Tiles(rays, bounds, _blocks(bounds), affine)
 
 

@@ -82,6 +82,14 @@ from focus_planner.core.kernels.rasterize import (
     list_by_tile,
     undistort,
 )
+from focus_planner.core.kernels.shading import (
+    PATTERN,
+    TEXTURE,
+    VERTEX_COLOURS,
+    Looks,
+    expose,
+    light_corners,
+)
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
 from focus_planner.core.kernels.visibility import (
@@ -104,11 +112,14 @@ __all__ = [
     "COEFFICIENTS",
     "FISHEYE",
     "NEVER",
+    "PATTERN",
     "PLACES",
     "POLYNOMIAL",
     "PROJECTION",
+    "TEXTURE",
     "TILE",
     "UNSEEN",
+    "VERTEX_COLOURS",
     "Averages",
     "Blocks",
     "CameraTuples",
@@ -117,6 +128,7 @@ __all__ = [
     "DescentState",
     "GainsByCamera",
     "GainsBySample",
+    "Looks",
     "Neighbourhoods",
     "Nodes",
     "PairsByCamera",
@@ -148,6 +160,7 @@ __all__ = [
     "depths",
     "descend",
     "distort",
+    "expose",
     "fill_rays",
     "focus_room",
     "gains_by_sample",
@@ -156,6 +169,7 @@ __all__ = [
     "join",
     "keep_imaged",
     "keep_seen",
+    "light_corners",
     "list_by_tile",
     "list_gains",
     "list_in_view",

@@ -28,8 +28,9 @@ from focus_planner.core.kernels.distortion import distort
 
 #: Pixels along a tile's side, and tiles along that of a block of them.
 TILE, BLOCK = 32, 8
-#: Numbers of a tile's affine map: u and v as functions of (1, x, y), and the largest error.
-AFFINE = 7
+#: Numbers of a tile's affine map: u and v as functions of (1, x, y), and the largest error; then the
+#: steps of x and y from a column to the next, and from a row to the next.
+AFFINE = 11
 _NEWTON_STEPS = 8
 _STEP = 1e-6
 
@@ -104,8 +105,12 @@ def undistort(rays, targets, kind, k, reach):
 
 
 @parallel_kernel
-def bound_tiles(rays, bounds, affine):
-    """Fill in the bounds and the affine maps of tiles of the rays."""
+def bound_tiles(rays, pinhole_steps, bounds, affine):
+    """Fill in the bounds and the affine maps of tiles of the rays.
+
+    ``pinhole_steps`` are those of x from a column to the next and of y from a row to the next, for
+    tiles with no neighbours to tell them.
+    """
     height, width = rays.shape[:2]
     for tile in prange(bounds.shape[0] * bounds.shape[1]):
         ty, tx = tile // bounds.shape[1], tile % bounds.shape[1]
@@ -116,10 +121,18 @@ def bound_tiles(rays, bounds, affine):
         for v in range(top, bottom):
             for u in range(left, right):
                 x, y = rays[v, u]
-                if x == x:
+                if not np.isnan(x):
                     box[0], box[1] = min(box[0], x), max(box[1], x)
                     box[2], box[3] = min(box[2], y), max(box[3], y)
         _fit(rays, affine[ty, tx], top, bottom, left, right)
+        steps = affine[ty, tx, 7:]
+        steps[0], steps[1], steps[2], steps[3] = pinhole_steps[0], 0.0, 0.0, pinhole_steps[1]
+        for v in range(top, bottom - 1):
+            for u in range(left, right - 1):
+                if not np.isnan(rays[v, u, 0] + rays[v, u + 1, 0] + rays[v + 1, u, 0]):
+                    for axis in range(2):
+                        steps[axis] = rays[v, u + 1, axis] - rays[v, u, axis]
+                        steps[2 + axis] = rays[v + 1, u, axis] - rays[v, u, axis]
 
 
 @kernel
@@ -143,7 +156,7 @@ def _fit(rays, affine, top, bottom, left, right):
     for v in range(top, bottom):
         for u in range(left, right):
             x, y = rays[v, u]
-            if x == x:
+            if not np.isnan(x):
                 error = max(error, abs(affine[0] + affine[1] * x + affine[2] * y - u))
                 error = max(error, abs(affine[3] + affine[4] * x + affine[5] * y - v))
     affine[6] = error + 1e-6
@@ -218,11 +231,13 @@ def _meet(box, other, margin):
 
 
 @kernel
-def scan(triangles, tiles, tile, origin, shift, inverse, shown):
-    """Fill in, for a tile's pixels, the inverse depth that each shows and the triangle, or -1.
+def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
+    """Fill in, for a tile's pixels, the inverse depth that each shows, the triangle, and where.
 
     ``origin`` is where the rays start: x, y in the plane of the aperture, metres; ``shift`` is
-    added to the rays' x and y. ``inverse`` and ``shown`` are (TILE, TILE).
+    added to the rays' x and y. ``inverse`` is (TILE, TILE), 0 where nothing is, ``shown`` (TILE,
+    TILE), there -1, and ``where`` (TILE, TILE, 2) the weights of the second and the third corner,
+    times the inverse depth.
     """
     inverse[:] = 0.0
     shown[:] = -1
@@ -284,6 +299,8 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown):
                     if near > inverse[v - top, u - left]:
                         inverse[v - top, u - left] = near
                         shown[v - top, u - left] = t
+                        where[v - top, u - left, 0] = eb * scale
+                        where[v - top, u - left, 1] = ec * scale
 
 
 @parallel_kernel
@@ -293,8 +310,8 @@ def depths(triangles, tiles, image):
     columns = tiles.bounds.shape[1]
     for tile in prange(tiles.bounds.shape[0] * columns):
         inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
-        nowhere = np.zeros(2)
-        scan(triangles, tiles, tile, nowhere, nowhere, inverse, shown)
+        centre, where = np.zeros(2), np.empty((TILE, TILE, 2))
+        scan(triangles, tiles, tile, centre, centre, inverse, shown, where)
         top, left = tile // columns * TILE, tile % columns * TILE
         for v in range(top, min(top + TILE, height)):
             for u in range(left, min(left + TILE, width)):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.surface.cloud_shape import surfels
 from focus_planner.core.surface.preparation import PreparedCloud, prepare_cloud
 from focus_planner.core.surface.sampling import (
@@ -117,6 +118,15 @@ class Scene:
             assert isinstance(self.surface, Mesh)
             return self.surface.vertices, self.surface.triangles
         return surfels(self._prepared.cloud, self._prepared.shape, _SURFEL_RADIUS)
+
+    @property
+    def colours(self) -> Colours | None:
+        """(V, 3) those of the vertices of ``opaque``; None if the surface has none."""
+        if isinstance(self.surface, Mesh):
+            return self.surface.vertex_colours
+        assert self._prepared is not None
+        colours = self._prepared.cloud.colours
+        return None if colours is None else np.repeat(colours, 4, axis=0)
 
     @cached_property
     def voters(self) -> Samples:
