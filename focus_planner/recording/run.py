@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
@@ -506,11 +507,18 @@ def _read_surface(
     return Mesh(
         mesh.vertices,
         mesh.triangles,
-        normals.reshape(-1, 3) if len(normals) else None,
+        _of_three("normals", normals),
         importance if len(importance) else None,
         mesh.notes,
-        colours.reshape(-1, 3) if len(colours) else None,
+        _of_three("colors", colours),
     )
+
+
+def _of_three(name: str, values: NDArray[Any]) -> NDArray[Any] | None:
+    """Return (V, 3) what a message has of each vertex; None if it has nothing."""
+    if len(values) % 3:
+        raise InputError(f"vertex_data {name}", "three numbers per vertex", f"{len(values)} in all")
+    return values.reshape(-1, 3) if len(values) else None
 
 
 def _read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics) -> Rig:

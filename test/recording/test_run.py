@@ -34,6 +34,7 @@ from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import (
+    VERTEX_DATA,
     Beginning,
     Ending,
     beginning_messages,
@@ -162,6 +163,22 @@ def test_a_surface_is_read_to_the_bit(surface, tmp_path):
     # What was read is written as what it was read from.
     again = surface_messages(beginning.planner, arrival.read(Optics()), "world", beginning.at)
     assert [m.payload for m in again] == [m.payload for m in run.inputs if m.type_name != RIG]
+
+
+@pytest.mark.parametrize("name", ["normals", "colors"])
+@pytest.mark.parametrize(("count", "told"), [(4, "three numbers per vertex, got 4"), (30, "shape")])
+def test_data_of_other_vertices_is_told(name, count, told, tmp_path):
+    beginning = beginning_with()
+    inputs = inputs_of(beginning, coloured(uneven(torus(), normals=True)), SMALL_RIG)
+    inputs = [
+        with_payload(message, serialize(VERTEX_DATA, {name: np.ones(count)}))
+        if message.type_name == VERTEX_DATA
+        else message
+        for message in inputs
+    ]
+    run = written(tmp_path, beginning, inputs)
+    with pytest.raises(InputError, match=told):
+        run.surfaces()[0].read(Optics())
 
 
 def test_a_texture_is_recorded_as_colours_of_vertices(tmp_path):

@@ -21,9 +21,9 @@ from focus_planner.core.surface.appearance import Texture
 from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.io.formats import textures
 from focus_planner.io.surfaces import load_surface
-from test.io.formats.test_gltf import Asset
-from test.io.formats.test_ply import write as write_ply
 from testing.damaged_files import damaged
+from testing.gltf_assets import Asset
+from testing.ply_files import write_ply
 
 RED, GREEN, BLUE, GREY = (255, 0, 0), (0, 255, 0), (0, 0, 255), (128, 128, 128)
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
