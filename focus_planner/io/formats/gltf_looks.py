@@ -185,12 +185,13 @@ class Looks:
         return self._numbers[key]
 
     def _decoded(self, image: dict[str, Any]) -> Colours:
+        of = len(self._gltf.items("materials"))  # each may have it times a factor of its own
         if "bufferView" in image:
-            return image_of(self._gltf.view(image["bufferView"]))
+            return image_of(self._gltf.view(image["bufferView"]), of)
         uri = str(image["uri"])
         if uri.startswith("data:"):
-            return image_of(bytes_in_uri(uri, "an image"))
-        return image_beside(self._gltf.path, unquote(uri))
+            return image_of(bytes_in_uri(uri, "an image"), of)
+        return image_beside(self._gltf.path, unquote(uri), of)
 
 
 def _wrapped(look: Look, triangles: NDArray[np.int64]) -> Wrapped:

@@ -137,10 +137,11 @@ def _images(
 ) -> tuple[list[Colours], list[int]]:
     """Return the images of materials, and the number of that of each; -1 for none."""
     images, numbers = list[Colours](), {"": -1}
-    for name in (material.image for material in materials):
-        if name in numbers:
-            continue
-        image = looks_or_note(path, "the texture", partial(image_beside, path, name), notes)
+    names = [name for name in dict.fromkeys(each.image for each in materials) if name]
+    for name in names:
+        image = looks_or_note(
+            path, "the texture", partial(image_beside, path, name, len(names)), notes
+        )
         numbers[name] = -1 if image is None else len(images)
         images += [] if image is None else [image]
     return images, [numbers[material.image] for material in materials]

@@ -171,7 +171,7 @@ def _texture(
     if of_faces is not None:
         return texture_of_faces(of_faces[polygons])
     assert coordinates is not None
-    images = [image_beside(path, name) for name in header.images]
+    images = [image_beside(path, name, len(header.images)) for name in header.images]
     which = np.zeros(len(places), dtype=np.int64)
     if "texnumber" in faces and len(images) > 1:
         which = np.clip(faces["texnumber"][polygons].astype(np.int64), 0, len(images) - 1)

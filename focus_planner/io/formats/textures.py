@@ -27,6 +27,8 @@ _FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "TIFF")
 _MAX_PIXELS = 1 << 27
 _MAX_SIDE = 8192
 _MAX_BYTES = 1 << 30
+# Of all images of a surface: as many are decoded, one after the other, and so many kept.
+_MAX_DECODED = 1 << 32
 _MAX_ATLAS = 1 << 26
 _MAX_REPEATS = 8
 # Of images side by side, so that what interpolates between pixels does not mix them.
@@ -95,8 +97,8 @@ def looks_or_note(
     return default
 
 
-def image_beside(path: Path, name: str) -> Colours:
-    """Return the image of a file in the folder of a surface, or below it.
+def image_beside(path: Path, name: str, of: int = 1) -> Colours:
+    """Return the image of a file in the folder of a surface, or below it; see :func:`image_of`.
 
     Raises
     ------
@@ -105,7 +107,7 @@ def image_beside(path: Path, name: str) -> Colours:
     BrokenFileError
         If it is elsewhere, or no image of a size that can be shown.
     """
-    return image_of(read_bytes(file_beside(path, name), "an image", _MAX_BYTES))
+    return image_of(read_bytes(file_beside(path, name), "an image", _MAX_BYTES), of)
 
 
 def file_beside(path: Path, name: str) -> Path:
@@ -132,8 +134,14 @@ def _quoted(name: str) -> str:
     return name if _NAME.fullmatch(name) else "a file that it names"
 
 
-def image_of(content: bytes) -> Colours:
-    """Return (H, W, 3) the image in a file's content.
+def image_of(content: bytes, of: int = 1) -> Colours:
+    """Return (H, W, 3) the image in a file's content, made smaller if it is very large.
+
+    Parameters
+    ----------
+    content : bytes
+    of : int
+        How many images the surface has: the more, the smaller each may be.
 
     Raises
     ------
@@ -147,7 +155,7 @@ def image_of(content: bytes) -> Colours:
         warnings.simplefilter("ignore")  # of sizes, which are limited below
         try:
             with Image.open(io.BytesIO(content), formats=_FORMATS) as image:
-                return _pixels(image)
+                return _pixels(image, of)
         except Image.DecompressionBombError:
             raise _TooLargeError("an image of too many pixels") from None
         except _TooLargeError:
@@ -156,18 +164,22 @@ def image_of(content: bytes) -> Colours:
             raise BrokenFileError("an image that cannot be read") from None
 
 
-def _pixels(image: Any) -> Colours:
+def _pixels(image: Any, of: int) -> Colours:
     image.draft("RGB", (_MAX_SIDE, _MAX_SIDE))  # what can be decoded smaller is
-    if image.width * image.height > _MAX_PIXELS:
-        raise _TooLargeError(f"an image of {image.width} x {image.height} pixels")
+    count = image.width * image.height
+    most = min(_MAX_PIXELS, _MAX_DECODED // of)
+    if count > most:
+        raise _TooLargeError(f"an image of {image.width} x {image.height} pixels", most)
     step = math.ceil(max(image.size) / _MAX_SIDE)
+    if of > 1:
+        step = max(step, math.ceil(math.sqrt(count * of / _MAX_ATLAS)))
     pixels = _eight_bits(image)
     return np.asarray(pixels.reduce(step) if step > 1 else pixels)
 
 
 class _TooLargeError(BrokenFileError):
-    def __init__(self, what: str) -> None:
-        super().__init__(f"{what}, of at most {_MAX_PIXELS:,}")
+    def __init__(self, what: str, most: int = _MAX_PIXELS) -> None:
+        super().__init__(f"{what}, of at most {most:,}")
 
 
 def _eight_bits(image: Any) -> Any:

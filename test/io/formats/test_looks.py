@@ -19,6 +19,7 @@ from PIL import Image
 
 from focus_planner.core.surface.appearance import Texture
 from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.io.files import BrokenFileError
 from focus_planner.io.formats import textures
 from focus_planner.io.surfaces import load_surface
 from testing.damaged_files import damaged
@@ -582,6 +583,15 @@ def test_images_of_other_kinds_are_converted() -> None:
 def test_a_large_image_is_made_smaller(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(textures, "_MAX_SIDE", 4)
     assert textures.image_of(png()).tolist() == QUARTERS[::4, ::4].tolist()
+
+
+def test_the_more_images_the_smaller_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(textures, "_MAX_ATLAS", 256)
+    assert textures.image_of(png()).shape == (16, 16, 3)
+    assert textures.image_of(png(), 4).shape == (8, 8, 3)
+    monkeypatch.setattr(textures, "_MAX_DECODED", 512)
+    with pytest.raises(BrokenFileError, match="an image of 16 x 16 pixels, of at most 128"):
+        textures.image_of(png(), 4)
 
 
 # --- together ----------------------------------------------------------------------------------
