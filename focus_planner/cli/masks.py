@@ -237,12 +237,13 @@ def _summary(
     lines.append(text)
     if elsewhere is not None:
         lines.append(f"of the blurred pixels, sharp in another picture: {elsewhere:.1%}")
-    unseen = sum(seen == 0 for seen, _ in pictures)
-    if unseen:
-        lines.append(f"without the subject, their masks all black: {unseen} pictures")
-    black = sum(seen > 0 and not sharp for seen, sharp in pictures)
-    if black:
-        lines.append(f"with nothing in focus, their masks all black: {black} pictures")
+    black = {
+        "without the subject": sum(not seen for seen, _ in pictures),
+        "with nothing of it in focus": sum(seen > 0 and not sharp for seen, sharp in pictures),
+    }
+    if any(black.values()):
+        told = ", ".join(f"{count} {which}" for which, count in black.items() if count)
+        lines.append(f"masks that are all black: {told}")
     if options.program == "colmap":
         lines.append(
             f"next: colmap feature_extractor --ImageReader.mask_path {options.output / 'masks'} ..."

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
@@ -184,8 +185,20 @@ class Looks:
             self._images.append(image)
         return self._numbers[key]
 
+    @cached_property
+    def _covering(self) -> int:
+        """How many images, times factors, the file's materials have."""
+        bases = [each.get("pbrMetallicRoughness", {}) for each in self._gltf.items("materials")]
+        return len(
+            {
+                repr((base["baseColorTexture"], base.get("baseColorFactor")))
+                for base in bases
+                if "baseColorTexture" in base
+            }
+        )
+
     def _decoded(self, image: dict[str, Any]) -> Colours:
-        of = len(self._gltf.items("materials"))  # each may have it times a factor of its own
+        of = self._covering
         if "bufferView" in image:
             return image_of(self._gltf.view(image["bufferView"]), of)
         uri = str(image["uri"])
