@@ -146,7 +146,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import parameters, plan, replay, rig
+    from focus_planner.cli import masks, parameters, plan, replay, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -159,6 +159,7 @@ def _parser() -> argparse.ArgumentParser:
     rig.add(commands)
     plan.add(commands)
     replay.add(commands)
+    masks.add(commands)
     _add_nodes(commands)
     parameters.add(commands)
     _add_demo(commands)
