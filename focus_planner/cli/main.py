@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command line: ``focus_planner rig | plan | replay | parameters | demo``, and nodes.
+"""The command line: ``focus_planner rig | plan | replay | preview | parameters | demo``, and nodes.
 
 Results go to stdout, everything else to stderr. Bad input ends in exit status 2 and one line that
 says what was wrong with it.
@@ -146,7 +146,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import masks, parameters, plan, replay, rig
+    from focus_planner.cli import masks, parameters, plan, preview, replay, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -159,6 +159,7 @@ def _parser() -> argparse.ArgumentParser:
     rig.add(commands)
     plan.add(commands)
     replay.add(commands)
+    preview.add(commands)
     masks.add(commands)
     _add_nodes(commands)
     parameters.add(commands)

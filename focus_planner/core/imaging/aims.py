@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 
@@ -15,7 +16,26 @@ _PLASTIC = 1.32471795724474602596
 _VARIANCES = np.array([1 / 16, 1 / 16, 1 / 12, 1 / 12])
 
 
+# Rays per pixel: for the sharpest, and for those of the widest blur.
+_FEWEST, _MOST, _GROWTH = 8, 512, 1.5
+
+
 @cache
+def sets_of_aims() -> tuple[FloatArray, NDArray[np.int64]]:
+    """Return sets of ever more rays, one after the other, and where each starts and the last ends.
+
+    Returns
+    -------
+    aims : (S, 4) array
+        See :func:`aims`.
+    starts : (K + 1,) array of int
+    """
+    counts = [_FEWEST]
+    while counts[-1] < _MOST:
+        counts.append(min(int(counts[-1] * _GROWTH), _MOST))
+    return np.concatenate([aims(count) for count in counts]), np.cumsum([0, *counts])
+
+
 def aims(count: int) -> FloatArray:
     """Return where a pixel's rays pass an aperture of diameter 1, and where they end on the pixel.
 
@@ -41,6 +61,4 @@ def aims(count: int) -> FloatArray:
     spread -= spread.mean(axis=0)
     lower = np.linalg.cholesky(spread.T @ spread / count)
     exact: FloatArray = np.linalg.solve(lower, spread.T).T * np.sqrt(_VARIANCES)
-    exact = np.ascontiguousarray(exact)
-    exact.flags.writeable = False
     return exact

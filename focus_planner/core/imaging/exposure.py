@@ -8,14 +8,11 @@ its blurred rim lets it shine through.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
-from focus_planner.core.imaging.aims import aims
-from focus_planner.core.imaging.blur import blur_diameters
+from focus_planner.core.imaging.aims import sets_of_aims
 from focus_planner.core.imaging.depth import DepthCamera, in_optical_frame, listed_by_tile
 from focus_planner.core.imaging.looks import decode, encode, shaded
 from focus_planner.core.imaging.pixels import pixel_grid, tiles_of
@@ -27,9 +24,6 @@ from focus_planner.core.surface.scene import Scene
 
 # Behind the surface: neutral, as sRGB.
 BACKGROUND = (58, 60, 64)
-_FEWEST_RAYS, _MOST_RAYS = 16, 512
-# Per square pixel of the widest blur: with fewer, single edges would show in it.
-_RAYS_PER_PIXEL = 0.8
 
 
 class PictureCamera(DepthCamera):
@@ -47,13 +41,7 @@ class PictureCamera(DepthCamera):
         super().__init__(scene)
         self._shaded = shaded(scene, self._vertices, self._triangles)
 
-    def picture(
-        self,
-        camera: Camera,
-        focus_distance: float,
-        scale: float = 1.0,
-        fewest_rays: int = _FEWEST_RAYS,
-    ) -> Colours:
+    def picture(self, camera: Camera, focus_distance: float, scale: float = 1.0) -> Colours:
         """Return what the camera sees, focused at a distance.
 
         Parameters
@@ -63,50 +51,40 @@ class PictureCamera(DepthCamera):
             s, metres; above 0.
         scale : float
             Of the picture's sides.
-        fewest_rays : int
-            Per pixel, at least 8; where blur is wide there are more.
 
         Returns
         -------
         (H, W, 3) array of uint8
             As sRGB.
         """
-        return encode(self.exposure(camera, focus_distance, scale, fewest_rays))
+        return encode(self.exposure(camera, focus_distance, scale))
 
-    def exposure(
-        self,
-        camera: Camera,
-        focus_distance: float,
-        scale: float = 1.0,
-        fewest_rays: int = _FEWEST_RAYS,
-    ) -> FloatArray:
+    def exposure(self, camera: Camera, focus_distance: float, scale: float = 1.0) -> FloatArray:
         """Return (H, W, 3) the same as :meth:`picture` in linear light, 0 to 1."""
         intrinsics = camera.intrinsics
         grid = pixel_grid(intrinsics, scale)
         tiles = tiles_of(intrinsics, grid)
-        depths = self.depths(camera, scale)
-        blur = blur_diameters(depths[np.isfinite(depths)], camera, focus_distance, scale)
-        widest = min(float(blur.max(initial=0.0)), 1e3)
-        count = min(max(fewest_rays, math.ceil(_RAYS_PER_PIXEL * widest**2)), _MOST_RAYS)
-        aperture = aperture_diameter(camera)
-        rays = aims(count) * [aperture, aperture, 1.0, 1.0]
-        radius = float(np.sqrt((rays[:, :2] ** 2).sum(axis=1)).max())
-        margin = float(np.abs(rays[:, 2:]).max() * 2 * np.abs(tiles.affine[..., 7:]).max())
+        aperture, inverse_focus = aperture_diameter(camera), 1 / focus_distance
+        aims, starts = sets_of_aims()
+        radius = aperture * float(np.sqrt((aims[:, :2] ** 2).sum(axis=1)).max())
+        margin = float(np.abs(aims[:, 2:]).max() * 2 * np.abs(tiles.affine[..., 7:]).max())
         image = np.empty((grid.height, grid.width, 3))
         with kernels.threads_for(image.size):
             vertices = in_optical_frame(self._vertices, camera)
             triangles = listed_by_tile(
-                vertices, self._triangles, tiles, radius, 1 / focus_distance, margin
+                vertices, self._triangles, tiles, radius, inverse_focus, margin
             )
             kernels.expose(
                 triangles,
                 tiles,
                 self._shaded.looks,
                 self._light(camera, vertices),
-                rays,
-                1 / focus_distance,
+                aims,
+                starts,
+                aperture,
+                inverse_focus,
                 grid.pitch[0] / intrinsics.fx,
-                _background(),
+                decode(np.array(BACKGROUND, np.uint8)).astype(np.float64),
                 image,
             )
         return image
@@ -117,7 +95,3 @@ class PictureCamera(DepthCamera):
         light = np.empty((len(self._triangles), 3, 2), np.float32)
         kernels.light_corners(vertices, self._triangles, normals, rotation[2].copy(), light)
         return light
-
-
-def _background() -> FloatArray:
-    return decode(np.array(BACKGROUND, np.uint8)).astype(np.float64)

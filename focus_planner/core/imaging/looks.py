@@ -46,10 +46,17 @@ def decode(colours: Colours) -> NDArray[np.float32]:
 
 def encode(linear: FloatArray | NDArray[np.float32]) -> Colours:
     """Return colours as sRGB of linear light from 0 to 1."""
-    kept = np.clip(linear, 0, 1)
-    encoded = np.where(kept <= 0.0031308, 12.92 * kept, 1.055 * kept ** (1 / 2.4) - 0.055)
-    colours: Colours = np.round(255 * encoded).astype(np.uint8)
+    steps = (np.clip(linear, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
+    colours: Colours = _encoded()[steps]
     return colours
+
+
+@cache
+def _encoded() -> Colours:
+    """Return sRGB of linear light in steps of which none is a byte's."""
+    linear = np.linspace(0, 1, 32_768)
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.round(255 * encoded).astype(np.uint8)
 
 
 def shaded(scene: Scene, vertices: FloatArray, triangles: IntArray) -> Shaded:

@@ -28,8 +28,8 @@ from focus_planner.core.kernels.distortion import distort
 
 #: Pixels along a tile's side, and tiles along that of a block of them.
 TILE, BLOCK = 32, 8
-#: Numbers of a tile's affine map: u and v as functions of (1, x, y), and the largest error; then the
-#: steps of x and y from a column to the next, and from a row to the next.
+#: Numbers of a tile's affine map: u and v as functions of (1, x, y), and the largest error; then
+#: the steps of x and y from a column to the next, and from a row to the next.
 AFFINE = 11
 _NEWTON_STEPS = 8
 _STEP = 1e-6
@@ -235,9 +235,9 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
     """Fill in, for a tile's pixels, the inverse depth that each shows, the triangle, and where.
 
     ``origin`` is where the rays start: x, y in the plane of the aperture, metres; ``shift`` is
-    added to the rays' x and y. ``inverse`` is (TILE, TILE), 0 where nothing is, ``shown`` (TILE,
-    TILE), there -1, and ``where`` (TILE, TILE, 2) the weights of the second and the third corner,
-    times the inverse depth.
+    added to the rays' x and y. ``inverse`` is (TILE, TILE), 0 where nothing is; ``shown`` (TILE,
+    TILE) is twice the triangle's index, one more if its inner side is seen, or -1; and ``where``
+    (TILE, TILE, 2) the weights of the second and the third corner, times the inverse depth.
     """
     inverse[:] = 0.0
     shown[:] = -1
@@ -246,22 +246,23 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
     top, left = ty * TILE, tx * TILE
     bottom, right = min(top + TILE, rays.shape[0]), min(left + TILE, rays.shape[1])
     bounds, affine = tiles.bounds[ty, tx], tiles.affine[ty, tx]
+    # Rows of arrays as objects of their own would cost more, here, than what is done with them.
+    vertices, corners, listed = triangles.vertices, triangles.corners, triangles.listed
+    from_x, from_y, shift_x, shift_y = origin[0], origin[1], shift[0], shift[1]
     for at in range(triangles.starts[tile], triangles.starts[tile + 1]):
-        t = triangles.listed[at]
-        a, b, c = triangles.corners[t]
-        ax, ay, az = triangles.vertices[a]
-        bx, by, bz = triangles.vertices[b]
-        cx, cy, cz = triangles.vertices[c]
-        ax, bx, cx = ax - origin[0], bx - origin[0], cx - origin[0]
-        ay, by, cy = ay - origin[1], by - origin[1], cy - origin[1]
+        t = listed[at]
+        a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+        ax, bx, cx = vertices[a, 0] - from_x, vertices[b, 0] - from_x, vertices[c, 0] - from_x
+        ay, by, cy = vertices[a, 1] - from_y, vertices[b, 1] - from_y, vertices[c, 1] - from_y
+        az, bz, cz = vertices[a, 2], vertices[b, 2], vertices[c, 2]
         u0, u1, v0, v1 = left, right, top, bottom
         if min(az, bz, cz) > 0:
             qa, qb, qc = ax / az, bx / bz, cx / cz
-            low_x = max(min(qa, qb, qc) - shift[0], bounds[0])
-            high_x = min(max(qa, qb, qc) - shift[0], bounds[1])
+            low_x = max(min(qa, qb, qc) - shift_x, bounds[0])
+            high_x = min(max(qa, qb, qc) - shift_x, bounds[1])
             qa, qb, qc = ay / az, by / bz, cy / cz
-            low_y = max(min(qa, qb, qc) - shift[1], bounds[2])
-            high_y = min(max(qa, qb, qc) - shift[1], bounds[3])
+            low_y = max(min(qa, qb, qc) - shift_y, bounds[2])
+            high_y = min(max(qa, qb, qc) - shift_y, bounds[3])
             if low_x > high_x or low_y > high_y:
                 continue
             if affine[6] < TILE:
@@ -288,9 +289,10 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
         nbx, nby, nbz = sign * nbx, sign * nby, sign * nbz
         ncx, ncy, ncz = sign * ncx, sign * ncy, sign * ncz
         scale = sign / det
+        inner = 1 if det > 0 else 0  # the corners then run anticlockwise in the image
         for v in range(v0, v1):
             for u in range(u0, u1):
-                x, y = rays[v, u, 0] + shift[0], rays[v, u, 1] + shift[1]
+                x, y = rays[v, u, 0] + shift_x, rays[v, u, 1] + shift_y
                 ea = nax * x + nay * y + naz
                 eb = nbx * x + nby * y + nbz
                 ec = ncx * x + ncy * y + ncz
@@ -298,7 +300,7 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
                     near = (ea + eb + ec) * scale
                     if near > inverse[v - top, u - left]:
                         inverse[v - top, u - left] = near
-                        shown[v - top, u - left] = t
+                        shown[v - top, u - left] = 2 * t + inner
                         where[v - top, u - left, 0] = eb * scale
                         where[v - top, u - left, 1] = ec * scale
 

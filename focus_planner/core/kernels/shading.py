@@ -19,7 +19,10 @@ PATTERN, VERTEX_COLOURS, TEXTURE = 0, 1, 2
 # The pattern: each level's cells are this many times as small as those of the level before. The
 # finest that is drawn has cells of this many pixels.
 _FINER, _PIXELS = 4.0, 0.6
+_LOG_FINER = np.log(_FINER)
 _THRESHOLD, _SLOPE = 0.45, 0.35
+# Rays per pixel, and per square pixel of the widest blur: with fewer, one edge would show as many.
+_RAYS, _RAYS_PER_AREA = 8.0, 0.8
 # Textures are taken this many levels sharper than one texel per pixel: every pixel has many rays.
 _SHARPER = 0.7
 
@@ -82,8 +85,9 @@ def light_corners(vertices, corners, normals, up, light):
     """
     for t in prange(len(corners)):
         for i in range(3):
-            x, y, z = vertices[corners[t, i]]
-            a, b, c = normals[t, i]
+            p = corners[t, i]
+            x, y, z = vertices[p, 0], vertices[p, 1], vertices[p, 2]
+            a, b, c = normals[t, i, 0], normals[t, i, 1], normals[t, i, 2]
             distance = np.sqrt(x * x + y * y + z * z)
             facing = -(a * x + b * y + c * z) / distance if distance > 0 else 0.0
             rising = a * up[0] + b * up[1] + c * up[2]
@@ -113,34 +117,39 @@ def _noise(volume, x, y, z):
 @kernel
 def _pattern(looks, x, y, z, pixel):
     """Return the colour of chips at three scales, the finest that ``pixel``, in cells, resolves."""
-    finest = np.log(max(1 / (_PIXELS * pixel), 1.0)) / np.log(_FINER)
+    finest = max(-np.log(_PIXELS * pixel) / _LOG_FINER, 0.0)
     last = int(finest)
-    r, g, b = looks.palette[0]
-    for level in range(max(last - 2, 0), last + 1):
+    palette, noise = looks.palette, looks.noise
+    r, g, b = palette[0, 0], palette[0, 1], palette[0, 2]
+    first = max(last - 2, 0)
+    scale = 1.0
+    for _ in range(first):
+        scale *= _FINER
+    for level in range(first, last + 1):
         # Levels fade in and out as the camera comes nearer.
         strength = finest - last if level == last and last > 0 else 1.0
         if level == last - 2:
             strength = 1.0 - (finest - last)
-        if strength <= 0:
-            continue
-        scale = _FINER**level
         # Shifted so that the levels' cells do not line up.
         value = _noise(
-            looks.noise, x * scale + 17.3 * level, y * scale + 7.7 * level, z * scale - 11.9 * level
+            noise, x * scale + 17.3 * level, y * scale + 7.7 * level, z * scale - 11.9 * level
         )
         edge = max(_SLOPE * scale * pixel, 1e-6)
         share = min(max((abs(value) - _THRESHOLD) / edge + 0.5, 0.0), 1.0) * strength
-        chip = looks.palette[1 if value > 0 else 2]
-        r += share * (chip[0] - r)
-        g += share * (chip[1] - g)
-        b += share * (chip[2] - b)
+        if share > 0:
+            chip = 1 if value > 0 else 2
+            r += share * (palette[chip, 0] - r)
+            g += share * (palette[chip, 1] - g)
+            b += share * (palette[chip, 2] - b)
+        scale *= _FINER
     return r, g, b
 
 
 @kernel
 def _texel(looks, level, u, v):
     """Interpolate one level of a texture that repeats."""
-    start, width, height = looks.levels[level]
+    texels, decode, levels = looks.texels, looks.decode, looks.levels
+    start, width, height = levels[level, 0], levels[level, 1], levels[level, 2]
     x, y = u * width - 0.5, (1 - v) * height - 0.5
     i, j = int(np.floor(x)), int(np.floor(y))
     x, y = x - i, y - j
@@ -149,21 +158,19 @@ def _texel(looks, level, u, v):
     r, g, b = 0.0, 0.0, 0.0
     for row, across in ((above, 1 - y), (below, y)):
         for column, along in ((left, 1 - x), (right, x)):
-            texel = looks.texels[start + row * width + column]
-            weight = across * along
-            r += weight * looks.decode[texel[0]]
-            g += weight * looks.decode[texel[1]]
-            b += weight * looks.decode[texel[2]]
+            texel, weight = start + row * width + column, across * along
+            r += weight * decode[texels[texel, 0]]
+            g += weight * decode[texels[texel, 1]]
+            b += weight * decode[texels[texel, 2]]
     return r, g, b
 
 
 @kernel
-def _texture(looks, t, weights, pixel):
+def _texture(looks, t, wa, wb, wc, pixel):
     """Return the texture's colour, averaged over about a pixel."""
-    u, v = 0.0, 0.0
-    for i in range(3):
-        u += weights[i] * looks.coordinates[t, i, 0]
-        v += weights[i] * looks.coordinates[t, i, 1]
+    uv = looks.coordinates
+    u = wa * uv[t, 0, 0] + wb * uv[t, 1, 0] + wc * uv[t, 2, 0]
+    v = wa * uv[t, 0, 1] + wb * uv[t, 1, 1] + wc * uv[t, 2, 1]
     level = np.log2(max(looks.density[t] * pixel, 1e-9)) - _SHARPER
     level = min(max(level, 0.0), len(looks.levels) - 1.0)
     sharp = int(level)
@@ -178,21 +185,24 @@ def _texture(looks, t, weights, pixel):
 
 
 @kernel
-def _colour(looks, corner, t, weights, pixel):
+def _colour(looks, corners, t, wa, wb, wc, pixel):
+    """Return the colour at the place of a triangle with these weights of its corners."""
     if looks.kind == TEXTURE:
-        return _texture(looks, t, weights, pixel)
-    attribute = looks.colours if looks.kind == VERTEX_COLOURS else looks.places
-    a, b, c = attribute[corner[0]], attribute[corner[1]], attribute[corner[2]]
-    x = weights[0] * a[0] + weights[1] * b[0] + weights[2] * c[0]
-    y = weights[0] * a[1] + weights[1] * b[1] + weights[2] * c[1]
-    z = weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]
+        return _texture(looks, t, wa, wb, wc, pixel)
+    of = looks.colours if looks.kind == VERTEX_COLOURS else looks.places
+    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+    x = wa * of[a, 0] + wb * of[b, 0] + wc * of[c, 0]
+    y = wa * of[a, 1] + wb * of[b, 1] + wc * of[c, 1]
+    z = wa * of[a, 2] + wb * of[b, 2] + wc * of[c, 2]
     if looks.kind == VERTEX_COLOURS:
         return x, y, z
     return _pattern(looks, x, y, z, pixel / looks.cell)
 
 
 @parallel_kernel
-def expose(triangles, tiles, looks, light, aims, inverse_focus, pixel, background, image):
+def expose(
+    triangles, tiles, looks, light, aims, starts, aperture, inverse_focus, pixel, background, image
+):
     """Fill in (H, W, 3) the mean colour over rays through the aperture.
 
     Parameters
@@ -203,8 +213,13 @@ def expose(triangles, tiles, looks, light, aims, inverse_focus, pixel, backgroun
     light : (T, 3, 2) array of float32
         Of each corner, outside and inside.
     aims : (S, 4) array
-        Of each of a pixel's rays, x and y in the plane of the aperture, metres, and how far beside
-        the pixel's centre it is imaged, columns and rows.
+        Of each of a pixel's rays, x and y in an aperture of diameter 1, and how far beside the
+        pixel's centre it is imaged, columns and rows.
+    starts : (K + 1,) array of int
+        ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays, ever larger ones. Each tile
+        has the first that is dense enough for its widest blur.
+    aperture : float
+        Its diameter, metres.
     inverse_focus : float
         Of the distance of the plane of focus, 1/m.
     pixel : float
@@ -216,54 +231,60 @@ def expose(triangles, tiles, looks, light, aims, inverse_focus, pixel, backgroun
     for tile in prange(tiles.bounds.shape[0] * columns):
         inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
         where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE, TILE, 3))
-        shift, weights = np.empty(2), np.empty(3)
+        hits, shift, origin = np.zeros((TILE, TILE)), np.empty(2), np.empty(2)
         steps = tiles.affine[tile // columns, tile % columns, 7:]
         top, left = tile // columns * TILE, tile % columns * TILE
-        rows, across = min(TILE, height - top), min(TILE, width - left)
-        rays = len(aims) if triangles.starts[tile + 1] > triangles.starts[tile] else 0
-        for s in range(rays):
-            aim = aims[s]
+        first, last = 0, 0
+        if triangles.starts[tile + 1] > triangles.starts[tile]:
+            widest = aperture / pixel * _widest(triangles, tile, inverse_focus)
+            chosen = 0
+            while chosen < len(starts) - 2 and (
+                starts[chosen + 1] - starts[chosen] < _RAYS + _RAYS_PER_AREA * widest * widest
+            ):
+                chosen += 1
+            first, last = starts[chosen], starts[chosen + 1]
+        for s in range(first, last):
             for axis in range(2):
-                beside = aim[2] * steps[axis] + aim[3] * steps[2 + axis]
-                shift[axis] = beside - aim[axis] * inverse_focus
-            scan(triangles, tiles, tile, aim[:2], shift, inverse, shown, where)
-            for v in range(rows):
-                for u in range(across):
-                    t = shown[v, u]
-                    if t < 0:
-                        for i in range(3):
-                            total[v, u, i] += background[i]
-                        continue
-                    depth = 1 / inverse[v, u]
-                    weights[1], weights[2] = where[v, u, 0] * depth, where[v, u, 1] * depth
-                    weights[0] = 1 - weights[1] - weights[2]
-                    corner = triangles.corners[t]
-                    colour = _colour(looks, corner, t, weights, pixel * depth)
-                    # A triangle's outside is seen where its corners run clockwise in the image.
-                    side = 1 - _outside(triangles.vertices, corner, aim)
-                    lit = 0.0
-                    for i in range(3):
-                        lit += weights[i] * light[t, i, side]
-                    total[v, u, 0] += lit * colour[0]
-                    total[v, u, 1] += lit * colour[1]
-                    total[v, u, 2] += lit * colour[2]
-        for v in range(rows):
-            for u in range(across):
+                origin[axis] = aperture * aims[s, axis]
+                beside = aims[s, 2] * steps[axis] + aims[s, 3] * steps[2 + axis]
+                shift[axis] = beside - origin[axis] * inverse_focus
+            scan(triangles, tiles, tile, origin, shift, inverse, shown, where)
+            _add(triangles.corners, looks, light, pixel, inverse, shown, where, total, hits)
+        for v in range(min(TILE, height - top)):
+            for u in range(min(TILE, width - left)):
+                share = hits[v, u] / (last - first) if last > first else 0.0
                 for i in range(3):
-                    mean = total[v, u, i] / rays if rays else background[i]
-                    image[top + v, left + u, i] = mean
+                    mean = total[v, u, i] / (last - first) if last > first else 0.0
+                    image[top + v, left + u, i] = mean + (1 - share) * background[i]
 
 
 @kernel
-def _outside(vertices, corner, aim):
-    """Return 1 if a ray from the aperture sees the outer side of a triangle, else 0."""
-    a, b, c = vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]
-    ax, ay = a[0] - aim[0], a[1] - aim[1]
-    bx, by = b[0] - aim[0], b[1] - aim[1]
-    cx, cy = c[0] - aim[0], c[1] - aim[1]
-    det = (
-        ax * (by * c[2] - b[2] * cy)
-        + ay * (b[2] * cx - bx * c[2])
-        + a[2] * (bx * cy - by * cx)
-    )
-    return 1 if det < 0 else 0
+def _widest(triangles, tile, inverse_focus):
+    """Return the widest blur of triangles that a tile may show, per diameter of the aperture."""
+    vertices, corners, listed = triangles.vertices, triangles.corners, triangles.listed
+    widest = 0.0
+    for at in range(triangles.starts[tile], triangles.starts[tile + 1]):
+        for i in range(3):
+            z = vertices[corners[listed[at], i], 2]
+            if z > 0:
+                widest = max(widest, abs(inverse_focus - 1 / z))
+    return widest
+
+
+@kernel
+def _add(corners, looks, light, pixel, inverse, shown, where, total, hits):
+    """Add the colours that one ray per pixel of a tile shows, and count those that show any."""
+    for v in range(TILE):
+        for u in range(TILE):
+            if shown[v, u] < 0:
+                continue
+            t, side = shown[v, u] >> 1, shown[v, u] & 1
+            depth = 1 / inverse[v, u]
+            wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
+            wa = 1 - wb - wc
+            lit = wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
+            r, g, b = _colour(looks, corners, t, wa, wb, wc, pixel * depth)
+            total[v, u, 0] += lit * r
+            total[v, u, 1] += lit * g
+            total[v, u, 2] += lit * b
+            hits[v, u] += 1
