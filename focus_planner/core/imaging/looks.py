@@ -155,7 +155,7 @@ def _corner_normals(scene: Scene, vertices: FloatArray, triangles: IntArray) -> 
 
 
 @cache
-def _noise() -> NDArray[np.float32]:
+def _noise() -> NDArray[np.int8]:
     """Return periodic noise of one octave, of variance 1/9, with features of some four cells."""
     random = np.random.default_rng(_NOISE_SEED)
     white = np.fft.rfftn(random.standard_normal((_NOISE_SIZE,) * 3))
@@ -166,6 +166,6 @@ def _noise() -> NDArray[np.float32]:
         + np.fft.rfftfreq(_NOISE_SIZE)[None, None, :] ** 2
     )
     band = np.exp(-((np.sqrt(square) - 0.14) ** 2) / (2 * 0.05**2))
-    noise = np.fft.irfftn(white * band, (_NOISE_SIZE,) * 3)
-    scaled: NDArray[np.float32] = (noise / noise.std() / 3).astype(np.float32)
-    return scaled
+    noise = np.fft.irfftn(white * band)
+    scaled = kernels.NOISE_UNITS / 3 * noise / noise.std()
+    return np.round(scaled.clip(-127, 127)).astype(np.int8)
