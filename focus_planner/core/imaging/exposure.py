@@ -9,6 +9,7 @@ its blurred rim lets it shine through.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
@@ -102,7 +103,7 @@ class PictureCamera(DepthCamera):
         blur = blur_diameters(np.quantile(seen, [_RARE, 1 - _RARE]), camera, focus_distance, scale)
         return float(blur.max())
 
-    def _light(self, camera: Camera, vertices: FloatArray) -> FloatArray:
+    def _light(self, camera: Camera, vertices: FloatArray) -> NDArray[np.float32]:
         rotation = rotation_from_quaternion(np.array(camera.orientation))
         normals = np.ascontiguousarray(self._shaded.normals @ rotation)
         light = np.empty((len(self._triangles), 3, 2), np.float32)

@@ -11,7 +11,6 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.rasterize import TILE, scan
 
@@ -60,16 +59,16 @@ class Looks(NamedTuple):
     """
 
     kind: int
-    places: FloatArray
+    places: NDArray[np.float32]
     cell: float
     noise: NDArray[np.int8]
-    palette: FloatArray
-    colours: FloatArray
-    coordinates: FloatArray
-    texels: IntArray
-    levels: IntArray
-    density: FloatArray
-    decode: FloatArray
+    palette: NDArray[np.float32]
+    colours: NDArray[np.float32]
+    coordinates: NDArray[np.float32]
+    texels: NDArray[np.uint8]
+    levels: NDArray[np.int64]
+    density: NDArray[np.float32]
+    decode: NDArray[np.float32]
 
 
 @parallel_kernel
