@@ -176,22 +176,21 @@ def lens_from_values(where: str, values: Values) -> Lens:
         If both are given, ``circle_of_confusion`` has neither beside it, ``f_number`` has no
         ``circle_of_confusion``, or a value is out of range.
     """
-    by_aperture = "f_number" in values
-    if by_aperture and "hyperfocal_distance" in values:
+    f_number, circle = values.get("f_number"), values.get("circle_of_confusion")
+    if f_number is not None and "hyperfocal_distance" in values:
         raise InputError(
             where, "either hyperfocal_distance or f_number and circle_of_confusion", "both"
         )
-    circle = values.get("circle_of_confusion")
-    if by_aperture and circle is None:
+    if f_number is not None and circle is None:
         raise InputError(where, "both f_number and circle_of_confusion", "only one of them")
-    if circle is not None and not by_aperture and "hyperfocal_distance" not in values:
+    if circle is not None and f_number is None and "hyperfocal_distance" not in values:
         raise InputError(
             where, "f_number or hyperfocal_distance with circle_of_confusion", "neither"
         )
     own = {key: value for key, value in values.items() if key != "f_number"}
-    if by_aperture:
+    if f_number is not None and circle is not None:
         focal_length = own.get("focal_length", Lens().focal_length)
-        own["hyperfocal_distance"] = hyperfocal_distance(focal_length, values["f_number"], circle)
+        own["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, circle)
     return Lens(**own)
 
 

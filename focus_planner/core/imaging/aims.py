@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -10,14 +11,12 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 
 _GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
-# Multipliers of the R2 sequence: powers of the inverse of the real root of x³ = x + 1.
+# The real root of x³ = x + 1, whose powers lattices in the plane are best made of.
 _PLASTIC = 1.32471795724474602596
-# What a ray is to have of the variances of a disc of diameter 1, and of a pixel of side 1.
-_VARIANCES = np.array([1 / 16, 1 / 16, 1 / 12, 1 / 12])
-
-
+# What a ray is to have of the variances of a pixel of side 1, and of a disc of diameter 1.
+_VARIANCES = np.array([1 / 12, 1 / 12, 1 / 16, 1 / 16])
 # Rays per pixel: for the sharpest, and for those of the widest blur.
-_FEWEST, _MOST, _GROWTH = 8, 512, 1.5
+_FEWEST, _MOST, _GROWTH = 12, 512, 1.4
 
 
 @cache
@@ -40,9 +39,10 @@ def aims(count: int) -> FloatArray:
     """Return where a pixel's rays pass an aperture of diameter 1, and where they end on the pixel.
 
     The former are evenly spread over a disc, along Fermat's spiral (H. Vogel, Mathematical
-    Biosciences 44, 1979); the latter over the pixel, by M. Roberts's R2 sequence. All four
-    coordinates are then made to have mean 0, exactly the variances of a disc and of a square, and
-    no correlation: so the variance of a blurred edge is exactly that of the disc and of the pixel.
+    Biosciences 44, 1979); the latter over the pixel, each in a column and a row of its own, as a
+    lattice. All four coordinates are then made to have mean 0, exactly the variances of a disc and
+    of a square, and no correlation: so the variance of a blurred edge is exactly that of the disc
+    and of the pixel.
 
     Parameters
     ----------
@@ -56,9 +56,20 @@ def aims(count: int) -> FloatArray:
     """
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count) / 2, i * _GOLDEN_ANGLE
-    beside = (0.5 + i[:, None] / np.array([_PLASTIC, _PLASTIC**2])) % 1 - 0.5
-    spread = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), beside])
+    beside = [
+        i * _coprime(count, count / _PLASTIC) % count,
+        i * _coprime(count, count / _PLASTIC**2) % count,
+    ]
+    disc = [radius * np.cos(angle), radius * np.sin(angle)]
+    spread = np.column_stack([*((np.array(beside) + 0.5) / count), *disc])
     spread -= spread.mean(axis=0)
+    # Each coordinate is freed of those before it: the lattice is hardly changed.
     lower = np.linalg.cholesky(spread.T @ spread / count)
-    exact: FloatArray = np.linalg.solve(lower, spread.T).T * np.sqrt(_VARIANCES)
-    return exact
+    exact = np.linalg.solve(lower, spread.T).T * np.sqrt(_VARIANCES)
+    rays: FloatArray = np.ascontiguousarray(exact[:, [2, 3, 0, 1]])
+    return rays
+
+
+def _coprime(count: int, near: float) -> int:
+    """Return the whole number nearest to ``near`` that has no divisor in common with ``count``."""
+    return min((n for n in range(1, count) if math.gcd(n, count) == 1), key=lambda n: abs(n - near))

@@ -9,10 +9,12 @@ its blurred rim lets it shine through.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.imaging.aims import sets_of_aims
+from focus_planner.core.imaging.blur import blur_diameters
 from focus_planner.core.imaging.depth import DepthCamera, in_optical_frame, listed_by_tile
 from focus_planner.core.imaging.looks import decode, encode, shaded
 from focus_planner.core.imaging.pixels import pixel_grid, tiles_of
@@ -24,6 +26,8 @@ from focus_planner.core.surface.scene import Scene
 
 # Behind the surface: neutral, as sRGB.
 BACKGROUND = (58, 60, 64)
+# The share of pixels at each end of the depths whose blur does not count as usual.
+_RARE = 0.02
 
 
 class PictureCamera(DepthCamera):
@@ -83,13 +87,23 @@ class PictureCamera(DepthCamera):
                 starts,
                 aperture,
                 inverse_focus,
+                self._usual_blur(camera, focus_distance, scale),
                 grid.pitch[0] / intrinsics.fx,
                 decode(np.array(BACKGROUND, np.uint8)).astype(np.float64),
                 image,
             )
         return image
 
-    def _light(self, camera: Camera, vertices: FloatArray) -> FloatArray:
+    def _usual_blur(self, camera: Camera, focus_distance: float, scale: float) -> float:
+        """Return the diameter, in pixels, that nearly all of what the camera sees is below."""
+        depths = self.depths(camera, scale)
+        seen = depths[np.isfinite(depths)]
+        if not len(seen):
+            return 0.0
+        blur = blur_diameters(np.quantile(seen, [_RARE, 1 - _RARE]), camera, focus_distance, scale)
+        return float(blur.max())
+
+    def _light(self, camera: Camera, vertices: FloatArray) -> NDArray[np.float32]:
         rotation = rotation_from_quaternion(np.array(camera.orientation))
         normals = np.ascontiguousarray(self._shaded.normals @ rotation)
         light = np.empty((len(self._triangles), 3, 2), np.float32)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from focus_planner.core.surface.surface import Mesh
 # Corners whose normal is farther off their triangle's, in degrees, are at an edge of the surface.
 _CREASE = 50.0
 # The pattern's coarsest level, in cells along the surface's diagonal, and its noise.
-_CELLS, _NOISE_SIZE, _NOISE_SEED = 64, 64, 1
+_CELLS, _NOISE_SIZE, _NOISE_SEED = 128, 64, 1
 # Ground and chips, as sRGB.
 _PALETTE = ((226, 218, 204), (74, 84, 96), (190, 120, 84))
 
@@ -115,10 +116,10 @@ def _density(texture: Texture, vertices: FloatArray, triangles: IntArray) -> NDA
     return density
 
 
-def _pyramid(image: Colours) -> tuple[NDArray[np.uint8], IntArray]:
+def _pyramid(image: Colours) -> tuple[Colours, NDArray[np.int64]]:
     """Return an image's texels and those of ever smaller averages, and where each level starts."""
     texels, levels, start = [image.reshape(-1, 3)], [(0, image.shape[1], image.shape[0])], 0
-    linear = decode(image)
+    linear: NDArray[Any] = decode(image)
     while max(linear.shape[:2]) > 1:
         for axis in range(2):
             length = linear.shape[axis]
@@ -155,7 +156,7 @@ def _corner_normals(scene: Scene, vertices: FloatArray, triangles: IntArray) -> 
 
 
 @cache
-def _noise() -> NDArray[np.float32]:
+def _noise() -> NDArray[np.int8]:
     """Return periodic noise of one octave, of variance 1/9, with features of some four cells."""
     random = np.random.default_rng(_NOISE_SEED)
     white = np.fft.rfftn(random.standard_normal((_NOISE_SIZE,) * 3))
@@ -166,6 +167,6 @@ def _noise() -> NDArray[np.float32]:
         + np.fft.rfftfreq(_NOISE_SIZE)[None, None, :] ** 2
     )
     band = np.exp(-((np.sqrt(square) - 0.14) ** 2) / (2 * 0.05**2))
-    noise = np.fft.irfftn(white * band, (_NOISE_SIZE,) * 3)
-    scaled: NDArray[np.float32] = (noise / noise.std() / 3).astype(np.float32)
-    return scaled
+    noise = np.fft.irfftn(white * band)
+    scaled = kernels.NOISE_UNITS / 3 * noise / noise.std()
+    return np.round(scaled.clip(-127, 127)).astype(np.int8)

@@ -83,6 +83,7 @@ from focus_planner.core.kernels.rasterize import (
     undistort,
 )
 from focus_planner.core.kernels.shading import (
+    NOISE_UNITS,
     PATTERN,
     TEXTURE,
     VERTEX_COLOURS,
@@ -112,6 +113,7 @@ __all__ = [
     "COEFFICIENTS",
     "FISHEYE",
     "NEVER",
+    "NOISE_UNITS",
     "PATTERN",
     "PLACES",
     "POLYNOMIAL",

@@ -9,20 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
+from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.rasterize import TILE, scan
 
 #: What a surface's colours come from.
 PATTERN, VERTEX_COLOURS, TEXTURE = 0, 1, 2
+#: Bytes, as the noise has to fit into a core's cache.
+NOISE_UNITS = 64
 # The pattern: each level's cells are this many times as small as those of the level before. The
 # finest that is drawn has cells of this many pixels.
 _FINER, _PIXELS = 4.0, 0.6
 _LOG_FINER = np.log(_FINER)
 _THRESHOLD, _SLOPE = 0.45, 0.35
 # Rays per pixel, and per square pixel of the widest blur: with fewer, one edge would show as many.
-_RAYS, _RAYS_PER_AREA = 8.0, 0.8
+_RAYS, _RAYS_PER_AREA = 12.0, 0.8
 # Textures are taken this many levels sharper than one texel per pixel: every pixel has many rays.
 _SHARPER = 0.7
 
@@ -38,8 +40,8 @@ class Looks(NamedTuple):
         PATTERN: the vertices, in cells of the coarsest level.
     cell : float
         PATTERN: the size of such a cell, metres.
-    noise : (N, N, N) array of float32
-        PATTERN: periodic, N a power of 2.
+    noise : (N, N, N) array of int8
+        PATTERN: periodic, N a power of 2; in units of 1 / NOISE_UNITS.
     palette : (3, 3) array of float32
         PATTERN: the ground, and two kinds of chips in it.
     colours : (V, 3) array of float32
@@ -57,16 +59,16 @@ class Looks(NamedTuple):
     """
 
     kind: int
-    places: FloatArray
+    places: NDArray[np.float32]
     cell: float
-    noise: FloatArray
-    palette: FloatArray
-    colours: FloatArray
-    coordinates: FloatArray
-    texels: IntArray
-    levels: IntArray
-    density: FloatArray
-    decode: FloatArray
+    noise: NDArray[np.int8]
+    palette: NDArray[np.float32]
+    colours: NDArray[np.float32]
+    coordinates: NDArray[np.float32]
+    texels: NDArray[np.uint8]
+    levels: NDArray[np.int64]
+    density: NDArray[np.float32]
+    decode: NDArray[np.float32]
 
 
 @parallel_kernel
@@ -111,7 +113,7 @@ def _noise(volume, x, y, z):
     high = (volume[i1, j0, k0] * (1 - z) + volume[i1, j0, k1] * z) * (1 - y) + (
         volume[i1, j1, k0] * (1 - z) + volume[i1, j1, k1] * z
     ) * y
-    return low * (1 - x) + high * x
+    return (low * (1 - x) + high * x) / NOISE_UNITS
 
 
 @kernel
@@ -201,7 +203,18 @@ def _colour(looks, corners, t, wa, wb, wc, pixel):
 
 @parallel_kernel
 def expose(
-    triangles, tiles, looks, light, aims, starts, aperture, inverse_focus, pixel, background, image
+    triangles,
+    tiles,
+    looks,
+    light,
+    aims,
+    starts,
+    aperture,
+    inverse_focus,
+    blur,
+    pixel,
+    background,
+    image,
 ):
     """Fill in (H, W, 3) the mean colour over rays through the aperture.
 
@@ -217,11 +230,14 @@ def expose(
         pixel's centre it is imaged, columns and rows.
     starts : (K + 1,) array of int
         ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays, ever larger ones. Each tile
-        has the first that is dense enough for its widest blur.
+        has the first that is dense enough for its widest blur, and for ``blur``.
     aperture : float
         Its diameter, metres.
     inverse_focus : float
         Of the distance of the plane of focus, 1/m.
+    blur : float
+        Pixels: tiles with narrower blur have no fewer rays, so that few blurred edges run between
+        tiles of different rays.
     pixel : float
         The size of a pixel at depth 1.
     background : (3,) array
@@ -236,7 +252,7 @@ def expose(
         top, left = tile // columns * TILE, tile % columns * TILE
         first, last = 0, 0
         if triangles.starts[tile + 1] > triangles.starts[tile]:
-            widest = aperture / pixel * _widest(triangles, tile, inverse_focus)
+            widest = max(aperture / pixel * _widest(triangles, tile, inverse_focus), blur)
             chosen = 0
             while chosen < len(starts) - 2 and (
                 starts[chosen + 1] - starts[chosen] < _RAYS + _RAYS_PER_AREA * widest * widest
