@@ -131,7 +131,7 @@ def _with_looks_of(
 
 
 def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
-    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.core.planning.subject import PlannedSubject, requested
     from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.plans import load_plan
@@ -152,7 +152,7 @@ def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
         rig = load_lens_tables(options.lens_tables).apply(rig)
     _check_cameras(options, plan, [camera.name for camera in rig.cameras])
     scene = Scene(_surface(options, tell), show_share(tell, f"preparing {options.surface}"))
-    subject = PlannedSubject(scene, rig, _request(plan), plan)
+    subject = PlannedSubject(scene, rig, requested(plan, scene), plan)
     return NamedSubject(subject, options.surface.name, options.rig.name, None)
 
 
@@ -172,18 +172,4 @@ def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str
     got = f"without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
     raise InputError(
         str(options.rig), f"the rig of {options.plan}, with its cameras in its order", got
-    )
-
-
-def _request(plan: FocusPlan) -> Any:
-    """Return the request as far as a plan tells it."""
-    from focus_planner.core.planning.request import PlanRequest
-
-    return PlanRequest(
-        method=plan.method,
-        samples=plan.samples,
-        seed=plan.seed,
-        shots=plan.shots,
-        depth_tolerance=plan.depth_tolerance,
-        fresh_samples=plan.fresh_samples,
     )
