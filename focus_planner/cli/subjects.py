@@ -81,6 +81,7 @@ def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
 
 
 def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    from focus_planner.recording.provenance import input_names
     from focus_planner.recording.run import read_run
     from focus_planner.recording.subject import subject_of
 
@@ -95,12 +96,7 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     subject = subject_of(run)
     if options.surface is not None:
         subject = _with_looks_of(subject, options, tell)
-    topics = {message.type_name: message.topic for message in run.inputs}
-    surface, rig = (
-        next((topic for topic in reversed(topics.values()) if topic.endswith(ends)), "")
-        for ends in (("/mesh", "/cloud"), ("/rig", "/camera_poses"))
-    )
-    return NamedSubject(subject, surface, rig, run)
+    return NamedSubject(subject, *input_names(run), run)
 
 
 def _with_looks_of(

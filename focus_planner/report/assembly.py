@@ -48,6 +48,8 @@ class Provenance:
     planned : datetime or None
     run : str
         The id of the recorded run.
+    changed : str
+        How the plan differs from the recorded one: ``f_number=8``.
     steps : tuple of Step
     parameters, software : tuple
         Of the planner: names and values, names and versions.
@@ -60,6 +62,7 @@ class Provenance:
     rig: str = ""
     planned: datetime | None = None
     run: str = ""
+    changed: str = ""
     steps: tuple[Step, ...] = ()
     parameters: tuple[tuple[str, Any], ...] = ()
     software: tuple[tuple[str, str], ...] = ()
@@ -194,6 +197,8 @@ def _facts(
     yield "shown", f"{shown}, evenly by area, {1000 * surface.spacing:.1f} mm apart"
     if provenance.run:
         yield "recorded run", printable(provenance.run)
+    if provenance.changed:
+        yield "changed", printable(provenance.changed)
     if made is not None:
         yield "report made", f"{made:%Y-%m-%d %H:%M}"
 

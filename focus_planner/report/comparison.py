@@ -113,6 +113,7 @@ def plans_to_compare(
     subject: PlannedSubject,
     compare: Sequence[str] | None = None,
     on_progress: Callable[[str], ProgressCallback] = lambda _: never_stop,
+    argument: str = "compare",
 ) -> Iterator[ComparedPlan]:
     """Yield other methods' plans for the same request, made anew.
 
@@ -123,6 +124,8 @@ def plans_to_compare(
         The methods; by default those that show what the plan gains.
     on_progress : callable, optional
         Returns, for a method, the callback to call after every step.
+    argument : str
+        What the user calls the methods.
 
     Raises
     ------
@@ -132,7 +135,7 @@ def plans_to_compare(
     own = subject.plan.method
     methods = usual_comparisons(own) if compare is None else tuple(dict.fromkeys(compare))
     if own in methods:
-        raise InputError("compare", "methods other than the plan's own", repr(own))
+        raise InputError(argument, "methods other than the plan's own", repr(own))
     for method in methods:
         plan = subject.with_method(method, on_progress(method))
         yield ComparedPlan(title_of(plan), called(method), plan, subject.rig)

@@ -25,6 +25,9 @@ def open_report(path: Path) -> bool:
     if any(map(os.environ.get, _ELSEWHERE)) or not any(map(os.environ.get, _SCREENS)):
         return False
     try:
-        return webbrowser.open(path.resolve().as_uri())
+        browser = webbrowser.get()
     except webbrowser.Error:
         return False
+    if type(browser) is webbrowser.GenericBrowser:  # it would take the terminal over
+        return False
+    return browser.open(path.resolve().as_uri())

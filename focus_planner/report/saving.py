@@ -12,14 +12,12 @@ from focus_planner.core.planning.subject import PlannedSubject, requested
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
-from focus_planner.core.validation import InputError
-from focus_planner.io.files import atomic_write, check_writable
+from focus_planner.io.files import atomic_write
 from focus_planner.report.assembly import SAMPLES, Provenance, assemble, check_samples
 from focus_planner.report.comparison import check_methods, plans_to_compare
 from focus_planner.report.content import ReportContent
+from focus_planner.report.naming import check_report
 from focus_planner.report.page import report_page
-
-_SUFFIX = ".html"
 
 
 def save_report(
@@ -75,19 +73,6 @@ def save_report(
         made=datetime.now().astimezone(),
     )
     write_report(content, path)
-
-
-def check_report(path: Path) -> None:
-    """Raise unless a report can be written at ``path``; called before the work, not after it.
-
-    Raises
-    ------
-    InputError
-        If its name ends otherwise, or it cannot be written.
-    """
-    if path.suffix.lower() != _SUFFIX:
-        raise InputError(str(path), f"a name that ends in {_SUFFIX}", repr(path.suffix))
-    check_writable(path)
 
 
 def write_report(content: ReportContent, path: Path) -> None:

@@ -38,6 +38,11 @@ class StepCollector:
         return self._on_progress(progress)
 
     @property
+    def elapsed(self) -> tuple[float, ...]:
+        """When each of them was done, seconds since this was made."""
+        return tuple(self._elapsed)
+
+    @property
     def steps(self) -> tuple[Step, ...]:
         """Those kept so far."""
         return steps_of(self._progress, self._elapsed)

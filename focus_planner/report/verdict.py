@@ -18,13 +18,15 @@ _DOUBTS = {
     "inverted_poses": "the surface and the cameras probably do not fit each other",
     "unseen_cameras": "many cameras see nothing",
     "winding": "part of the surface is seen from behind only",
-    "default_lens": "lenses are assumed",
-    "default_image": "images are assumed",
+    "default_lens": "lenses or images are assumed",
+    "default_image": "lenses or images are assumed",
     "noise": "the cloud is noisy",
     "left_out": "parts of the input were left out",
 }
 # Percentage points of standard error that are told.
 _REMARKABLE = 1.0
+# Percent that a gap is told in: less is of no use to anyone.
+_LEAST = 0.01
 # A gap that is wider says nothing of the plan.
 _TELLING = 0.5
 
@@ -137,12 +139,13 @@ def _limits(plan: FocusPlan) -> Iterator[str]:
 
 def _ceiling(share: float) -> str:
     """Return a share in percent, rounded up to two digits."""
-    value = 100 * share
+    value = max(100 * share, _LEAST)
     step: float = 10.0 ** (math.floor(math.log10(value)) - 1)
     return f"{min(math.ceil(round(value / step, 9)) * step, 100.0):.2g} %"
 
 
 def _doubts(notes: Sequence[Note]) -> Iterator[str]:
-    found = dict.fromkeys(_DOUBTS[note.code] for note in notes if note.code in _DOUBTS)
+    codes = {note.code for note in notes}
+    found = dict.fromkeys(doubt for code, doubt in _DOUBTS.items() if code in codes)
     if found:
         yield f"Read the notes first: {'; '.join(found)}."
