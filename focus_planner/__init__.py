@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from focus_planner.io.plans import load_plan, save_plan
     from focus_planner.io.rigs import load_rig, save_rig
     from focus_planner.io.surfaces import load_surface
-    from focus_planner.report.saving import save_report
+    from focus_planner.report.making import save_report
 
 __all__ = [
     "Camera",
@@ -98,7 +98,7 @@ _HOMES = {
     "io.plans": ("load_plan", "save_plan"),
     "io.rigs": ("load_rig", "save_rig"),
     "io.surfaces": ("load_surface",),
-    "report.saving": ("save_report",),
+    "report.making": ("save_report",),
 }
 
 

@@ -42,8 +42,8 @@ from focus_planner.recording.provenance import provenance_of
 from focus_planner.recording.run import read_run
 from focus_planner.report.assembly import Provenance, assemble
 from focus_planner.report.comparison import ComparedPlan, called, title_of
+from focus_planner.report.making import write_report
 from focus_planner.report.opening import open_report
-from focus_planner.report.saving import write_report
 from focus_planner.ros.client import PlannerClient
 
 _BODY = "arms_out"

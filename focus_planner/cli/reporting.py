@@ -92,7 +92,7 @@ def make_report(
     """
     from focus_planner.report.assembly import SAMPLES, assemble
     from focus_planner.report.comparison import plans_to_compare
-    from focus_planner.report.saving import write_report
+    from focus_planner.report.making import write_report
 
     def on_progress(method: str) -> ProgressCallback:
         return show_progress(tell, f"to compare with, {method}: ")

@@ -17,6 +17,8 @@ from focus_planner.report.content import DepthHistogram, ReportedPlan, SampledSu
 
 # Bins of the depths that a camera sees, about.
 _BINS = 24
+# Depths that differ by a smaller part of them are one.
+_ONE_DEPTH = 1e-3
 
 
 def sample_surface(
@@ -125,7 +127,10 @@ def _histogram(depths: FloatArray, areas: FloatArray) -> DepthHistogram:
     if not len(depths):
         return DepthHistogram(np.empty(0), np.empty(0))
     low, high = float(depths.min()), float(depths.max())
-    width = _round_width(max(high - low, 1e-3 * high) / _BINS)
+    if high - low < _ONE_DEPTH * high:
+        middle, reach = (low + high) / 2, _ONE_DEPTH * high
+        return DepthHistogram(np.array([middle - reach, middle + reach]), areas.sum(keepdims=True))
+    width = _round_width((high - low) / _BINS)
     first, last = math.floor(low / width), math.floor(high / width) + 1
     edges: FloatArray = width * np.arange(first, last + 1, dtype=np.float64)
     bins = np.clip(np.floor(depths / width).astype(np.int64) - first, 0, last - first - 1)

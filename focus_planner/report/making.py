@@ -1,4 +1,4 @@
-"""Writing a report as one file."""
+"""From a plan to a report of it in a file."""
 
 from __future__ import annotations
 
