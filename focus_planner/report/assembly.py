@@ -20,10 +20,11 @@ from focus_planner.report.comparison import (
     cost_rows,
     other_inputs,
     own_worth,
+    shares_of,
     title_of,
     worth_of,
 )
-from focus_planner.report.content import ReportContent, ReportedPlan, SampledSurface, Step
+from focus_planner.report.content import ReportContent, ReportedPlan, SampledSurface, Shares, Step
 from focus_planner.report.pictures import PICTURED_PLANS, Pictures, longest_side
 from focus_planner.report.sampling import depth_histograms, report_plan, sample_surface
 from focus_planner.report.verdict import verdict
@@ -132,6 +133,7 @@ def assemble(
     problem = with_one_shot(subject.fresh_problem(samples))
     surface = sample_surface(problem, subject.model, subject.request.depth_tolerance)
     foreign, area = doubt is not None, subject.scene.area
+    shares = [shares_of(worth, area) for worth in worths]
     return ReportContent(
         title=_title(provenance),
         verdict=verdict(plans, worths, notes, area, foreign=foreign),
@@ -139,7 +141,7 @@ def assemble(
         facts=tuple(_facts(sheet, provenance, subject, surface, made, foreign=foreign)),
         rig=rig,
         surface=surface,
-        plans=tuple(_reported(subject, plans, problem, surface, samples, pictures, tell)),
+        plans=tuple(_reported(subject, plans, shares, problem, surface, pictures, tell)),
         costs=cost_rows(plans, worths, area, foreign=foreign),
         steps=provenance.steps,
         sheet=sheet,
@@ -152,9 +154,9 @@ def assemble(
 def _reported(
     subject: PlannedSubject,
     plans: Sequence[ComparedPlan],
+    shares: Sequence[Shares],
     problem: Problem,
     surface: SampledSurface,
-    samples: int,
     pictures: Pictures | None,
     tell: Callable[[str], object],
 ) -> Iterator[ReportedPlan]:
@@ -162,8 +164,9 @@ def _reported(
     for number, each in enumerate(plans):
         own = each.rig is subject.rig
         theirs = subject if own else replace(subject, rig=each.rig)
-        seen = problem if own else with_one_shot(theirs.fresh_problem(samples))
+        seen = problem if own else with_one_shot(theirs.fresh_problem(len(surface.points)))
         reported = report_plan(each.title, each.plan, seen, surface)
+        reported = replace(reported, shares=shares[number])
         if pictures is not None and number < PICTURED_PLANS:
             tell(f"making pictures of {each.title}")
             made = tuple(pictures(theirs, each.plan, side))

@@ -17,7 +17,7 @@ from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError, check_choice
-from focus_planner.report.content import CostRow
+from focus_planner.report.content import CostRow, Shares
 
 AUTOFOCUS = "closest"
 _AUTOFOCUS = "autofocus"
@@ -27,6 +27,7 @@ _BEST = "k_view"
 # Costs of one plan on one surface and rig differ by no more, of 1000: rays that graze an edge may
 # hit on one machine and miss on another.
 _SAME_COST = 0.05
+_NOTHING = 1e-9
 # Costs on different samples of one surface, in standard errors.
 _LIKELY = 4.0
 
@@ -73,6 +74,17 @@ class Worth:
     in_focus_area: Estimate
     covered_area: float
     counted_area: float
+
+
+def shares_of(worth: Worth, area: float) -> Shares:
+    """Return what becomes of a surface of this area, square metres."""
+    sharp, seen = worth.in_focus_area.value, worth.covered_area
+    blurred, unseen = (
+        # What is left by rounding of sums is no surface.
+        part if part > _NOTHING * area else 0.0
+        for part in (seen - sharp, worth.counted_area - seen)
+    )
+    return Shares(sharp / area, blurred / area, unseen / area)
 
 
 def title_of(plan: FocusPlan) -> str:

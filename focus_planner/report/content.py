@@ -60,6 +60,26 @@ class SampledSurface:
     depth_tolerance: float = 0.0
 
 
+@dataclass(frozen=True)
+class Shares:
+    """What becomes of the surface: shares of its area, as the plan itself tells them.
+
+    They are estimated on the fresh samples of the plan, not on those of the report, so that a
+    report says what the plan says everywhere else. What has no importance is in none of them.
+
+    Attributes
+    ----------
+    sharp, blurred : float
+        In focus in the camera that images it best, and seen but out of focus there.
+    unseen : float
+        Seen by no camera.
+    """
+
+    sharp: float
+    blurred: float
+    unseen: float
+
+
 @dataclass(frozen=True, eq=False)
 class ReportedPlan:
     """One of the plans that a report compares.
@@ -81,6 +101,8 @@ class ReportedPlan:
         Whether some shot of the pair's camera holds the sample in focus.
     held_area : (C,) array
         Square metres that each camera holds in focus.
+    shares : Shares or None
+        What becomes of the surface as a whole; None if only the samples tell.
     pictures : tuple of bytes
         WebP of what each camera will see, in the rig's order; empty if none were made.
     """
@@ -93,6 +115,7 @@ class ReportedPlan:
     sharp_views: IntArray
     pair_in_focus: NDArray[np.bool_]
     held_area: FloatArray
+    shares: Shares | None = None
     pictures: tuple[bytes, ...] = ()
 
 

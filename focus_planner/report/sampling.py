@@ -116,6 +116,8 @@ def _on_pairs_of(
     surface: SampledSurface, problem: Problem, held: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Return which of the surface's pairs are held: cameras of another rig may see others."""
+    if problem.camera_index is surface.pair_camera:
+        return held
     count = problem.camera_count
     sample = np.repeat(np.arange(len(surface.points)), np.diff(surface.pair_offsets))
     here = sample * count + surface.pair_camera

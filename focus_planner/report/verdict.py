@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan
-from focus_planner.report.comparison import ComparedPlan, Worth, find_autofocus
+from focus_planner.report.comparison import ComparedPlan, Worth, find_autofocus, shares_of
 
 # What a note of each kind casts doubt on. Others tell what was done, not what may be wrong.
 _DOUBTS = {
@@ -25,6 +25,8 @@ _DOUBTS = {
 }
 # Percentage points of standard error that are told.
 _REMARKABLE = 1.0
+# Of the surface, by rounding.
+_NOTHING = 1e-9
 # Percent that a gap is told in: less is of no use to anyone.
 _LEAST = 0.01
 # A gap that is wider says nothing of the plan.
@@ -81,7 +83,7 @@ def percent(share: float) -> str:
 def _achieved(
     plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float, *, foreign: bool
 ) -> str:
-    shares = [worth.in_focus_area.value / area for worth in worths]
+    shares = [shares_of(worth, area).sharp for worth in worths]
     error = 100 * worths[0].in_focus_area.standard_error / area
     told = f" (± {error:.1g})" if error >= _REMARKABLE else ""
     autofocus = find_autofocus(plans)
@@ -100,13 +102,9 @@ def _achieved(
 
 
 def _lacking(worth: Worth, area: float) -> str:
-    counted = worth.counted_area
-    blurred = max(worth.covered_area - worth.in_focus_area.value, 0.0) / area
-    unseen = max(counted - worth.covered_area, 0.0) / area
-    # Rounding of sums is no surface.
-    blurred, unseen, ignored = (
-        0.0 if part < 1e-9 else part for part in (blurred, unseen, 1 - counted / area)
-    )
+    shares = shares_of(worth, area)
+    blurred, unseen = shares.blurred, shares.unseen
+    ignored = 1 - worth.counted_area / area
     if not blurred and not unseen:
         text = "None of it was found blurred or unseen"
     elif not unseen:
@@ -118,7 +116,7 @@ def _lacking(worth: Worth, area: float) -> str:
             f"{percent(blurred)} is seen but blurred there, and {percent(unseen)} is seen by no"
             " camera"
         )
-    if ignored:
+    if ignored > _NOTHING:
         text += f"; {percent(ignored)} has no importance and was not planned for"
     return f"{text}."
 

@@ -75,6 +75,12 @@ def test_everything_is_there_and_of_one_size() -> None:
         assert len(each.held_area) == len(RIG)
         assert len(each.pair_in_focus) == len(content.surface.pair_camera)
         assert each.pictures == ()
+        assert each.shares is not None
+        areas = (each.plan.in_focus_area, each.plan.covered_area - each.plan.in_focus_area)
+        assert (each.shares.sharp, each.shares.blurred) == pytest.approx(
+            tuple(area / SCENE.area for area in areas)
+        )
+        assert each.shares.sharp + each.shares.blurred + each.shares.unseen == pytest.approx(1)
     assert content.plans[0].plan is PLAN
     assert content.plans[0].plan.cameras[-1].status is CameraStatus.SEES_NOTHING
     assert told == [

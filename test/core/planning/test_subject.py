@@ -49,9 +49,7 @@ def test_fresh_samples_are_as_many_as_asked_for_and_none_was_planned_on(samples:
     assert not planned & {tuple(point) for point in fresh.samples.points}
 
 
-@pytest.mark.parametrize(
-    "scene", [SCENE, cloud()], ids=lambda scene: type(scene.surface).__name__
-)
+@pytest.mark.parametrize("scene", [SCENE, cloud()], ids=lambda scene: type(scene.surface).__name__)
 def test_a_plan_tells_most_of_its_request(scene: Scene) -> None:
     asked = replace(REQUEST, samples=0) if scene is not SCENE else REQUEST
     told = requested(subject_of(asked, scene).plan, scene)
