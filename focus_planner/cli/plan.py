@@ -19,6 +19,7 @@ from focus_planner.cli.reporting import (
     make_report,
 )
 from focus_planner.cli.request_options import add_request_options, request_from_options
+from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from focus_planner.core.progress import ProgressCallback
     from focus_planner.core.rig.rig import Rig
     from focus_planner.core.surface.scene import Scene
-    from focus_planner.core.surface.surface import Surface
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
@@ -56,27 +56,8 @@ def add(commands: Any) -> None:
 def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
     option("surface", type=Path, metavar="SURFACE", help="mesh or point-cloud file, in metres")
-    option(
-        "--up",
-        choices=("z", "y", "x", "-z", "-y", "-x"),
-        default="z",
-        help="axis of SURFACE that is up in the world; the surface is turned so that it becomes z"
-        " (default: %(default)s)",
-    )
     option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
-    option(
-        "--importance",
-        type=Path,
-        metavar="FILE",
-        help="importance of each vertex or point: a text file of one number per line, or a .npy"
-        " file; replaces the property importance of SURFACE",
-    )
-    option(
-        "--importance-property",
-        metavar="NAME",
-        help="property, field or column of SURFACE that holds the importance of each vertex or"
-        " point, such as weight (default: importance, if SURFACE has it)",
-    )
+    add_surface_options(plan)
     option(
         "--lens-tables",
         type=Path,
@@ -173,7 +154,6 @@ class _Given:
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.surface.scene import Scene
-    from focus_planner.core.surface.up_axis import with_z_up
     from focus_planner.io.lens_sheet.saving import sheet_writer
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
@@ -190,23 +170,8 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
     tell(f"reading {options.surface}")
-    surface = with_z_up(_surface(options), options.up)
-    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
+    scene = Scene(read_surface(options), show_share(tell, f"preparing {options.surface}"))
     return _Given(scene, rig, file_rig, tables, request)
-
-
-def _surface(options: argparse.Namespace) -> Surface:
-    from focus_planner.io.importance import IMPORTANCE
-    from focus_planner.io.surfaces import load_surface
-
-    name = options.importance_property
-    if options.importance is not None and name is not None:
-        raise InputError("--importance and --importance-property", "one of them", "both")
-    return load_surface(
-        options.surface,
-        options.importance,
-        importance_property=IMPORTANCE if name is None else name,
-    )
 
 
 def _solve(

@@ -54,9 +54,8 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the report."""
-    check_report_option(
-        options.output, (options.plan, options.surface, options.rig, options.lens_tables)
-    )
+    inputs = (options.plan, options.surface, options.rig, options.lens_tables, options.importance)
+    check_report_option(options.output, inputs)
     with shown(options.quiet) as tell:
         tell("loading the planner")
         _check(options)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.progress import Tell, show_share
+from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -51,12 +52,7 @@ def add_subject_options(parser: Any) -> None:
         help="with PLAN.JSON: the surface that it was made for; with RUN: the same surface, for the"
         " colours or the texture that a run does not have",
     )
-    option(
-        "--up",
-        choices=("z", "y", "x", "-z", "-y", "-x"),
-        default="z",
-        help="axis of SURFACE that is up in the world (default: %(default)s)",
-    )
+    add_surface_options(parser)
     option("--rig", type=Path, metavar="RIG.YAML", help="with PLAN.JSON: the rig")
     option(
         "--lens-tables",
@@ -85,7 +81,7 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     from focus_planner.recording.run import read_run
     from focus_planner.recording.subject import subject_of
 
-    for name in ("rig", "lens_tables"):
+    for name in ("rig", "lens_tables", "importance", "importance_property"):
         if getattr(options, name) is not None:
             flag = f"--{name.replace('_', '-')}"
             raise InputError(
@@ -102,7 +98,7 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
 def _with_looks_of(
     subject: PlannedSubject, options: argparse.Namespace, tell: Tell
 ) -> PlannedSubject:
-    """Return the subject with its surface as the file has it, with colours and texture."""
+    """Return the subject with the colours and the texture that the file has."""
     from dataclasses import replace
 
     import numpy as np
@@ -110,12 +106,16 @@ def _with_looks_of(
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
 
-    then, now = subject.scene.surface, _surface(options, tell)
+    tell(f"reading {options.surface}")
+    then, now = subject.scene.surface, read_surface(options)
     pairs: list[tuple[Any, Any]] = []
+    looks: dict[str, Any] = {}
     if isinstance(now, Mesh) and isinstance(then, Mesh):
         pairs = [(now.vertices, then.vertices), (now.triangles, then.triangles)]
+        looks = {"vertex_colours": now.vertex_colours, "texture": now.texture}
     elif isinstance(now, PointCloud) and isinstance(then, PointCloud):
         pairs = [(now.points, then.points)]
+        looks = {"colours": now.colours}
     if not pairs or not all(np.array_equal(a, b) for a, b in pairs):
         raise InputError(
             str(options.surface),
@@ -123,7 +123,9 @@ def _with_looks_of(
             "another",
             "leave --surface out for the run's own",
         )
-    return replace(subject, scene=Scene(now, show_share(tell, f"preparing {options.surface}")))
+    # All else, importance and normals among it, is as it was planned with.
+    seen = replace(then, **{name: look for name, look in looks.items() if look is not None})
+    return replace(subject, scene=Scene(seen, show_share(tell, f"preparing {options.surface}")))
 
 
 def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
@@ -147,17 +149,10 @@ def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     if options.lens_tables is not None:
         rig = load_lens_tables(options.lens_tables).apply(rig)
     _check_cameras(options, plan, [camera.name for camera in rig.cameras])
-    scene = Scene(_surface(options, tell), show_share(tell, f"preparing {options.surface}"))
+    tell(f"reading {options.surface}")
+    scene = Scene(read_surface(options), show_share(tell, f"preparing {options.surface}"))
     subject = PlannedSubject(scene, rig, requested(plan, scene), plan)
     return NamedSubject(subject, options.surface.name, options.rig.name, None)
-
-
-def _surface(options: argparse.Namespace, tell: Tell) -> Any:
-    from focus_planner.core.surface.up_axis import with_z_up
-    from focus_planner.io.surfaces import load_surface
-
-    tell(f"reading {options.surface}")
-    return with_z_up(load_surface(options.surface), options.up)
 
 
 def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str]) -> None:

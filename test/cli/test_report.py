@@ -160,6 +160,36 @@ def test_a_plan_is_reported_with_its_files(here: Path, told: list[ReportContent]
     assert [name for name, _ in content.software] == ["report made with"]
 
 
+def test_a_plan_is_reported_with_its_importance(here: Path, told: list[ReportContent]) -> None:
+    heights = [line.split()[3] for line in Path("ball.obj").read_text().splitlines() if "v" in line]
+    Path("high.txt").write_text("".join(f"{int(float(z) > 0.9)}\n" for z in heights))
+    importance = ("--importance", "high.txt")
+    files = ("--surface", "ball.obj", "--rig", "rig.yaml", "--samples", "300")
+    assert plan("--output", "plan.json", *importance) == 0
+    assert report("plan.json", *files, *importance) == 0
+    assert report("plan.json", *files) == 0
+    with_it, without = told
+    assert with_it.surface.importance is not None
+    assert {0.0, 1.0} < set(with_it.surface.importance.tolist())
+    assert [note.code for note in with_it.notes] == [n.code for n in with_it.plans[0].plan.notes]
+    assert "has no importance and was not planned for" in with_it.verdict
+    assert without.notes[-1].code == "other_inputs"
+
+
+def test_a_run_keeps_its_importance_with_the_colours_of_a_file(
+    here: Path, told: list[ReportContent], capsys: Any
+) -> None:
+    heights = [line.split()[3] for line in Path("ball.obj").read_text().splitlines() if "v" in line]
+    Path("high.txt").write_text("".join(f"{int(float(z) > 0.9)}\n" for z in heights))
+    assert plan("--record", "runs", "--importance", "high.txt", "--quiet") == 0
+    (path,) = map(str, Path("runs").iterdir())
+    assert report(path, "--surface", "ball.obj", "--samples", "100") == 0
+    assert told[0].surface.importance is not None
+    capsys.readouterr()
+    error = error_of(capsys, report(path, "--importance", "high.txt"))
+    assert "--importance: expected a plan.json to use it with" in error
+
+
 def test_a_plan_of_another_surface_is_doubted(
     here: Path, told: list[ReportContent], capsys: Any
 ) -> None:
