@@ -47,7 +47,14 @@ setup(
         # The marker by which ROS finds the package, and its manifest.
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/config", ["config/focus_planner.yaml"]),
+        (
+            f"share/{NAME}/config",
+            [
+                "config/focus_planner.rviz",
+                "config/focus_planner.yaml",
+                "config/foxglove_layout.json",
+            ],
+        ),
         (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),
         (
             f"share/{NAME}/security",

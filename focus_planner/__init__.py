@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
     from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-    from focus_planner.core.rig.layouts import cylinder_rig
+    from focus_planner.core.rig.layouts import cylinder_rig, dome_rig, turntable_rig
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.lens_table import LensTable
     from focus_planner.core.rig.optics import (
@@ -60,6 +60,7 @@ __all__ = [
     "cylinder_rig",
     "depth_of_field",
     "distance_from_sensor",
+    "dome_rig",
     "focus_interval",
     "hyperfocal_distance",
     "lens_sheet",
@@ -71,6 +72,7 @@ __all__ = [
     "save_plan",
     "save_report",
     "save_rig",
+    "turntable_rig",
 ]
 
 _HOMES = {
@@ -85,7 +87,7 @@ _HOMES = {
     ),
     "core.rig.camera": ("Camera", "CameraIntrinsics"),
     "core.rig.rig": ("Grid", "Rig"),
-    "core.rig.layouts": ("cylinder_rig",),
+    "core.rig.layouts": ("cylinder_rig", "dome_rig", "turntable_rig"),
     "core.surface.surface": ("Mesh", "PointCloud"),
     "core.surface.scene": ("Scene",),
     "core.problem.problem": ("Problem",),

@@ -89,7 +89,9 @@ def _add_outputs(group: Any) -> None:
     option(
         "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
     )
-    option("--markers", action="store_true", help="with --record: include 3D markers of the plan")
+    option(
+        "--markers", action="store_true", help="with --record: include what shows the plan in 3D"
+    )
     option(
         "--record-access",
         default="owner",
@@ -128,7 +130,7 @@ def run(options: argparse.Namespace) -> int:
     recorder = CommandRecorder(options.record, options.markers, options.record_access)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
-        steps = collect_steps(show_progress(tell))
+        steps = collect_steps(show_progress(tell, "", given.request.time_budget))
         plan = _solve(given, tell, recorder, steps)
         _write(options, given, plan, tell)
         if options.report is not None:
@@ -169,8 +171,8 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     file_rig = load_rig(options.rig)
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
-    tell(f"reading {options.surface}")
-    scene = Scene(read_surface(options), show_share(tell, f"preparing {options.surface}"))
+    surface = read_surface(options, tell)
+    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     return _Given(scene, rig, file_rig, tables, request)
 
 

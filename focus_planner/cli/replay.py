@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.progress import Tell, show_progress, shown
+from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
 from focus_planner.cli.replay_report import check_single, report_replay
 from focus_planner.cli.reporting import REPORT_HELP, collect_steps
@@ -84,7 +84,9 @@ def add(commands: Any) -> None:
         " repeated",
     )
     option("--record", type=Path, metavar="DIR", help="record the new runs below this folder")
-    option("--markers", action="store_true", help="with --record: include 3D markers of the plans")
+    option(
+        "--markers", action="store_true", help="with --record: include what shows the plans in 3D"
+    )
     option(
         "--record-access",
         default="owner",
@@ -212,11 +214,12 @@ def _replay_here(
     changed = with_changes(recorded, changes) if changes else Changed(recorded, ())
     again = changed.run
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
-    steps = collect_steps(show_progress(tell, place))
+    as_it_was = not changes and recorded.ending is not None
+    on_preparing = show_share(tell, f"{place}preparing the surface")
+    steps = collect_steps(show_progress(tell, place, None if as_it_was else _time_budget(again)))
     on_progress, end = recorder.begin(lambda: (again.inputs, beginning), steps)
     tell(f"{place}finding what the cameras see")
-    as_it_was = not changes and recorded.ending is not None
-    replayed = plan_run(again, on_progress, stop_as_recorded=as_it_was)
+    replayed = plan_run(again, on_progress, on_preparing, stop_as_recorded=as_it_was)
     ctrl_c.check()
     now = replayed.ending
     folder = end(now.success, now.message, replayed.plan, replayed.rig)
@@ -236,6 +239,13 @@ def _replay_here(
     return _Replay(
         recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder, again
     )
+
+
+def _time_budget(run: Run) -> float | None:
+    """Return the time budget of a run; None if its request is one to be refused."""
+    with suppress(InputError):
+        return run.beginning.request.time_budget
+    return None
 
 
 def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:

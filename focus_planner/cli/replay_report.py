@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from focus_planner.cli.progress import Tell
+from focus_planner.cli.progress import Tell, show_share
 from focus_planner.cli.reporting import ReportOptions, check_report_option, make_report
 from focus_planner.core.validation import InputError
 
@@ -55,8 +55,7 @@ def report_replay(
     from focus_planner.recording.provenance import provenance_of
     from focus_planner.recording.subject import subject_of
 
-    tell("preparing the surface again")
-    subject = subject_of(again)
+    subject = subject_of(again, show_share(tell, "preparing the surface again"))
     provenance = replace(
         provenance_of(again), planned=datetime.now().astimezone(), changed=", ".join(changes)
     )

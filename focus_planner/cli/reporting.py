@@ -95,7 +95,7 @@ def make_report(
     from focus_planner.report.making import write_report
 
     def on_progress(method: str) -> ProgressCallback:
-        return show_progress(tell, f"to compare with, {method}: ")
+        return show_progress(tell, f"{method}, to compare with: ")
 
     compared = list(also)
     for each in plans_to_compare(subject, options.compare, on_progress, "--compare"):

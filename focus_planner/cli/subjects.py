@@ -89,7 +89,7 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
             )
     tell(f"reading {options.plan}")
     run = read_run(options.plan)
-    subject = subject_of(run)
+    subject = subject_of(run, show_share(tell, "preparing the surface"))
     if options.surface is not None:
         subject = _with_looks_of(subject, options, tell)
     return NamedSubject(subject, *input_names(run), run)
@@ -106,8 +106,7 @@ def _with_looks_of(
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
 
-    tell(f"reading {options.surface}")
-    then, now = subject.scene.surface, read_surface(options)
+    then, now = subject.scene.surface, read_surface(options, tell)
     pairs: list[tuple[Any, Any]] = []
     looks: dict[str, Any] = {}
     if isinstance(now, Mesh) and isinstance(then, Mesh):
@@ -149,8 +148,8 @@ def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     if options.lens_tables is not None:
         rig = load_lens_tables(options.lens_tables).apply(rig)
     _check_cameras(options, plan, [camera.name for camera in rig.cameras])
-    tell(f"reading {options.surface}")
-    scene = Scene(read_surface(options), show_share(tell, f"preparing {options.surface}"))
+    surface = read_surface(options, tell)
+    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     subject = PlannedSubject(scene, rig, requested(plan, scene), plan)
     return NamedSubject(subject, options.surface.name, options.rig.name, None)
 

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.progress import Tell, show_reading
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def add_surface_options(parser: Any) -> None:
     )
 
 
-def read_surface(options: argparse.Namespace) -> Surface:
+def read_surface(options: argparse.Namespace, tell: Tell) -> Surface:
     """Return the surface of the file, with its importance, turned up.
 
     Raises
@@ -56,5 +57,6 @@ def read_surface(options: argparse.Namespace) -> Surface:
         options.surface,
         options.importance,
         importance_property=IMPORTANCE if name is None else name,
+        on_progress=show_reading(tell, options.surface),
     )
     return with_z_up(surface, options.up)

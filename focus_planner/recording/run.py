@@ -73,11 +73,14 @@ from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.bag_reading import Bag, read_bag
 from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planning_orders import Visuals
 
 VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
 _REQUEST = f"{PACKAGE}/msg/PlanRequest"
 _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PARAMETER = "rcl_interfaces/msg/Parameter"
+# Of the type of an input, and none.
+_QUALITY_CLOUD = "quality_cloud"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
 # Plans for files have no limits; nor had nodes before limits were introduced.
@@ -361,9 +364,10 @@ def _plan_topic(published: bool) -> str:
     return "focus_plan" if published else "run/focus_plan"
 
 
-def markers_message(beginning: Beginning, markers: bytes, at: int) -> BagMessage:
-    """Return the message of a plan's serialized 3D markers."""
-    return BagMessage(f"{beginning.planner}/markers", MARKERS, markers, at)
+def visuals_messages(beginning: Beginning, visuals: Visuals, at: int) -> Iterator[BagMessage]:
+    """Yield the messages that show a plan."""
+    yield BagMessage(f"{beginning.planner}/markers", MARKERS, visuals.markers, at)
+    yield BagMessage(f"{beginning.planner}/{_QUALITY_CLOUD}", CLOUD, visuals.quality_cloud, at)
 
 
 def _message(
@@ -441,6 +445,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             message
             for message in bag.messages
             if message.type_name in (*_SURFACES, *_RIGS, VERTEX_DATA)
+            and message.topic != f"{run.planner}/{_QUALITY_CLOUD}"
         ),
         beginning=Beginning(
             run_id=run.run_id,
