@@ -128,14 +128,14 @@ def assemble(
     doubt = None if provenance.certain else other_inputs(plan, worths[0])
     if doubt is None:
         worths[0] = own_worth(plan, worths[0].counted_area)
-    notes = (*plan.notes, *filter(None, [doubt]))
+    notes = (*filter(None, [doubt]), *plan.notes)
     tell(f"finding what the cameras see of {samples} samples")
     problem = with_one_shot(subject.fresh_problem(samples))
     surface = sample_surface(problem, subject.model, subject.request.depth_tolerance)
     foreign, area = doubt is not None, subject.scene.area
     shares = [shares_of(worth, area) for worth in worths]
     return ReportContent(
-        title=_title(provenance),
+        title=_title(provenance.surface, len(rig)),
         verdict=verdict(plans, worths, notes, area, foreign=foreign),
         notes=notes,
         facts=tuple(_facts(sheet, provenance, subject, surface, made, foreign=foreign)),
@@ -174,8 +174,11 @@ def _reported(
         yield reported
 
 
-def _title(provenance: Provenance) -> str:
-    return f"Focus plan for {printable(provenance.surface)}" if provenance.surface else "Focus plan"
+def _title(surface: str, cameras: int) -> str:
+    """Return the title: topics, which runs of a node have for names, say nothing in it."""
+    if surface and not surface.startswith("/"):
+        return f"Focus plan for {printable(surface)}"
+    return "Focus plan for 1 camera" if cameras == 1 else f"Focus plan for {cameras} cameras"
 
 
 def _facts(

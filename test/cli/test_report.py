@@ -107,6 +107,7 @@ def test_a_run_is_reported(run: Path, here: Path, told: list[ReportContent], cap
     facts = dict(content.facts)
     assert facts["recorded run"] == recorded.beginning.run_id
     assert facts["surface"] == "/focus_planner/mesh"
+    assert content.title == "Focus plan for 8 cameras"
     parameters = dict(content.parameters)
     assert (parameters["method"], parameters["samples"], parameters["time_budget"]) == (
         *("em", 300),
@@ -173,7 +174,7 @@ def test_a_plan_is_reported_with_its_importance(here: Path, told: list[ReportCon
     assert {0.0, 1.0} < set(with_it.surface.importance.tolist())
     assert [note.code for note in with_it.notes] == [n.code for n in with_it.plans[0].plan.notes]
     assert "has no importance and was not planned for" in with_it.verdict
-    assert without.notes[-1].code == "other_inputs"
+    assert without.notes[0].code == "other_inputs"
 
 
 def test_a_run_keeps_its_importance_with_the_colours_of_a_file(
@@ -198,7 +199,7 @@ def test_a_plan_of_another_surface_is_doubted(
     capsys.readouterr()
     assert report("plan.json", "--surface", "other.obj", "--rig", "rig.yaml") == 0
     (content,) = told
-    assert content.notes[-1].code == "other_inputs"
+    assert content.notes[0].code == "other_inputs"
     assert "probably not the plan's" in capsys.readouterr().out
 
 
@@ -394,4 +395,4 @@ def test_a_report_is_saved_from_python(here: Path, told: list[ReportContent]) ->
     with pytest.raises(InputError, match="expected a name that ends in"):
         save_report(made, scene, RIG, Path("r.pdf"))
     save_report(made, Scene(sphere(0.33, (0.0, 0.0, 0.9), 3)), RIG, Path("r.html"), samples=100)
-    assert told[-1].notes[-1].code == "other_inputs"
+    assert told[-1].notes[0].code == "other_inputs"
