@@ -80,7 +80,7 @@ setup(
         # Compressed glTF, and the files of laser scanners.
         "formats": ["dracopy>=2.2", "laspy>=2.7", "lazrs>=0.8", "pye57>=0.4"],
         "pdf": ["reportlab>=5.1"],
-        "picture": ["matplotlib>=3.10"],
+        "picture": ["matplotlib>=3.10", "pillow>=12.3"],
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
         # are built from msg_defs, as `make setup` does.
         "ros": ["ros-jazzy-common-interfaces>=5.3,<5.4", "ros-jazzy-rclpy[fastrtps]>=7.1,<7.2"],

@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command line: ``focus_planner rig | plan | replay | report | parameters | demo``, and nodes.
+"""The command line: ``focus_planner rig | plan | replay | report | preview | demo``, and more.
 
 Results go to stdout, everything else to stderr. Bad input ends in exit status 2 and one line that
 says what was wrong with it.
@@ -146,7 +146,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import parameters, plan, replay, report, rig
+    from focus_planner.cli import parameters, plan, preview, replay, report, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -160,6 +160,7 @@ def _parser() -> argparse.ArgumentParser:
     plan.add(commands)
     replay.add(commands)
     report.add(commands)
+    preview.add(commands)
     _add_nodes(commands)
     parameters.add(commands)
     _add_demo(commands)

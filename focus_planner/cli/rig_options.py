@@ -25,7 +25,10 @@ _LENS_OPTIONS: dict[str, dict[str, Any]] = {
         "help": "focal length² / (f-number · circle of confusion), metres (default: 10)"
     },
     "f_number": {"help": "with --circle-of-confusion: replaces --hyperfocal-distance"},
-    "circle_of_confusion": {"help": "largest blur spot on the sensor that counts as sharp, metres"},
+    "circle_of_confusion": {
+        "help": "largest blur spot on the sensor that counts as sharp, metres; beside"
+        " --hyperfocal-distance it tells previews and masks the aperture"
+    },
     "min_focus": {"help": "nearest distance at which the lens can focus, metres"},
     "max_focus": {"help": "farthest distance at which the lens can focus, metres"},
     "focus_distances": {

@@ -43,11 +43,10 @@ _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens", "defaults")
 _IMAGE_KEYS = tuple(field.name for field in fields(CameraIntrinsics))
 _PINHOLE_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 _GRID_KEYS = tuple(field.name for field in fields(Grid))
-_APERTURE_KEYS = ("f_number", "circle_of_confusion")
-_LENS_KEYS = (*(field.name for field in fields(Lens)), *_APERTURE_KEYS)
+_LENS_KEYS = (*(field.name for field in fields(Lens)), "f_number")
 # Keys that express the same property in different ways.
 _ALTERNATIVES = (
-    (_APERTURE_KEYS, ("hyperfocal_distance",)),
+    (("f_number",), ("hyperfocal_distance",)),
     (("focus_distances",), ("focus_steps",)),
 )
 
@@ -64,8 +63,9 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     """Read rig.yaml.
 
     ``image`` and ``lens`` apply to all cameras; a camera may override any of their keys. Missing
-    keys default to the paper's values. A lens has a ``hyperfocal_distance``, or ``f_number`` and
-    ``circle_of_confusion``; a camera that gives either form overrides the shared one. ``fy``
+    keys default to the paper's values. A lens has a ``hyperfocal_distance``, beside which a
+    ``circle_of_confusion`` tells the aperture, or ``f_number`` and ``circle_of_confusion``; a
+    camera that gives either form overrides the shared one. ``fy``
     defaults to ``fx``. The same
     goes for ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
     converts distances to the driver's values
@@ -167,26 +167,31 @@ def lens_from_values(where: str, values: Values) -> Lens:
     where : str
         The values' name in errors.
     values : mapping
-        Lens's attributes; ``f_number`` and ``circle_of_confusion`` may replace
+        Lens's attributes; ``f_number``, with ``circle_of_confusion``, may replace
         ``hyperfocal_distance``.
 
     Raises
     ------
     InputError
-        If both are given, only one of ``f_number`` and ``circle_of_confusion`` is, or a value is
-        out of range.
+        If both are given, ``circle_of_confusion`` has neither beside it, ``f_number`` has no
+        ``circle_of_confusion``, or a value is out of range.
     """
-    aperture = [values[key] for key in _APERTURE_KEYS if key in values]
-    if aperture and "hyperfocal_distance" in values:
+    by_aperture = "f_number" in values
+    if by_aperture and "hyperfocal_distance" in values:
         raise InputError(
             where, "either hyperfocal_distance or f_number and circle_of_confusion", "both"
         )
-    if len(aperture) == 1:
+    circle = values.get("circle_of_confusion")
+    if by_aperture and circle is None:
         raise InputError(where, "both f_number and circle_of_confusion", "only one of them")
-    own = {key: value for key, value in values.items() if key not in _APERTURE_KEYS}
-    if aperture:
+    if circle is not None and not by_aperture and "hyperfocal_distance" not in values:
+        raise InputError(
+            where, "f_number or hyperfocal_distance with circle_of_confusion", "neither"
+        )
+    own = {key: value for key, value in values.items() if key != "f_number"}
+    if by_aperture:
         focal_length = own.get("focal_length", Lens().focal_length)
-        own["hyperfocal_distance"] = hyperfocal_distance(focal_length, *aperture)
+        own["hyperfocal_distance"] = hyperfocal_distance(focal_length, values["f_number"], circle)
     return Lens(**own)
 
 
@@ -279,6 +284,7 @@ def _text(where: str, value: Any) -> str:
 
 
 _READERS = {
+    "circle_of_confusion": _optional(number),
     "focus_distances": _optional(numbers),
     "focus_steps": _optional(number),
     "table": _optional(lens_table_from_values),

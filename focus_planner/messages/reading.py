@@ -193,6 +193,7 @@ def lens_from_message(message: Message) -> Lens:
         focus_steps=message.focus_steps or None,
         table=table,
         hiatus=message.hiatus,
+        circle_of_confusion=message.circle_of_confusion or None,
     )
 
 

@@ -94,6 +94,7 @@ def lens_to_fields(lens: Lens) -> Fields:
     return {
         "focal_length": lens.focal_length,
         "hyperfocal_distance": lens.hyperfocal_distance,
+        "circle_of_confusion": lens.circle_of_confusion or 0.0,
         "min_focus": lens.min_focus,
         "max_focus": 0.0 if math.isinf(lens.max_focus) else lens.max_focus,
         "focus_distances": lens.focus_distances or (),

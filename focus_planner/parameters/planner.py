@@ -137,8 +137,9 @@ DECLARATIONS = (
     Declaration(
         "lens.circle_of_confusion",
         0.0,
-        "Circle of confusion: the largest blur spot on the sensor that counts as sharp, in metres."
-        " Used only if lens.hyperfocal_distance is 0." + _POSES,
+        "Circle of confusion: the largest blur spot on the sensor that counts as sharp, in metres;"
+        " 0 if unknown. Beside lens.hyperfocal_distance only previews and masks depend on it."
+        + _POSES,
     ),
     Declaration(
         "lens.min_focus",

@@ -9,10 +9,9 @@ from typing import Any
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.optics import customary_circle, hyperfocal_distance
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
-from focus_planner.messages.typestore import RIG
 from focus_planner.parameters.declaration import Value, group
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
@@ -25,8 +24,6 @@ _DEFAULTS: dict[str, Value] = {
 _CAMERA_PREFIXES = ("lens.", "image.")
 # These do not affect a plan, or cannot be changed afterwards.
 _NOT_SETTABLE = ("frame_id", "warm_start")
-# The customary circle of confusion is the sensor's diagonal divided by 1500.
-_CIRCLES_PER_DIAGONAL = 1500
 
 
 @dataclass(frozen=True)
@@ -125,8 +122,7 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> R
             rig = arrival.read(optics)
         except InputError:
             continue  # it was rejected, and still is
-        circles = _recorded_circles(run, arrival.payload)
-        cameras = tuple(_changed_camera(camera, changes, circles, notes) for camera in rig.cameras)
+        cameras = tuple(_changed_camera(camera, changes, notes) for camera in rig.cameras)
         changed[arrival.payload] = Rig(cameras, rig.frame_id, rig.grid)
     inputs = tuple(
         rig_message(planner, changed[message.payload], message.at)
@@ -137,38 +133,20 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> R
     return replace(run, inputs=inputs)
 
 
-def _recorded_circles(run: Run, payload: bytes) -> dict[str, float]:
-    """Return the recorded circles of confusion by camera; that of the settings under ""."""
-    values: dict[str, Any] = dict(run.beginning.settings.values)
-    circles: dict[str, float] = {"": values["lens.circle_of_confusion"]}
-    message = next(message for message in run.inputs if message.payload == payload)
-    if message.type_name == RIG:
-        for camera in message.read().cameras:
-            if camera.lens.focal_length:
-                circles[camera.name] = camera.lens.circle_of_confusion
-    return circles
-
-
-def _changed_camera(
-    camera: Camera, changes: Mapping[str, Any], circles: Mapping[str, float], notes: list[str]
-) -> Camera:
+def _changed_camera(camera: Camera, changes: Mapping[str, Any], notes: list[str]) -> Camera:
     intrinsics = replace(camera.intrinsics, **group(changes, "image."))
     lens_changes = group(changes, "lens.")
     focal_length = lens_changes.get("focal_length", camera.lens.focal_length)
-    known = circles.get(camera.name, circles[""])
 
     def circle() -> float:
-        return known or _default_circle(intrinsics, focal_length, notes)
+        return camera.lens.circle_of_confusion or _default_circle(intrinsics, focal_length, notes)
 
     lens = _changed_lens(camera.lens, lens_changes, focal_length, circle)
     return replace(camera, intrinsics=intrinsics, lens=lens)
 
 
 def _default_circle(intrinsics: CameraIntrinsics, focal_length: float, notes: list[str]) -> float:
-    diagonal = focal_length * math.hypot(
-        intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
-    )
-    circle = diagonal / _CIRCLES_PER_DIAGONAL
+    circle = customary_circle(intrinsics, focal_length)
     note = (
         f"the recording has no circle of confusion: assumed {1e3 * circle:.4f} mm, the sensor's"
         " diagonal / 1500 (--set circle_of_confusion=... for another)"
@@ -191,6 +169,7 @@ def _changed_lens(
         f_number = _f_number(lens, circle()) if f_number is None else f_number
         blur = circle() if given_circle is None else given_circle
         changes["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, blur)
+        changes["circle_of_confusion"] = blur
     elif "hyperfocal_distance" not in changes:
         # Keep the f-number and the circle of confusion.
         ratio = focal_length / lens.focal_length

@@ -88,11 +88,9 @@ class Parameters:
         self._warn_if_ignored()
 
     def _warn_if_ignored(self) -> None:
-        given = self._values["lens.f_number"] or self._values["lens.circle_of_confusion"]
-        if given and self._values["lens.hyperfocal_distance"]:
+        if self._values["lens.f_number"] and self._values["lens.hyperfocal_distance"]:
             self._node.get_logger().warning(
-                "lens.f_number and lens.circle_of_confusion are ignored unless"
-                " lens.hyperfocal_distance is 0"
+                "lens.f_number is ignored unless lens.hyperfocal_distance is 0"
             )
 
 

@@ -121,7 +121,7 @@ def test_the_plan_of_another_rig_is_refused() -> None:
 def test_a_plan_that_cannot_be_for_these_inputs_is_doubted() -> None:
     other = replace(SUBJECT, scene=Scene(torus(0.42, 0.15)))
     content = assemble(other, COMPARED, Provenance(certain=False), samples=100)
-    assert [note.code for note in content.notes][0] == "other_inputs"
+    assert content.notes[0].code == "other_inputs"
     assert "probably not the plan's" in content.verdict
     assert "No plan" not in content.verdict
     assert not {"fresh cost", "in focus", "cost"} & set(dict(content.facts))

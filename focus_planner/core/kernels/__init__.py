@@ -70,6 +70,26 @@ from focus_planner.core.kernels.problem import (
     sort_by_camera,
     sort_by_sample,
 )
+from focus_planner.core.kernels.rasterize import (
+    AFFINE,
+    BLOCK,
+    TILE,
+    Tiles,
+    Triangles,
+    bound_tiles,
+    bound_triangles,
+    depths,
+    list_by_tile,
+    undistort,
+)
+from focus_planner.core.kernels.shading import (
+    PATTERN,
+    TEXTURE,
+    VERTEX_COLOURS,
+    Looks,
+    expose,
+    light_corners,
+)
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
 from focus_planner.core.kernels.visibility import (
@@ -86,14 +106,20 @@ from focus_planner.core.kernels.visibility import (
 )
 
 __all__ = [
+    "AFFINE",
+    "BLOCK",
     "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
     "NEVER",
+    "PATTERN",
     "PLACES",
     "POLYNOMIAL",
     "PROJECTION",
+    "TEXTURE",
+    "TILE",
     "UNSEEN",
+    "VERTEX_COLOURS",
     "Averages",
     "Blocks",
     "CameraTuples",
@@ -102,12 +128,15 @@ __all__ = [
     "DescentState",
     "GainsByCamera",
     "GainsBySample",
+    "Looks",
     "Neighbourhoods",
     "Nodes",
     "PairsByCamera",
     "PairsBySample",
     "PointGrid",
     "PriceDescent",
+    "Tiles",
+    "Triangles",
     "Views",
     "activate",
     "agreement",
@@ -117,6 +146,8 @@ __all__ = [
     "best_pair",
     "block_keys",
     "bound_blocks",
+    "bound_tiles",
+    "bound_triangles",
     "bound_view",
     "cell_areas",
     "cell_ranges",
@@ -126,8 +157,10 @@ __all__ = [
     "count_gains",
     "count_near_view",
     "count_shared",
+    "depths",
     "descend",
     "distort",
+    "expose",
     "fill_rays",
     "focus_room",
     "gains_by_sample",
@@ -136,6 +169,8 @@ __all__ = [
     "join",
     "keep_imaged",
     "keep_seen",
+    "light_corners",
+    "list_by_tile",
     "list_gains",
     "list_in_view",
     "list_shared",
@@ -153,4 +188,5 @@ __all__ = [
     "strongest",
     "thin",
     "threads_for",
+    "undistort",
 ]

@@ -43,6 +43,8 @@ _MARGIN = 1e-6
 # Corners that show nothing, or that are imaged farther off the axis, are drawn here.
 _WIDEST_TANGENT = math.tan(math.radians(85))
 _MAX_ITERATIONS = 50
+# Entries of a table that inverts the radial part, and the widest tan θ in it.
+_TABLE, _WIDEST_SEEN = 4096, 1e4
 # Enough for large rigs whose cameras are recalibrated now and then; an entry takes 3 KiB.
 _CACHE_SIZE = 32_768
 
@@ -139,6 +141,31 @@ def corner_rays(intrinsics: CameraIntrinsics) -> tuple[tuple[float, float], ...]
         profile = _radial_profile(intrinsics)
         targets = np.array([_undistort(intrinsics, profile, target) for target in targets])
     return tuple((x, y) for x, y in targets.tolist())
+
+
+def first_rays(intrinsics: CameraIntrinsics, targets: FloatArray) -> FloatArray:
+    """Return (n, 2) x, y at depth 1 of the rays that the radial part takes to the targets.
+
+    Those are in focal lengths from the principal point. With the other terms the rays are imaged
+    near them; a target beyond the reach gets a ray within.
+
+    Parameters
+    ----------
+    intrinsics : CameraIntrinsics
+        With a distortion model.
+    targets : (n, 2) array
+    """
+    profile = _radial_profile(intrinsics)
+    lengths = np.sqrt((targets**2).sum(axis=1))
+    end = math.atan(min(profile.reach, _WIDEST_SEEN)) * (1 - _SLACK)
+    angles = np.linspace(0.0, end, _FIRST_RINGS + 1)
+    # Telephoto lenses see a small part of what their distortion is valid for.
+    beyond = np.searchsorted(profile.distances(np.tan(angles)), lengths.max(initial=0.0))
+    tangents = np.tan(np.linspace(0.0, angles[min(int(beyond), _FIRST_RINGS)], _TABLE))
+    found = np.interp(lengths, profile.distances(tangents), tangents)
+    scale = found / np.where(lengths > 0, lengths, 1.0)
+    rays: FloatArray = targets * scale[:, None]
+    return rays
 
 
 def _coefficients(intrinsics: CameraIntrinsics) -> FloatArray:

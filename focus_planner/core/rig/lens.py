@@ -47,6 +47,11 @@ class Lens:
         How far the rear principal plane is behind the front one, metres; 0 for a thin lens,
         negative if they are crossed. It lengthens the way to the sensor and changes nothing else:
         see :func:`~focus_planner.core.rig.optics.distance_from_sensor`.
+    circle_of_confusion : float, optional
+        Largest diameter on the sensor of a blurred point that still counts as sharp, metres. With
+        the hyperfocal distance it tells the aperture, and so how blurred pictures are; plans do
+        not depend on it. When absent, pictures assume the customary one:
+        :func:`~focus_planner.core.rig.optics.circle_of_confusion`.
 
     Raises
     ------
@@ -63,6 +68,7 @@ class Lens:
     focus_steps: int | None = None
     table: LensTable | None = None
     hiatus: float = 0.0
+    circle_of_confusion: float | None = None
 
     def __post_init__(self) -> None:
         check_number("lens.focal_length", self.focal_length, above=0)
@@ -81,6 +87,11 @@ class Lens:
                 f"{self.min_focus:g} m",
             )
         _check_hiatus(self)
+        if self.circle_of_confusion is not None:
+            name = "lens.circle_of_confusion"
+            check_number(name, self.circle_of_confusion, above=0)
+            check_number(name, self.circle_of_confusion, at_least=_SHORTEST_LENGTH)
+            _check_magnitude(name, self.circle_of_confusion)
         if self.table is not None:
             _check_table(self, self.table)
         if self.focus_distances is not None:

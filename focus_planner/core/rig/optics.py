@@ -6,14 +6,55 @@ otherwise.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.validation import check_number
 
 # Of what a lens is given by, metres: beyond these its squares and their quotients overflow.
 _SMALLEST, _LARGEST = 1e-12, 1e12
+
+# The customary circle of confusion is the sensor's diagonal divided by this.
+_CIRCLES_PER_DIAGONAL = 1500
+
+
+def customary_circle(intrinsics: CameraIntrinsics, focal_length: float) -> float:
+    """Return the sensor's diagonal / 1500, the circle of confusion where nobody gives one, metres.
+
+    Parameters
+    ----------
+    intrinsics : CameraIntrinsics
+    focal_length : float
+        Metres: with the focal length in pixels it tells the pixels' size.
+    """
+    diagonal = focal_length * math.hypot(
+        intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
+    )
+    return diagonal / _CIRCLES_PER_DIAGONAL
+
+
+def circle_of_confusion(camera: Camera) -> float:
+    """Return the circle of confusion of a camera's lens, the customary one if it has none, metres.
+
+    See :func:`customary_circle`.
+    """
+    given = camera.lens.circle_of_confusion
+    if given is not None:
+        return given
+    return customary_circle(camera.intrinsics, camera.lens.focal_length)
+
+
+def aperture_diameter(camera: Camera) -> float:
+    """Return the aperture's diameter A = F / N = H·c / F, metres.
+
+    See :func:`circle_of_confusion` for c.
+    """
+    lens = camera.lens
+    return lens.hyperfocal_distance * circle_of_confusion(camera) / lens.focal_length
 
 
 def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusion: float) -> float:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.surface.cloud_shape import surfels
 from focus_planner.core.surface.preparation import PreparedCloud, prepare_cloud
 from focus_planner.core.surface.sampling import (
@@ -78,7 +79,6 @@ class Scene:
         self._prepared: PreparedCloud | None = None
         if isinstance(surface, Mesh):
             self._centre, self.diagonal = _extent(surface)
-            vertices, triangles = surface.vertices, surface.triangles
             crosses = surface.cross_products
             self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
             self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
@@ -87,10 +87,10 @@ class Scene:
             self._prepared = prepare_cloud(surface, lambda share: on_progress(0.9 * share))
             cloud, shape = self._prepared.cloud, self._prepared.shape
             self._centre, self.diagonal = _extent(cloud)
-            vertices, triangles = surfels(cloud, shape, _SURFEL_RADIUS)
             self.area = float(shape.areas.sum())
             self.stop_short = _STOP_SHORT_OF_CLOUD * shape.spacing
             self.overhang = _SURFEL_RADIUS * shape.spacing
+        vertices, triangles = self.opaque
         self._raycasting = o3d.t.geometry.RaycastingScene()
         self._raycasting.add_triangles(
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
@@ -107,6 +107,26 @@ class Scene:
     def oriented(self) -> bool:
         """Whether samples' normals point outward; else their sign is unknown."""
         return self._prepared is None or self._prepared.shape.oriented
+
+    @property
+    def opaque(self) -> tuple[FloatArray, IntArray]:
+        """(V, 3) vertices and (T, 3) triangles of what rays hit: of a cloud, two per point.
+
+        The first half of a cloud's triangles are in the order of the points, as is the second.
+        """
+        if self._prepared is None:
+            assert isinstance(self.surface, Mesh)
+            return self.surface.vertices, self.surface.triangles
+        return surfels(self._prepared.cloud, self._prepared.shape, _SURFEL_RADIUS)
+
+    @property
+    def colours(self) -> Colours | None:
+        """(V, 3) those of the vertices of ``opaque``; None if the surface has none."""
+        if isinstance(self.surface, Mesh):
+            return self.surface.vertex_colours
+        assert self._prepared is not None
+        colours = self._prepared.cloud.colours
+        return None if colours is None else np.repeat(colours, 4, axis=0)
 
     @cached_property
     def voters(self) -> Samples:

@@ -1,0 +1,249 @@
+"""``focus_planner preview``: what each camera will see, with its blur."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from focus_planner.cli.progress import Tell, show_progress, shown
+from focus_planner.cli.subjects import add_subject_options, load_subject
+from focus_planner.cli.terminal import show_note
+from focus_planner.core.validation import InputError, check_choice
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from focus_planner.core.imaging.exposure import PictureCamera
+    from focus_planner.core.planning.plan import FocusPlan
+    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.preview.pictures import Preview
+
+# Names among which similar ones are searched.
+_MAX_SIMILAR = 10_000
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    preview = commands.add_parser(
+        "preview",
+        help="show what each camera will see, with its blur",
+        description="Write pictures of what cameras will see, with the blur that focus distance and"
+        " aperture give every pixel. Prints the names of the files.",
+    )
+    preview.set_defaults(command=run)
+    add_subject_options(preview)
+    option = preview.add_argument
+    option(
+        "--camera",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="write this camera's picture; may be repeated",
+    )
+    option(
+        "--all",
+        action="store_true",
+        help="write a contact sheet of all cameras, in the order in which one walks past them; with"
+        " --output DIR the single pictures as well",
+    )
+    option(
+        "--method",
+        metavar="METHOD",
+        help="show beside it what the camera sees in this method's plan, which is made anew",
+    )
+    option(
+        "--output",
+        type=Path,
+        metavar="FILE.png|DIR",
+        help="file of the one picture, or folder of several (default: the folder one is in)",
+    )
+    option(
+        "--scale",
+        type=float,
+        default=1.0,
+        metavar="S",
+        help="of the pictures' sides; those of a contact sheet have their own size (default:"
+        " %(default)g, the camera's resolution)",
+    )
+    option("--quiet", action="store_true", help="show no progress")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the pictures; return the exit status."""
+    if not options.camera and not options.all:
+        raise InputError("preview", "--camera NAME, or --all", "neither")
+    if not (0 < options.scale <= 1):
+        raise InputError("--scale", "a number above 0, at most 1", f"{options.scale:g}")
+    # First of all, so that nobody waits to learn what to install.
+    from focus_planner.core.planning.request import METHODS
+    from focus_planner.preview.pictures import note_on_circles
+
+    if options.method is not None:
+        check_choice("--method", options.method, METHODS)
+    _check_output(options.output)
+    with shown(options.quiet) as tell:
+        named = load_subject(options, tell)
+        chosen = _chosen(named.subject, options.camera)
+        for path in _written(options, named.subject, chosen, tell):
+            print(path)
+    note = note_on_circles(named.subject.rig)
+    if note:
+        show_note(note)
+    return 0
+
+
+def _is_file(output: Path | None) -> bool:
+    return output is not None and output.suffix.lower() == ".png"
+
+
+def _check_output(output: Path | None) -> None:
+    from focus_planner.io.files import check_writable
+
+    if output is None:
+        return
+    if _is_file(output):
+        check_writable(output)
+        return
+    if output.exists() and not output.is_dir():
+        raise InputError("--output", "a file named *.png, or a folder", str(output))
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            "--output", "a folder to write to", f"{output}: {error.strerror}"
+        ) from None
+
+
+def _chosen(subject: PlannedSubject, names: Sequence[str]) -> list[int]:
+    """Return the indices of the named cameras."""
+    known = {camera.name: index for index, camera in enumerate(subject.rig.cameras)}
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, list(known)[:_MAX_SIMILAR], n=3)
+            raise InputError(
+                "--camera",
+                f"one of the {len(known)} cameras of the rig",
+                repr(name),
+                f"did you mean {' or '.join(near)}?"
+                if near
+                else f"they are named like {next(iter(known))}",
+            )
+    return [known[name] for name in dict.fromkeys(names)]
+
+
+def _written(
+    options: argparse.Namespace, subject: PlannedSubject, chosen: list[int], tell: Tell
+) -> Iterator[Path]:
+    """Write the pictures, and yield where each is."""
+    from focus_planner.core.imaging.exposure import PictureCamera
+    from focus_planner.core.rig.walk import walking_order
+
+    pictures = len(chosen) * subject.plan.shots
+    if _is_file(options.output) and not options.all and pictures > 1:
+        raise InputError(
+            "--output", f"a folder for {pictures} pictures", str(options.output), "leave out .png"
+        )
+    plans: list[FocusPlan] = [subject.plan]
+    if options.method is not None:
+        tell(f"planning with {options.method}")
+        plans.insert(0, subject.with_method(options.method, show_progress(tell)))
+    tell("preparing the pictures")
+    view = PictureCamera(subject.scene)
+    if options.all:
+        yield from _write_sheets(options, subject, plans, view, tell)
+        walk = walking_order(subject.rig).tolist()
+        chosen = walk if options.output is not None and not _is_file(options.output) else chosen
+    for number, index in enumerate(chosen):
+        name = subject.rig.cameras[index].name
+        tell(f"picture of {name}: {number + 1} of {len(chosen)}")
+        yield from _write_figures(options, subject, plans, view, index)
+
+
+def _write_figures(
+    options: argparse.Namespace,
+    subject: PlannedSubject,
+    plans: list[FocusPlan],
+    view: PictureCamera,
+    index: int,
+) -> Iterator[Path]:
+    """Write one camera's pictures, one per shot: bare, or beside another method's with captions."""
+    from PIL import Image
+
+    from focus_planner.preview.figures import figure
+    from focus_planner.preview.pictures import note_on_circles
+
+    for panels in _panels(subject, plans, view, index, options.scale):
+        picture = (
+            Image.fromarray(panels[0].image)
+            if len(panels) == 1
+            else figure(panels, note_on_circles(subject.rig))
+        )
+        last = panels[-1]
+        name = last.camera + (f"_shot_{last.shot}" if last.shots > 1 else "")
+        if len(panels) > 1:
+            name += f"_{panels[0].method}_{last.method}"
+        alone = _is_file(options.output) and not options.all
+        path = options.output if alone else (_folder(options) / f"{name}.png")
+        yield _save(picture, path)
+
+
+def _write_sheets(
+    options: argparse.Namespace,
+    subject: PlannedSubject,
+    plans: list[FocusPlan],
+    view: PictureCamera,
+    tell: Tell,
+) -> Iterator[Path]:
+    """Write the contact sheet, in pages if there are many cameras."""
+    from focus_planner.core.rig.walk import walking_order
+    from focus_planner.preview.figures import THUMBNAIL, contact_sheets
+    from focus_planner.preview.pictures import fitting_scale, note_on_circles
+
+    cells = []
+    for number, index in enumerate(walking_order(subject.rig).tolist()):
+        tell(f"contact sheet: {number / len(subject.rig):.0%}")
+        scale = fitting_scale(subject.rig.cameras[index], THUMBNAIL)
+        cells += list(_panels(subject, plans, view, index, scale))
+    methods = " and ".join(plan.method for plan in plans)
+    heading = f"What {len(subject.rig)} cameras will see, focused by {methods}."
+    note = note_on_circles(subject.rig)
+    sheets = contact_sheets(cells, heading + (f" N{note[1:]}." if note else ""))
+    base = options.output if _is_file(options.output) else _folder(options) / "contact_sheet.png"
+    for page, sheet in enumerate(sheets, 1):
+        path = base.with_stem(f"{base.stem}_{page}") if len(sheets) > 1 else base
+        yield _save(sheet, path)
+
+
+def _panels(
+    subject: PlannedSubject,
+    plans: list[FocusPlan],
+    view: PictureCamera,
+    index: int,
+    scale: float,
+) -> Iterator[tuple[Preview, ...]]:
+    """Yield, for each shot of a camera, its picture by each of the plans."""
+    from focus_planner.preview.pictures import previews
+
+    camera = subject.rig.cameras[index]
+    return zip(
+        *(previews(view, camera, plan.cameras[index], plan.method, scale) for plan in plans),
+        strict=True,
+    )
+
+
+def _folder(options: argparse.Namespace) -> Path:
+    if options.output is None:
+        return Path()
+    folder: Path = options.output.parent if _is_file(options.output) else options.output
+    return folder
+
+
+def _save(picture: Image, path: Path) -> Path:
+    from focus_planner.io.files import atomic_write
+
+    with atomic_write(path) as file:
+        picture.save(file, "PNG")
+    return path

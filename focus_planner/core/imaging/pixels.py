@@ -1,0 +1,89 @@
+"""Where the pixels of a picture are, and the rays that they show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.rig.distortion import first_rays, frustum_and_projection
+
+# Cameras of one kind follow one another; an entry takes some 10 MB.
+_CACHE_SIZE = 4
+
+
+@dataclass(frozen=True)
+class PixelGrid:
+    """The pixels of a picture: those that are read out, or larger ones in their place.
+
+    Attributes
+    ----------
+    width, height : int
+    pitch : tuple of 2 floats
+        Their columns' and rows' spacing, in pixels of the sensor's full resolution.
+    first : tuple of 2 floats
+        The centre of the first, top left, in pixels of the full resolution.
+    """
+
+    width: int
+    height: int
+    pitch: tuple[float, float]
+    first: tuple[float, float]
+
+
+def pixel_grid(intrinsics: CameraIntrinsics, scale: float = 1.0) -> PixelGrid:
+    """Return the pixels that are read out, binned as the camera bins them.
+
+    Parameters
+    ----------
+    intrinsics : CameraIntrinsics
+    scale : float
+        Of the picture's sides; they are rounded to whole pixels, at least one.
+    """
+    x, y, width, height = intrinsics.pixels_read
+    columns, rows = intrinsics.binning
+    across = max(round(width // columns * scale), 1)
+    down = max(round(height // rows * scale), 1)
+    pitch = width / across, height / down
+    return PixelGrid(across, down, pitch, (x + pitch[0] / 2 - 0.5, y + pitch[1] / 2 - 0.5))
+
+
+@lru_cache(maxsize=_CACHE_SIZE)
+def tiles_of(intrinsics: CameraIntrinsics, grid: PixelGrid) -> kernels.Tiles:
+    """Return the rays of a picture's pixels, in tiles."""
+    rays = _rays(intrinsics, grid)
+    shape = -(-grid.height // kernels.TILE), -(-grid.width // kernels.TILE)
+    bounds = np.empty((*shape, 4))
+    affine = np.empty((*shape, kernels.AFFINE))
+    steps = np.array(grid.pitch) / [intrinsics.fx, intrinsics.fy]
+    kernels.bound_tiles(rays, steps, bounds, affine)
+    return kernels.Tiles(rays, bounds, _blocks(bounds), affine)
+
+
+def _rays(intrinsics: CameraIntrinsics, grid: PixelGrid) -> FloatArray:
+    u = grid.first[0] + grid.pitch[0] * np.arange(grid.width)
+    v = grid.first[1] + grid.pitch[1] * np.arange(grid.height)
+    targets = np.empty((grid.height, grid.width, 2))
+    targets[..., 0] = (u - intrinsics.cx) / intrinsics.fx
+    targets[..., 1] = ((v - intrinsics.cy) / intrinsics.fy)[:, None]
+    if not intrinsics.distortion_model:
+        return targets
+    _, projection = frustum_and_projection(intrinsics)
+    flat = targets.reshape(-1, 2)
+    rays = first_rays(intrinsics, flat)
+    coefficients = np.array(projection[kernels.PROJECTION :])
+    kernels.undistort(rays, flat, int(projection[0]), coefficients, projection[1])
+    return rays.reshape(targets.shape)
+
+
+def _blocks(bounds: FloatArray) -> FloatArray:
+    """Return the bounds of blocks of tiles."""
+    rows, columns = (np.arange(0, length, kernels.BLOCK) for length in bounds.shape[:2])
+    least = np.minimum.reduceat(np.minimum.reduceat(bounds, rows, 0), columns, 1)
+    most = np.maximum.reduceat(np.maximum.reduceat(bounds, rows, 0), columns, 1)
+    blocks: FloatArray = np.where([True, False, True, False], least, most)
+    return blocks

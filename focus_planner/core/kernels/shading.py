@@ -1,0 +1,290 @@
+"""What colour a surface has where a ray hits it, and the mean over the rays of every pixel.
+
+All colours are in linear light, in which they may be averaged.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+from focus_planner.core.kernels.rasterize import TILE, scan
+
+#: What a surface's colours come from.
+PATTERN, VERTEX_COLOURS, TEXTURE = 0, 1, 2
+# The pattern: each level's cells are this many times as small as those of the level before. The
+# finest that is drawn has cells of this many pixels.
+_FINER, _PIXELS = 4.0, 0.6
+_LOG_FINER = np.log(_FINER)
+_THRESHOLD, _SLOPE = 0.45, 0.35
+# Rays per pixel, and per square pixel of the widest blur: with fewer, one edge would show as many.
+_RAYS, _RAYS_PER_AREA = 8.0, 0.8
+# Textures are taken this many levels sharper than one texel per pixel: every pixel has many rays.
+_SHARPER = 0.7
+
+
+class Looks(NamedTuple):
+    """A surface's colours, of one kind; arrays of the others are empty.
+
+    Attributes
+    ----------
+    kind : int
+        PATTERN, VERTEX_COLOURS or TEXTURE.
+    places : (V, 3) array of float32
+        PATTERN: the vertices, in cells of the coarsest level.
+    cell : float
+        PATTERN: the size of such a cell, metres.
+    noise : (N, N, N) array of float32
+        PATTERN: periodic, N a power of 2.
+    palette : (3, 3) array of float32
+        PATTERN: the ground, and two kinds of chips in it.
+    colours : (V, 3) array of float32
+        VERTEX_COLOURS.
+    coordinates : (T, 3, 2) array of float32
+        TEXTURE: u and v of the corners.
+    texels : (n, 3) array of uint8
+        TEXTURE: the image, and ever smaller averages of it, as sRGB.
+    levels : (L, 3) array of int64
+        TEXTURE: where each of those starts, its width and its height.
+    density : (T,) array of float32
+        TEXTURE: texels per metre.
+    decode : (256,) array of float32
+        From sRGB to linear light.
+    """
+
+    kind: int
+    places: FloatArray
+    cell: float
+    noise: FloatArray
+    palette: FloatArray
+    colours: FloatArray
+    coordinates: FloatArray
+    texels: IntArray
+    levels: IntArray
+    density: FloatArray
+    decode: FloatArray
+
+
+@parallel_kernel
+def light_corners(vertices, corners, normals, up, light):
+    """Fill in (T, 3, 2) how brightly each triangle's corners are lit, outside and inside.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        In the camera's optical frame.
+    corners : (T, 3) array of int32
+    normals : (T, 3, 3) array
+        Unit, in the same frame; of each corner.
+    up : (3,) array
+        Unit: where the sky is.
+    """
+    for t in prange(len(corners)):
+        for i in range(3):
+            p = corners[t, i]
+            x, y, z = vertices[p, 0], vertices[p, 1], vertices[p, 2]
+            a, b, c = normals[t, i, 0], normals[t, i, 1], normals[t, i, 2]
+            distance = np.sqrt(x * x + y * y + z * z)
+            facing = -(a * x + b * y + c * z) / distance if distance > 0 else 0.0
+            rising = a * up[0] + b * up[1] + c * up[2]
+            for side in range(2):
+                sign = 1.0 - 2.0 * side
+                sky = 0.5 + 0.5 * sign * rising
+                light[t, i, side] = 0.22 + 0.33 * sky + 0.45 * max(sign * facing, 0.0)
+
+
+@kernel
+def _noise(volume, x, y, z):
+    """Interpolate periodic noise."""
+    mask = volume.shape[0] - 1
+    i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
+    x, y, z = x - i, y - j, z - k
+    i0, j0, k0 = i & mask, j & mask, k & mask
+    i1, j1, k1 = (i + 1) & mask, (j + 1) & mask, (k + 1) & mask
+    low = (volume[i0, j0, k0] * (1 - z) + volume[i0, j0, k1] * z) * (1 - y) + (
+        volume[i0, j1, k0] * (1 - z) + volume[i0, j1, k1] * z
+    ) * y
+    high = (volume[i1, j0, k0] * (1 - z) + volume[i1, j0, k1] * z) * (1 - y) + (
+        volume[i1, j1, k0] * (1 - z) + volume[i1, j1, k1] * z
+    ) * y
+    return low * (1 - x) + high * x
+
+
+@kernel
+def _pattern(looks, x, y, z, pixel):
+    """Return the colour of chips at three scales, the finest that ``pixel``, in cells, resolves."""
+    finest = max(-np.log(_PIXELS * pixel) / _LOG_FINER, 0.0)
+    last = int(finest)
+    palette, noise = looks.palette, looks.noise
+    r, g, b = palette[0, 0], palette[0, 1], palette[0, 2]
+    first = max(last - 2, 0)
+    scale = 1.0
+    for _ in range(first):
+        scale *= _FINER
+    for level in range(first, last + 1):
+        # Levels fade in and out as the camera comes nearer.
+        strength = finest - last if level == last and last > 0 else 1.0
+        if level == last - 2:
+            strength = 1.0 - (finest - last)
+        # Shifted so that the levels' cells do not line up.
+        value = _noise(
+            noise, x * scale + 17.3 * level, y * scale + 7.7 * level, z * scale - 11.9 * level
+        )
+        edge = max(_SLOPE * scale * pixel, 1e-6)
+        share = min(max((abs(value) - _THRESHOLD) / edge + 0.5, 0.0), 1.0) * strength
+        if share > 0:
+            chip = 1 if value > 0 else 2
+            r += share * (palette[chip, 0] - r)
+            g += share * (palette[chip, 1] - g)
+            b += share * (palette[chip, 2] - b)
+        scale *= _FINER
+    return r, g, b
+
+
+@kernel
+def _texel(looks, level, u, v):
+    """Interpolate one level of a texture that repeats."""
+    texels, decode, levels = looks.texels, looks.decode, looks.levels
+    start, width, height = levels[level, 0], levels[level, 1], levels[level, 2]
+    x, y = u * width - 0.5, (1 - v) * height - 0.5
+    i, j = int(np.floor(x)), int(np.floor(y))
+    x, y = x - i, y - j
+    left, right = i % width, (i + 1) % width
+    above, below = j % height, (j + 1) % height
+    r, g, b = 0.0, 0.0, 0.0
+    for row, across in ((above, 1 - y), (below, y)):
+        for column, along in ((left, 1 - x), (right, x)):
+            texel, weight = start + row * width + column, across * along
+            r += weight * decode[texels[texel, 0]]
+            g += weight * decode[texels[texel, 1]]
+            b += weight * decode[texels[texel, 2]]
+    return r, g, b
+
+
+@kernel
+def _texture(looks, t, wa, wb, wc, pixel):
+    """Return the texture's colour, averaged over about a pixel."""
+    uv = looks.coordinates
+    u = wa * uv[t, 0, 0] + wb * uv[t, 1, 0] + wc * uv[t, 2, 0]
+    v = wa * uv[t, 0, 1] + wb * uv[t, 1, 1] + wc * uv[t, 2, 1]
+    level = np.log2(max(looks.density[t] * pixel, 1e-9)) - _SHARPER
+    level = min(max(level, 0.0), len(looks.levels) - 1.0)
+    sharp = int(level)
+    r, g, b = _texel(looks, sharp, u, v)
+    share = level - sharp
+    if share > 0:
+        smooth = _texel(looks, sharp + 1, u, v)
+        r += share * (smooth[0] - r)
+        g += share * (smooth[1] - g)
+        b += share * (smooth[2] - b)
+    return r, g, b
+
+
+@kernel
+def _colour(looks, corners, t, wa, wb, wc, pixel):
+    """Return the colour at the place of a triangle with these weights of its corners."""
+    if looks.kind == TEXTURE:
+        return _texture(looks, t, wa, wb, wc, pixel)
+    of = looks.colours if looks.kind == VERTEX_COLOURS else looks.places
+    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+    x = wa * of[a, 0] + wb * of[b, 0] + wc * of[c, 0]
+    y = wa * of[a, 1] + wb * of[b, 1] + wc * of[c, 1]
+    z = wa * of[a, 2] + wb * of[b, 2] + wc * of[c, 2]
+    if looks.kind == VERTEX_COLOURS:
+        return x, y, z
+    return _pattern(looks, x, y, z, pixel / looks.cell)
+
+
+@parallel_kernel
+def expose(
+    triangles, tiles, looks, light, aims, starts, aperture, inverse_focus, pixel, background, image
+):
+    """Fill in (H, W, 3) the mean colour over rays through the aperture.
+
+    Parameters
+    ----------
+    triangles : Triangles
+    tiles : Tiles
+    looks : Looks
+    light : (T, 3, 2) array of float32
+        Of each corner, outside and inside.
+    aims : (S, 4) array
+        Of each of a pixel's rays, x and y in an aperture of diameter 1, and how far beside the
+        pixel's centre it is imaged, columns and rows.
+    starts : (K + 1,) array of int
+        ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays, ever larger ones. Each tile
+        has the first that is dense enough for its widest blur.
+    aperture : float
+        Its diameter, metres.
+    inverse_focus : float
+        Of the distance of the plane of focus, 1/m.
+    pixel : float
+        The size of a pixel at depth 1.
+    background : (3,) array
+    """
+    height, width = image.shape[:2]
+    columns = tiles.bounds.shape[1]
+    for tile in prange(tiles.bounds.shape[0] * columns):
+        inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
+        where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE, TILE, 3))
+        hits, shift, origin = np.zeros((TILE, TILE)), np.empty(2), np.empty(2)
+        steps = tiles.affine[tile // columns, tile % columns, 7:]
+        top, left = tile // columns * TILE, tile % columns * TILE
+        first, last = 0, 0
+        if triangles.starts[tile + 1] > triangles.starts[tile]:
+            widest = aperture / pixel * _widest(triangles, tile, inverse_focus)
+            chosen = 0
+            while chosen < len(starts) - 2 and (
+                starts[chosen + 1] - starts[chosen] < _RAYS + _RAYS_PER_AREA * widest * widest
+            ):
+                chosen += 1
+            first, last = starts[chosen], starts[chosen + 1]
+        for s in range(first, last):
+            for axis in range(2):
+                origin[axis] = aperture * aims[s, axis]
+                beside = aims[s, 2] * steps[axis] + aims[s, 3] * steps[2 + axis]
+                shift[axis] = beside - origin[axis] * inverse_focus
+            scan(triangles, tiles, tile, origin, shift, inverse, shown, where)
+            _add(triangles.corners, looks, light, pixel, inverse, shown, where, total, hits)
+        for v in range(min(TILE, height - top)):
+            for u in range(min(TILE, width - left)):
+                share = hits[v, u] / (last - first) if last > first else 0.0
+                for i in range(3):
+                    mean = total[v, u, i] / (last - first) if last > first else 0.0
+                    image[top + v, left + u, i] = mean + (1 - share) * background[i]
+
+
+@kernel
+def _widest(triangles, tile, inverse_focus):
+    """Return the widest blur of triangles that a tile may show, per diameter of the aperture."""
+    vertices, corners, listed = triangles.vertices, triangles.corners, triangles.listed
+    widest = 0.0
+    for at in range(triangles.starts[tile], triangles.starts[tile + 1]):
+        for i in range(3):
+            z = vertices[corners[listed[at], i], 2]
+            if z > 0:
+                widest = max(widest, abs(inverse_focus - 1 / z))
+    return widest
+
+
+@kernel
+def _add(corners, looks, light, pixel, inverse, shown, where, total, hits):
+    """Add the colours that one ray per pixel of a tile shows, and count those that show any."""
+    for v in range(TILE):
+        for u in range(TILE):
+            if shown[v, u] < 0:
+                continue
+            t, side = shown[v, u] >> 1, shown[v, u] & 1
+            depth = 1 / inverse[v, u]
+            wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
+            wa = 1 - wb - wc
+            lit = wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
+            r, g, b = _colour(looks, corners, t, wa, wb, wc, pixel * depth)
+            total[v, u, 0] += lit * r
+            total[v, u, 1] += lit * g
+            total[v, u, 2] += lit * b
+            hits[v, u] += 1

@@ -1,0 +1,143 @@
+"""Pictures of what cameras will see, focused as a plan has it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from focus_planner.core.imaging.exposure import PictureCamera
+from focus_planner.core.imaging.pixels import pixel_grid
+from focus_planner.core.planning.plan import CameraFocus, FocusPlan
+from focus_planner.core.planning.subject import PlannedSubject
+from focus_planner.core.rig.camera import Camera
+from focus_planner.core.rig.optics import circle_of_confusion, depth_of_field
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.appearance import Colours
+from focus_planner.core.validation import InputError
+
+try:
+    from PIL import Image
+except ImportError as error:
+    raise InputError(
+        "preview",
+        "Pillow to write pictures with",
+        str(error),
+        "install it: pip install 'focus_planner[picture]'",
+    ) from error
+
+# WebP: quality out of 100, and how hard to try, out of 6.
+_QUALITY, _EFFORT = 80, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """What a camera sees in one shot.
+
+    Attributes
+    ----------
+    image : (H, W, 3) array of uint8
+        As sRGB.
+    camera, method : str
+    shot, shots : int
+        Which one, from 1, and of how many.
+    focus_distance : float
+        Metres.
+    in_focus : float
+        The share of the subject's pixels that are within the depth of field; NaN if it is not in
+        the picture.
+    """
+
+    image: Colours
+    camera: str
+    method: str
+    shot: int
+    shots: int
+    focus_distance: float
+    in_focus: float
+
+
+def previews(
+    view: PictureCamera, camera: Camera, focus: CameraFocus, method: str, scale: float = 1.0
+) -> Iterator[Preview]:
+    """Yield what a camera sees in each of its shots.
+
+    Parameters
+    ----------
+    view : PictureCamera
+    camera : Camera
+    focus : CameraFocus
+        Its part of a plan.
+    method : str
+        The plan's.
+    scale : float
+        Of the picture's sides.
+    """
+    depths = view.depths(camera, scale)
+    seen = depths[np.isfinite(depths)]
+    for number, shot in enumerate(focus.shots, 1):
+        near, far = depth_of_field(np.array([shot.focus_distance]), camera.lens)
+        sharp = (seen >= near) & (seen <= far)
+        yield Preview(
+            view.picture(camera, shot.focus_distance, scale),
+            camera.name,
+            method,
+            number,
+            len(focus.shots),
+            shot.focus_distance,
+            float(sharp.mean()) if len(seen) else np.nan,
+        )
+
+
+def thumbnails(
+    subject: PlannedSubject,
+    plan: FocusPlan,
+    longest_side: int = 320,
+    on_progress: Callable[[float], object] = lambda _: None,
+) -> Iterator[bytes]:
+    """Yield a small picture of what each camera sees, as WebP, in the rig's order.
+
+    With several shots it is that of the shot with the most samples.
+
+    Parameters
+    ----------
+    subject : PlannedSubject
+    plan : FocusPlan
+        For this subject, by any method.
+    longest_side : int
+        Pixels; a camera with fewer has a picture of its own size.
+    on_progress : callable, optional
+        Called with the share that is done, from 0 to 1.
+    """
+    view = PictureCamera(subject.scene)
+    for number, (camera, focus) in enumerate(zip(subject.rig.cameras, plan.cameras, strict=True)):
+        on_progress(number / len(subject.rig))
+        picture = view.picture(camera, focus.focus_distance, fitting_scale(camera, longest_side))
+        content = io.BytesIO()
+        Image.fromarray(picture).save(content, "WEBP", quality=_QUALITY, method=_EFFORT)
+        yield content.getvalue()
+    on_progress(1.0)
+
+
+def fitting_scale(camera: Camera, longest_side: int) -> float:
+    """Return the scale of a picture whose longer side has this many pixels, at most 1."""
+    grid = pixel_grid(camera.intrinsics)
+    return min(longest_side / max(grid.width, grid.height), 1.0)
+
+
+def note_on_circles(rig: Rig) -> str:
+    """Return what was assumed of the blur of lenses without a circle of confusion; "" for none."""
+    assumed = [camera for camera in rig.cameras if camera.lens.circle_of_confusion is None]
+    if not assumed:
+        return ""
+    circles = [1e3 * circle_of_confusion(camera) for camera in assumed]
+    values = f"{min(circles):.4f}"
+    if f"{max(circles):.4f}" != values:
+        values += f" to {max(circles):.4f}"
+    which = "the lenses" if len(assumed) == len(rig) else f"{len(assumed)} of {len(rig)} lenses"
+    return (
+        f"nothing tells the circle of confusion of {which}: {values} mm assumed, the sensor's"
+        " diagonal / 1500; the blur in pictures is proportional to it"
+    )
