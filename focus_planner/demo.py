@@ -44,6 +44,7 @@ from focus_planner.report.assembly import Provenance, assemble
 from focus_planner.report.comparison import ComparedPlan, called, title_of
 from focus_planner.report.making import write_report
 from focus_planner.report.opening import open_report
+from focus_planner.report.thumbnails import camera_pictures
 from focus_planner.ros.client import PlannerClient
 
 _BODY = "arms_out"
@@ -217,7 +218,8 @@ def _write_report(
     provenance = _provenance(directory / "runs", best)
     provenance = replace(provenance, surface=surface, rig="rig.yaml")
     now = datetime.now().astimezone()
-    write_report(assemble(subject, compared, provenance, made=now), directory / _REPORT)
+    content = assemble(subject, compared, provenance, pictures=camera_pictures(rig), made=now)
+    write_report(content, directory / _REPORT)
 
 
 def _provenance(runs: Path, plan: FocusPlan) -> Provenance:

@@ -7,7 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.progress import shown
-from focus_planner.cli.reporting import ReportOptions, check_report_option, make_report
+from focus_planner.cli.reporting import (
+    ReportOptions,
+    check_pictures,
+    check_report_option,
+    make_report,
+)
 from focus_planner.cli.subjects import NamedSubject, add_subject_options, load_subject
 
 if TYPE_CHECKING:
@@ -49,6 +54,12 @@ def add(commands: Any) -> None:
         help="number of samples of the surface to show, none of which a plan was made on (default:"
         " 16384)",
     )
+    option(
+        "--pictures",
+        action=argparse.BooleanOptionalAction,
+        help="show what each camera will see; they take most of the time (default: if Pillow is"
+        " installed)",
+    )
     option("--quiet", action="store_true", help="show no progress and no summary")
 
 
@@ -60,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
         tell("loading the planner")
         _check(options)
         named = load_subject(options, tell)
-        wanted = ReportOptions(options.output, options.compare, options.samples)
+        wanted = ReportOptions(options.output, options.compare, options.samples, options.pictures)
         verdict = make_report(wanted, named.subject, _provenance(named), tell)
     if not options.quiet:
         print(verdict)
@@ -72,6 +83,7 @@ def _check(options: argparse.Namespace) -> None:
     from focus_planner.report.assembly import check_samples
     from focus_planner.report.comparison import check_methods
 
+    check_pictures(wanted=options.pictures)
     check_methods("--compare", options.compare)
     if options.samples is not None:
         check_samples("--samples", options.samples)

@@ -9,14 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.progress import Tell, show_progress
+from focus_planner.cli.progress import Tell, show_progress, show_share
+from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.core.progress import ProgressCallback
+    from focus_planner.core.rig.rig import Rig
     from focus_planner.report.assembly import Provenance
     from focus_planner.report.comparison import ComparedPlan
+    from focus_planner.report.pictures import Pictures
     from focus_planner.report.steps import StepCollector
 
 #: What a report is for, for the help of options.
@@ -37,11 +40,14 @@ class ReportOptions:
         Methods to compare the plan with; None for the usual ones.
     samples : int or None
         Of the surface; None for the usual number.
+    pictures : bool or None
+        Whether to show what each camera will see; None if that can be done here.
     """
 
     path: Path
     compare: Sequence[str] | None = None
     samples: int | None = None
+    pictures: bool | None = None
 
 
 def check_report_option(path: Path, inputs: Iterable[Path | None]) -> None:
@@ -58,6 +64,31 @@ def check_report_option(path: Path, inputs: Iterable[Path | None]) -> None:
     check_report(path)
     if resolved(path) in {resolved(each) for each in inputs if each is not None}:
         raise InputError(str(path), "an output file that is not an input as well", "an input")
+
+
+def check_pictures(*, wanted: bool | None) -> None:
+    """Raise if pictures are wanted, and cannot be made here.
+
+    Raises
+    ------
+    InputError
+        Says what is missing.
+    """
+    if wanted:
+        import focus_planner.report.thumbnails  # noqa: F401
+
+
+def _pictures(options: ReportOptions, rig: Rig, tell: Tell) -> Pictures | None:
+    if options.pictures is False:
+        return None
+    try:
+        from focus_planner.report.thumbnails import camera_pictures
+    except InputError as error:
+        show_note(f"the report shows no pictures of what cameras will see: {error}")
+        return None
+    return camera_pictures(
+        rig, lambda method: show_share(tell, f"picturing what cameras will see with {method}")
+    )
 
 
 def collect_steps(on_progress: ProgressCallback) -> StepCollector:
@@ -105,6 +136,7 @@ def make_report(
         subject,
         compared,
         provenance,
+        pictures=_pictures(options, subject.rig, tell),
         samples=SAMPLES if options.samples is None else options.samples,
         made=datetime.now().astimezone(),
         tell=tell,

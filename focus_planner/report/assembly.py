@@ -104,8 +104,8 @@ def assemble(
     provenance : Provenance, optional
     samples : int
         Of the surface.
-    pictures : callable, optional
-        Makes what each camera will see; without it, the report shows none.
+    pictures : Pictures, optional
+        Of what each camera will see; without them, the report shows none.
     made : datetime, optional
         When the report is made.
     tell : callable, optional
@@ -138,7 +138,7 @@ def assemble(
         title=_title(provenance.surface, len(rig)),
         verdict=verdict(plans, worths, notes, area, foreign=foreign),
         notes=notes,
-        facts=tuple(_facts(sheet, provenance, subject, surface, made, foreign=foreign)),
+        facts=tuple(_facts(sheet, provenance, subject, surface, pictures, made, foreign=foreign)),
         rig=rig,
         surface=surface,
         plans=tuple(_reported(subject, plans, shares, problem, surface, pictures, tell)),
@@ -169,7 +169,7 @@ def _reported(
         reported = replace(reported, shares=shares[number])
         if pictures is not None and number < PICTURED_PLANS:
             tell(f"making pictures of {each.title}")
-            made = tuple(pictures(theirs, each.plan, side))
+            made = tuple(pictures.make(theirs, each.plan, side))
             reported = replace(reported, pictures=made)
         yield reported
 
@@ -186,6 +186,7 @@ def _facts(
     provenance: Provenance,
     subject: PlannedSubject,
     surface: SampledSurface,
+    pictures: Pictures | None,
     made: datetime | None,
     *,
     foreign: bool,
@@ -201,6 +202,8 @@ def _facts(
             )
     shown = f"{len(surface.points):,} samples that no plan was made on, seed {subject.request.seed}"
     yield "shown", f"{shown}, evenly by area, {1000 * surface.spacing:.1f} mm apart"
+    if pictures is not None and pictures.about:
+        yield "pictures", printable(pictures.about)
     if provenance.run:
         yield "recorded run", printable(provenance.run)
     if provenance.changed:

@@ -18,6 +18,7 @@ from focus_planner.report.comparison import check_methods, plans_to_compare
 from focus_planner.report.content import ReportContent
 from focus_planner.report.naming import check_report
 from focus_planner.report.page import report_page
+from focus_planner.report.pictures import Pictures
 
 
 def save_report(
@@ -30,6 +31,7 @@ def save_report(
     model: CostModel | None = None,
     compare: Sequence[str] | None = None,
     samples: int = SAMPLES,
+    pictures: Pictures | None = None,
     surface: str = "",
     rig_file: str = "",
 ) -> None:
@@ -53,6 +55,9 @@ def save_report(
         what it gains.
     samples : int
         Of the surface, to show.
+    pictures : Pictures, optional
+        Of what each camera will see, as
+        :func:`~focus_planner.report.thumbnails.camera_pictures` makes them; this takes longer.
     surface, rig_file : str, optional
         Names of the files that it was made from.
 
@@ -70,6 +75,7 @@ def save_report(
         tuple(plans_to_compare(subject, compare)),
         Provenance(surface, rig_file, certain=False),
         samples=samples,
+        pictures=pictures,
         made=datetime.now().astimezone(),
     )
     write_report(content, path)

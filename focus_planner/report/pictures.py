@@ -1,9 +1,10 @@
-"""How large the pictures in a report may be."""
+"""The pictures in a report, and how large they may be."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.subject import PlannedSubject
@@ -11,9 +12,6 @@ from focus_planner.core.planning.subject import PlannedSubject
 #: Of the plan that the report is about, and of the one shown beside it.
 PICTURED_PLANS = 2
 
-#: Makes what each camera will see with a plan, as WebP, in the rig's order, with so many pixels
-#: along the longer side.
-Pictures = Callable[[PlannedSubject, FocusPlan, int], Iterable[bytes]]
 
 # Bytes of all pictures together: what a report of 168 cameras has room for beside its samples.
 _ROOM = 2_400_000
@@ -21,6 +19,23 @@ _ROOM = 2_400_000
 _BYTES_PER_PIXEL = 0.16
 _WIDTH_TO_HEIGHT = 2 / 3
 _LEAST, _MOST = 64, 512
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Pictures of what cameras will see.
+
+    Attributes
+    ----------
+    make : callable
+        Yields what each camera will see with a plan, as WebP, in the rig's order; the number is
+        that of pixels along the longer side.
+    about : str
+        What they rest on; may be empty.
+    """
+
+    make: Callable[[PlannedSubject, FocusPlan, int], Iterable[bytes]]
+    about: str = ""
 
 
 def longest_side(cameras: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import save_rig
 from focus_planner.recording.run import inputs_of, read_run
-from focus_planner.report import making
+from focus_planner.report import making, thumbnails
 from focus_planner.report.content import ReportContent
 from testing.problems import sphere
 from testing.runs import REQUEST, TORUS, beginning_with, record, record_failure, solved
@@ -40,6 +41,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[ReportContent]:
         return content.verdict
 
     monkeypatch.setattr(making, "report_page", page)
+    monkeypatch.setattr(thumbnails, "thumbnails", lambda *_: iter(()))  # slow, and tested at home
     return contents
 
 
@@ -348,6 +350,53 @@ def test_a_run_without_a_plan_has_no_report(here: Path, capsys: Any) -> None:
     assert replay(path, "--report", "r.html") == 2
     assert "--report: expected a run with a plan, got one without" in capsys.readouterr().err
     assert not Path("r.html").exists()
+
+
+# --- pictures ----------------------------------------------------------------------------------
+
+
+def pictured(monkeypatch: pytest.MonkeyPatch) -> None:
+    def make(subject: PlannedSubject, plan: Any, side: int, on_progress: Any) -> Any:
+        for number, camera in enumerate(subject.rig.cameras):
+            on_progress(number / len(subject.rig))
+            yield f"{plan.method}, {camera.name}, {side}".encode()
+
+    monkeypatch.setattr(thumbnails, "thumbnails", make)
+
+
+@pytest.mark.parametrize(
+    ("options", "shown"), [((), 8), (("--pictures",), 8), (("--no-pictures",), 0)]
+)
+def test_pictures_are_shown_unless_they_are_not_wanted(
+    run: Path,
+    here: Path,
+    told: list[ReportContent],
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    shown: int,
+) -> None:
+    pictured(monkeypatch)
+    assert report(str(run), "--samples", "100", *options) == 0
+    (content,) = told
+    assert [len(each.pictures) for each in content.plans] == [shown, shown, 0]
+    assert ("pictures" in dict(content.facts)) == bool(shown)
+    if shown:
+        assert content.plans[1].pictures[2].startswith(b"closest, c2, ")
+
+
+def test_without_pillow_there_are_none(
+    run: Path, here: Path, told: list[ReportContent], monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    for name in list(sys.modules):
+        if name.startswith(("PIL", "focus_planner.preview", "focus_planner.report.thumbnails")):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    assert report(str(run), "--samples", "100") == 0
+    err = capsys.readouterr().err
+    assert err.startswith("focus_planner: note: the report shows no pictures of what cameras will")
+    assert "focus_planner[picture]" in err
+    assert told[0].plans[0].pictures == ()
+    assert "Pillow" in error_of(capsys, report("none", "--pictures"))
 
 
 # --- stopping ----------------------------------------------------------------------------------

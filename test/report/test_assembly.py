@@ -22,7 +22,7 @@ from focus_planner.io.lens_sheet.content import lens_sheet
 from focus_planner.report.assembly import Provenance, assemble
 from focus_planner.report.comparison import ComparedPlan, plans_to_compare
 from focus_planner.report.content import Step
-from focus_planner.report.pictures import longest_side
+from focus_planner.report.pictures import Pictures, longest_side
 from testing.plans import away
 from testing.problems import around, torus
 
@@ -152,7 +152,8 @@ def test_pictures_are_made_of_the_first_two_plans() -> None:
         return [f"{plan.method} {c}".encode() for c in range(len(subject.rig))]
 
     compared = (*COMPARED, *plans_to_compare(SUBJECT, ["average"]))
-    content = assemble(SUBJECT, compared, samples=100, pictures=pictures)
+    content = assemble(SUBJECT, compared, samples=100, pictures=Pictures(pictures, "a circle"))
+    assert dict(content.facts)["pictures"] == "a circle"
     side = longest_side(len(RIG))
     assert asked == [("k_view", 7, side), ("closest", 7, side)]
     assert [len(each.pictures) for each in content.plans] == [7, 7, 0]

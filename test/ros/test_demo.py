@@ -36,6 +36,7 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
         demo, "write_report", lambda content, path: reported.update({path: content})
     )
     monkeypatch.setattr(demo, "open_report", opened.append)
+    monkeypatch.setattr(demo, "camera_pictures", lambda rig: None)  # as slow as drawing
     assert demo.run(tmp_path / "new", show=True) == 0
     shown = capsys.readouterr().out
     assert "closest (autofocus)" in shown
