@@ -18,7 +18,7 @@ _ROOM = 2_400_000
 # Of a pixel of a picture that is mostly blur and background.
 _BYTES_PER_PIXEL = 0.16
 _WIDTH_TO_HEIGHT = 2 / 3
-_LEAST, _MOST = 64, 512
+_LEAST, _MOST = 64, 384
 
 
 @dataclass(frozen=True)

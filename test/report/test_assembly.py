@@ -163,6 +163,6 @@ def test_pictures_are_made_of_the_first_two_plans() -> None:
 def test_pictures_are_as_large_as_there_is_room_for() -> None:
     sides = [longest_side(cameras) for cameras in (1, 20, 168, 1000, 100_000)]
     assert sides == sorted(sides, reverse=True)
-    assert sides[0] == 512
+    assert sides[0] == 384
     assert 180 <= sides[2] <= 320
     assert sides[-1] == 64
