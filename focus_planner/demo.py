@@ -18,6 +18,7 @@ from typing import TextIO
 
 from rich import box
 from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -237,8 +238,13 @@ def _provenance(runs: Path, plan: FocusPlan) -> Provenance:
 
 
 def _status(console: Console, doing: str) -> AbstractContextManager[object]:
-    """Show what is being done, on a terminal."""
-    return console.status(doing) if console.is_terminal else nullcontext()
+    """Show what is being done, and for how long, on a terminal."""
+    if not console.is_terminal:
+        return nullcontext()
+    columns = SpinnerColumn(style="cyan"), TextColumn("{task.description}"), TimeElapsedColumn()
+    progress = Progress(*columns, console=console, transient=True)
+    progress.add_task(doing, total=None)
+    return progress
 
 
 def _compare(results: Mapping[str, _Result]) -> Table:

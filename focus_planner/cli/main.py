@@ -146,7 +146,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import parameters, plan, preview, replay, report, rig
+    from focus_planner.cli import masks, parameters, plan, preview, replay, report, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -161,6 +161,7 @@ def _parser() -> argparse.ArgumentParser:
     replay.add(commands)
     report.add(commands)
     preview.add(commands)
+    masks.add(commands)
     _add_nodes(commands)
     parameters.add(commands)
     _add_demo(commands)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli import rig_layouts
+from focus_planner.cli.progress import shown
 from focus_planner.cli.rig_options import (
     add_image_options,
     add_lens_options,
@@ -86,13 +87,15 @@ def _colmap(options: argparse.Namespace) -> int:
     from focus_planner.core.rig.geometry import camera_positions
     from focus_planner.io.colmap import load_colmap
 
-    rig = load_colmap(
-        options.folder,
-        images=options.images,
-        rig_from_model=_rig_from_model(options),
-        lens=lens_of(options),
-        frame_id=options.frame_id,
-    )
+    with shown(quiet=False) as tell:
+        tell(f"reading {options.folder}")
+        rig = load_colmap(
+            options.folder,
+            images=options.images,
+            rig_from_model=_rig_from_model(options),
+            lens=lens_of(options),
+            frame_id=options.frame_id,
+        )
     if options.scale is None and options.transform is None:
         places = camera_positions(rig)
         span = (places.max(axis=0) - places.min(axis=0)).max()
@@ -166,16 +169,18 @@ def _add_transforms(kinds: Any) -> None:
 def _transforms(options: argparse.Namespace) -> int:
     from focus_planner.io.transforms import load_transforms
 
-    rig, notes = load_transforms(
-        options.file,
-        root=options.root,
-        cameras=options.cameras,
-        convention=options.convention,
-        scale=options.scale,
-        intrinsics_of=intrinsics_of(options) if has_image(options) else None,
-        lens=lens_of(options),
-        frame_id=options.frame_id,
-    )
+    with shown(quiet=False) as tell:
+        tell(f"reading {options.file}")
+        rig, notes = load_transforms(
+            options.file,
+            root=options.root,
+            cameras=options.cameras,
+            convention=options.convention,
+            scale=options.scale,
+            intrinsics_of=intrinsics_of(options) if has_image(options) else None,
+            lens=lens_of(options),
+            frame_id=options.frame_id,
+        )
     for note in notes:
         show_note(note)
     return print_rig(rig, options)

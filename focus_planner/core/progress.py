@@ -52,7 +52,7 @@ class Progress:
     iteration: int
     cost: float
     lower_bound: float | None = None
-    share: float | None = field(default=None, compare=False)
+    share: float | None = field(default=None, compare=False, repr=False)
 
 
 #: Called after every step; return False to stop.

@@ -78,7 +78,8 @@ def load_surface(
     Mesh formats are ply, obj, stl, off, glb and gltf; cloud formats are ply without faces, pcd,
     xyz, xyzn, txt, asc, csv, pts, npy, and with the extra ``formats`` las, laz and e57. Coordinates
     are in metres in the rig's frame, and are not rounded. Vertex or point normals are used if the
-    file has them, and so is a property or field ``importance``.
+    file has them, and so is a property or field ``importance``. Colours and textures are for
+    pictures: plans do not depend on them, and a texture that cannot be read is left out.
 
     Parts that are no surface, triangles without area and points that are not finite, are left out,
     and normals that are none are computed; ``notes`` of the result say so.
@@ -150,5 +151,13 @@ def _surface(
         values = contents.numbers[name] if name else None
     notes = (*contents.notes, *found)
     if contents.triangles is None:
-        return clean_cloud(contents.points, contents.normals, values, notes)
-    return clean_mesh(contents.points, contents.triangles, contents.normals, values, notes)
+        return clean_cloud(contents.points, contents.normals, values, notes, contents.colours)
+    return clean_mesh(
+        contents.points,
+        contents.triangles,
+        contents.normals,
+        values,
+        notes,
+        contents.colours,
+        contents.texture,
+    )

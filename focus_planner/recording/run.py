@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
@@ -286,6 +287,7 @@ def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> 
     messages = [BagMessage(f"{planner}/mesh", MESH, mesh_to_bytes(surface), at)]
     data = {
         "normals": surface.vertex_normals,
+        "colors": surface.colours_of_vertices(),
         "importance": surface.vertex_importance,
     }
     given = {name: values for name, values in data.items() if values is not None}
@@ -511,13 +513,22 @@ def _read_surface(
         return mesh
     vertices = data[0].read()
     normals, importance = vertices.normals, vertices.importance
+    colours = vertices.colors
     return Mesh(
         mesh.vertices,
         mesh.triangles,
-        normals.reshape(-1, 3) if len(normals) else None,
+        _of_three("normals", normals),
         importance if len(importance) else None,
         mesh.notes,
+        _of_three("colors", colours),
     )
+
+
+def _of_three(name: str, values: NDArray[Any]) -> NDArray[Any] | None:
+    """Return (V, 3) what a message has of each vertex; None if it has nothing."""
+    if len(values) % 3:
+        raise InputError(f"vertex_data {name}", "three numbers per vertex", f"{len(values)} in all")
+    return values.reshape(-1, 3) if len(values) else None
 
 
 def _read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics) -> Rig:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from io import StringIO
 from pathlib import Path
@@ -17,6 +18,7 @@ from focus_planner.cli.progress import show_progress, show_reading, show_share, 
 from focus_planner.cli.progress_line import ProgressLine
 from focus_planner.core.progress import STAGES, Progress, Standing
 from testing.clock import Clock
+from testing.terminal import on_a_terminal
 
 # Longer than any figure of a plan that is worth waiting for.
 LATE = Standing("k_view, triples", 123456, None, 999.99, 123.45, 5678.9, 7200.0)
@@ -175,6 +177,34 @@ def test_ctrl_c_ends_the_work_at_the_next_change(clock: Any) -> None:
     ):
         with pytest.raises(KeyboardInterrupt):
             change()
+
+
+ON_A_TERMINAL = """
+import math
+from focus_planner.cli.progress import show_progress, show_share, shown
+from focus_planner.core.progress import Progress
+
+with shown(quiet=False) as tell:
+    tell("loading the planner")
+    show_share(tell, "preparing scan.ply")(0.5)
+    tell._live.refresh()
+    show_progress(tell, "", 60.0)(Progress("k_view", 7, 250.0, 249.0))
+    tell._live.refresh()
+"""
+
+
+@pytest.mark.processes
+def test_on_a_terminal_it_is_one_line_that_goes() -> None:
+    status, shown_ = on_a_terminal([], ON_A_TERMINAL)
+    assert status == 0
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown_)
+    assert "loading the planner" in text
+    assert re.search(r"preparing scan.ply  ━+.*  50%", text)
+    assert re.search(r"in pairs  step 7  cost 250\.00  gap 0\.40%  \d\.\d s of 60 s", text)
+    # It is never more than a line; the last is erased, and the cursor is there again.
+    assert "\n" not in shown_.partition("60 s")[0]
+    assert "\x1b[2K" in shown_[shown_.rindex("60 s") :]
+    assert shown_.rindex("\x1b[?25h") > shown_.rindex("\x1b[?25l")
 
 
 # --- where there is no terminal ----------------------------------------------------------------

@@ -170,6 +170,7 @@ def test_a_goal_that_waits_for_its_inputs_is_told_so(ready, body):
     for name, value in (("elapsed", 0.0), ("progress", 0.0), ("time_budget", 60.0)):
         assert heard.values(name)[0] == value
     ready.publish_mesh(body)
+    assert ready.plan(**SHORT).success  # so that it is read
 
 
 # --- cancelling --------------------------------------------------------------------------------
