@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from focus_planner.io.plans import load_plan, save_plan
     from focus_planner.io.rigs import load_rig, save_rig
     from focus_planner.io.surfaces import load_surface
+    from focus_planner.report.making import save_report
 
 __all__ = [
     "Camera",
@@ -69,6 +70,7 @@ __all__ = [
     "plan_focus",
     "save_lens_sheet",
     "save_plan",
+    "save_report",
     "save_rig",
     "turntable_rig",
 ]
@@ -98,6 +100,7 @@ _HOMES = {
     "io.plans": ("load_plan", "save_plan"),
     "io.rigs": ("load_rig", "save_rig"),
     "io.surfaces": ("load_surface",),
+    "report.making": ("save_report",),
 }
 
 

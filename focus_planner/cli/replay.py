@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
+from focus_planner.cli.replay_report import check_single, report_replay
+from focus_planner.cli.reporting import REPORT_HELP, collect_steps
 from focus_planner.cli.terminal import show_error
 from focus_planner.core.validation import InputError
 
@@ -40,7 +42,7 @@ _WIDTH = 150  # of output that is not for a terminal
 
 @dataclass
 class _Replay:
-    """One run and its outcome."""
+    """One run, how it was planned again, and the outcome."""
 
     path: Path
     outcome: str
@@ -50,6 +52,7 @@ class _Replay:
     differences: list[Difference] = field(default_factory=list)
     notes: tuple[str, ...] = ()
     recorded_as: Path | None = None
+    again: Run | None = None
 
 
 def add(commands: Any) -> None:
@@ -102,6 +105,12 @@ def add(commands: Any) -> None:
         metavar="NAME",
         help="with --live: full name of the node (default: %(default)s)",
     )
+    option(
+        "--report",
+        type=Path,
+        metavar="REPORT.HTML",
+        help=f"of a single run: {REPORT_HELP}; with --set also beside the recorded plan",
+    )
     option("--json", action="store_true", help="print JSON")
     option("--quiet", action="store_true", help="show no progress")
 
@@ -110,10 +119,12 @@ def run(options: argparse.Namespace) -> int:
     """Replay the runs; return the exit status."""
     from focus_planner.recording.what_if import parse_changes
 
-    if options.live and (options.set or options.record):
-        raise InputError("--live", "neither --set nor --record with it", "one of them")
+    if options.live and (options.set or options.record or options.report):
+        raise InputError("--live", "neither --set, --record nor --report with it", "one of them")
     changes = parse_changes(options.set)
     paths = list(_runs(options.runs))
+    if options.report is not None:
+        check_single(options.report, paths)
     recorder = CommandRecorder(options.record, options.markers, options.record_access)
     replays: list[_Replay] = []
     with shown(options.quiet) as tell:
@@ -124,6 +135,8 @@ def run(options: argparse.Namespace) -> int:
         print(json.dumps([_as_json(replay) for replay in replays], indent=2, allow_nan=False))
     else:
         _show(replays)
+    if options.report is not None:
+        _report(options, replays[0])
     status = max(_STATUS[replay.outcome] for replay in replays)
     return max(status, NOT_RECORDED) if recorder.failed else status
 
@@ -203,8 +216,8 @@ def _replay_here(
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
     as_it_was = not changes and recorded.ending is not None
     on_preparing = show_share(tell, f"{place}preparing the surface")
-    show = show_progress(tell, place, None if as_it_was else _time_budget(again))
-    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), show)
+    steps = collect_steps(show_progress(tell, place, None if as_it_was else _time_budget(again)))
+    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), steps)
     tell(f"{place}finding what the cameras see")
     replayed = plan_run(again, on_progress, on_preparing, stop_as_recorded=as_it_was)
     ctrl_c.check()
@@ -215,8 +228,16 @@ def _replay_here(
         outcome = _DIFFERS if found else _REPRODUCED
     else:
         found, outcome = [], _PLANNED if now.success else _REFUSED
+    again = replace(
+        again,
+        beginning=beginning if folder else replace(beginning, run_id=recorded.beginning.run_id),
+        progress=replayed.progress,
+        elapsed=steps.elapsed,
+        ending=now,
+        fault="",
+    )
     return _Replay(
-        recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder
+        recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder, again
     )
 
 
@@ -239,6 +260,18 @@ def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
     found = outcome_differences(recorded, ending)
     outcome = _DIFFERS if found else _REPRODUCED
     return _Replay(recorded.path, outcome, ending.message, recorded, ending.plan, found)
+
+
+def _report(options: argparse.Namespace, replay: _Replay) -> None:
+    """Write the report of a run that was planned again."""
+    if replay.outcome in (_UNREADABLE, _REFUSED):
+        return  # which has been said
+    if replay.run is None or replay.again is None or replay.now is None:
+        raise InputError("--report", "a run with a plan", f"one without: {replay.why}")
+    beside = replay.outcome != _REPRODUCED
+    with shown(options.quiet) as tell:
+        changes = options.set
+        report_replay(options.report, replay.run, replay.again, changes, tell, beside=beside)
 
 
 # --- showing -----------------------------------------------------------------------------------

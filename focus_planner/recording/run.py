@@ -191,6 +191,8 @@ class Run:
         None if the recording is incomplete.
     fault : str
         Why the recording is incomplete; empty if it is complete.
+    elapsed : tuple of float
+        When each step of ``progress`` was done, seconds since the request.
     """
 
     path: Path
@@ -199,6 +201,7 @@ class Run:
     progress: tuple[Progress, ...] = field(repr=False)
     ending: Ending | None
     fault: str
+    elapsed: tuple[float, ...] = field(default=(), repr=False, compare=False)
 
     def surfaces(self) -> list[Arrival[Surface]]:
         """Return the surfaces as the planner received them."""
@@ -436,6 +439,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     run, asked = (messages[name][0].read() for name in (RUN, _REQUEST))
     values = {p.name: _parameter_from_message(p.value) for p in run.parameters}
     result, plan = messages.get(_RESULT), messages.get(PLAN)
+    steps = [message.read() for message in messages.get(_PROGRESS, [])]
     fault = bag.fault or ("" if result else "no result")
     return Run(
         path=path,
@@ -457,9 +461,10 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             warm_start=_warm_start_from_message(run.warm_start),
             input_notes=tuple(map(note_from_message, run.input_notes)),
         ),
-        progress=tuple(_progress_from_message(m.read()) for m in messages.get(_PROGRESS, [])),
+        progress=tuple(map(_progress_from_message, steps)),
         ending=_ending(result[0].read(), plan and plan[0].read()) if result and not fault else None,
         fault=fault,
+        elapsed=tuple(step.elapsed for step in steps),
     )
 
 

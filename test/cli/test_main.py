@@ -643,9 +643,10 @@ def test_python_runs_the_package() -> None:
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
-        ("focus_planner r", {"rig", "replay"}),
+        ("focus_planner r", {"rig", "replay", "report"}),
         ("focus_planner plan --method ", set(METHODS)),
         ("focus_planner plan --sco", {"--scope"}),
+        ("focus_planner report --compare ", set(METHODS)),
     ],
 )
 def test_a_shell_completes_without_loading_what_plans(typed: str, offered: set[str]) -> None:
@@ -688,11 +689,17 @@ def test_node_passes_everything_on(command: str, monkeypatch: pytest.MonkeyPatch
 
 
 def test_demo_takes_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Path] = []
-    module("focus_planner.demo", monkeypatch, run=lambda folder, _: seen.append(folder))
+    seen: list[tuple[Path, bool]] = []
+
+    def run(folder: Path, _: Any, *, show: bool) -> None:
+        seen.append((folder, show))
+
+    module("focus_planner.demo", monkeypatch, run=run)
     assert cli.main(["demo"]) == 0
     assert cli.main(["demo", "--output", "there"]) == 0
-    assert seen == [Path("demo_output"), Path("there")]
+    assert cli.main(["demo", "--no-open"]) == 0
+    there, usual = Path("there"), Path("demo_output")
+    assert seen == [(usual, True), (there, True), (usual, False)]
 
 
 @pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens", "demo"])

@@ -222,8 +222,8 @@ def test_truncated_and_random_bytes_are_told_in_one_line(here: Path, capsys: Any
         (["--set", "f=8"], "--set: expected one of method, "),
         (["--set", "method=best"], "method: expected one of closest"),
         (["--set", "depth_tolerance=9"], "depth_tolerance: expected metres that some camera's"),
-        (["--live", "--set", "k=2"], "--live: expected neither --set nor --record with it, got"),
-        (["--live", "--record", "x"], "--live: expected neither --set nor --record with it, got"),
+        (["--live", "--set", "k=2"], "--live: expected neither --set, --record nor --report"),
+        (["--live", "--record", "x"], "--live: expected neither --set, --record nor --report"),
         (["--sett", "k=2"], "unrecognized arguments"),
     ],
 )

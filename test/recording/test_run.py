@@ -396,6 +396,7 @@ def test_progress_is_read_as_it_was(tmp_path):
     beginning = beginning_with()
     run = written(tmp_path, beginning, [], [(0.25 * k, step) for k, step in enumerate(steps)])
     assert repr(run.progress) == repr(tuple(steps))
+    assert run.elapsed == (0.0, 0.25, 0.5)
     times = [m.at for m in read_bag(run.path).messages if m.topic.endswith("progress")]
     assert times == [beginning.at + k * 250_000_000 for k in range(3)]
 
