@@ -73,12 +73,12 @@ def steps(content: ReportContent) -> str:
     drawing = convergence(content.steps)
     if not drawing:
         return ""
-    first, last = _ends(content.steps)
+    known = [step.cost for step in content.steps if step.cost is not None]
     rows = "".join(map(_step_row, _some(content.steps)))
     return f"""<section id="steps" aria-labelledby="steps-title">
 <h2 id="steps-title">Convergence</h2>
-<p class="about">{first:.1f} at the first of {len(content.steps)} steps, {last:.1f} at the last, on
-the samples that were planned on.</p>
+<p class="about">From {known[0]:.1f} to {known[-1]:.1f} in {len(known)} steps, on the samples that
+were planned on.</p>
 {drawing}
 <details><summary>Steps as a table</summary><div class="scroll" tabindex="0" role="region"
 aria-label="Steps"><table><thead><tr><th scope="col">stage</th>
@@ -86,11 +86,6 @@ aria-label="Steps"><table><thead><tr><th scope="col">stage</th>
 <th scope="col" class="number">lower bound</th><th scope="col" class="number">s</th></tr></thead>
 <tbody>{rows}</tbody></table></div></details>
 </section>"""
-
-
-def _ends(given: tuple[Step, ...]) -> tuple[float, float]:
-    known = [step.cost for step in given if step.cost is not None]
-    return known[0], known[-1]
 
 
 def _some(given: tuple[Step, ...]) -> tuple[Step, ...]:

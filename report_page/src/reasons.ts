@@ -11,7 +11,7 @@ import {
   toCamera,
 } from "./geometry";
 import { Seen, type Camera, type Model, type Plan, type Vector } from "./model";
-import { area, counted, listed, metres, millimetres } from "./words";
+import { area, counted, listed, metres, millimetres, signed } from "./words";
 
 /** A camera that sees the point. */
 export interface View {
@@ -309,7 +309,7 @@ function added(model: Model, p: number): string[] {
   const distance = depths[depths.length >> 1] ?? 0;
   if (!distance) return [];
   const at = plus(model.point(p), model.normal(p), distance);
-  const place = at.map((each) => each.toFixed(2)).join(", ");
+  const place = at.map((each) => signed(each.toFixed(2))).join(", ");
   if (!isFree(model, p, at)) {
     return ["Another place for a camera is hard to find: along its normal, too, the surface is in the way."];
   }
