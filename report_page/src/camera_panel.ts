@@ -67,7 +67,12 @@ function heldNodes(model: Model, camera: number, plans: Plan[]): Node[] {
   for (const q of pairs) seen += model.areas[model.pairSample[q]!]!;
   const nodes: Node[] = [
     h("h4", {}, "Depths seen"),
-    h("p", { class: "about" }, `It sees ${area(seen)}. The band is what is in focus, the line the focus.`),
+    h(
+      "p",
+      { class: "about" },
+      `It sees ${area(seen)}. The band is what is in focus, the line the focus. In the picture what ` +
+        "it holds has its full colour; what it sees out of focus is pale, the rest grey.",
+    ),
   ];
   for (const plan of plans) {
     const held = plan.held[camera] ?? 0;

@@ -148,7 +148,10 @@ export class Stage {
     if (this.ways) this.ways.disabled = this.second === null;
     this.divider.hidden = this.second === null || !this.slider;
     const plans = this.plans.map((k) => this.model.plans[k]!);
+    const [left, right] = plans.map((plan) => plan.title);
+    const said = right === undefined ? `The plan ${left}` : `Left: ${left}. Right: ${right}.`;
     this.legend.replaceChildren(
+      h("p", { class: "print-only" }, `${said}. Coloured by ${this.scheme.label}.`.replace("..", ".")),
       ...legendNodes(
         this.scheme.legend(plans),
         plans.map((plan) => plan.title),

@@ -234,14 +234,19 @@ export class View {
     const right = new THREE.Vector3().crossVectors(this.camera.up, from).normalize();
     const above = new THREE.Vector3().crossVectors(from, right);
     const every = Math.ceil(this.model.samples / 2048);
-    let distance = 0;
+    const needed = (place: Vector, fill: number) => {
+      const d = new THREE.Vector3(...place).sub(this.centre);
+      const wide = Math.abs(d.dot(right)) / (fill * tangent * aspect);
+      return d.dot(from) + Math.max(wide, Math.abs(d.dot(above)) / (fill * tangent));
+    };
+    let surface = 0;
     for (let p = 0; p < this.model.samples; p += every) {
-      const d = new THREE.Vector3(...this.model.point(p)).sub(this.centre);
-      const wide = Math.abs(d.dot(right)) / (FILL * tangent * aspect);
-      const high = Math.abs(d.dot(above)) / (FILL * tangent);
-      distance = Math.max(distance, d.dot(from) + Math.max(wide, high));
+      surface = Math.max(surface, needed(this.model.point(p), FILL));
     }
-    return distance || 3 * this.radius;
+    let rig = 0;
+    for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95));
+    // With its cameras, unless that makes it much smaller.
+    return Math.max(surface, Math.min(rig, 1.6 * surface)) || 3 * this.radius;
   }
 
   orbit(across: number, up: number): void {

@@ -28,9 +28,7 @@ def test_the_bundle_is_what_its_sources_give(tmp_path):
 def test_the_lock_is_exact_and_names_no_address():
     text = (PAGE / "package-lock.json").read_text()
     assert "resolved" not in text
-    assert "http" not in text.replace("https://opencollective.com", "").replace(
-        "https://github.com", ""
-    )
+    assert "http" not in text
     package = json.loads((PAGE / "package.json").read_text())
     for versions in (package["dependencies"], package["devDependencies"]):
         assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in versions.values())
