@@ -23,7 +23,7 @@ ARGUMENTS = (
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )
 DESKTOP, TABLET = {"width": 1440, "height": 900}, {"width": 768, "height": 1024}
-PATIENCE = 240_000  # milliseconds until a browser that does not answer is taken to hang
+PATIENCE = 20_000  # milliseconds until a browser that does not answer is taken to hang
 
 
 @pytest.fixture(scope="module")
