@@ -272,5 +272,3 @@ def renamed(content: ReportContent, title: str) -> ReportContent:
         software=((title, title),),
         plans=(replace(content.plans[0], title=title), *content.plans[1:]),
     )
-
-

@@ -150,9 +150,7 @@ def depths(histogram: DepthHistogram, focus: CameraFocus, ends: tuple[float, flo
     x = (histogram.edges - low) * scale
     y = _SPARK_HEIGHT * (1 - histogram.areas / histogram.areas.max())
     line = "".join(f"V{b:.1f}H{a:.1f}" for a, b in zip(x[1:], y, strict=True))
-    parts.append(
-        f'<path class="depths" d="M{x[0]:.1f} {_SPARK_HEIGHT}{line}V{_SPARK_HEIGHT}z"/>'
-    )
+    parts.append(f'<path class="depths" d="M{x[0]:.1f} {_SPARK_HEIGHT}{line}V{_SPARK_HEIGHT}z"/>')
     return _svg(_SPARK_WIDTH, _SPARK_HEIGHT, "spark", "".join(parts))
 
 
