@@ -23,7 +23,7 @@ ARGUMENTS = (
     *("--disable-component-update", "--disable-sync", "--ignore-gpu-blocklist"),
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )
-DESKTOP, TABLET = {"width": 1440, "height": 900}, {"width": 768, "height": 1024}
+DESKTOP, TABLET = {"width": 1100, "height": 720}, {"width": 768, "height": 1024}
 PATIENCE = 120_000  # milliseconds until a browser that does not answer is taken to hang
 
 
