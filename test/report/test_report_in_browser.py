@@ -93,14 +93,18 @@ class Opened:
         return int(self.inspector.get_attribute("data-index"))
 
     def until(self, expression):
-        """Wait until an expression of the page is true."""
-        self.page.wait_for_function(expression)
+        """Wait until an expression is true: asked from outside, as the page evaluates no text."""
+        self._wait_for(lambda: self.page.evaluate(expression))
 
     def wait_until_it_looks_unlike(self, before):
         """Wait until the picture has been drawn otherwise."""
+        self._wait_for(lambda: not np.array_equal(self.pixels(), before))
+
+    def _wait_for(self, condition):
         until = time.monotonic() + PATIENCE / 1000
-        while np.array_equal(self.pixels(), before):
+        while not condition():
             assert time.monotonic() < until
+            self.page.wait_for_timeout(20)
 
     def pixels(self):
         """(height, width, 3) the picture as it is shown."""
