@@ -42,7 +42,9 @@ setup(
     ],
     python_requires=">=3.10",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["bodies/*", "messages/definitions/*/*", "py.typed"]},
+    package_data={
+        NAME: ["bodies/*", "messages/definitions/*/*", "report/bundle/*", "py.typed"],
+    },
     data_files=[
         # The marker by which ROS finds the package, and its manifest.
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -23,7 +23,7 @@ from focus_planner.report.content import (
     SampledSurface,
     Step,
 )
-from testing.problems import around, body, merged, sphere
+from testing.problems import around, body, looking_at, merged, sphere
 
 DISTORTED = CameraIntrinsics(
     640, 480, 420.0, 420.0, 319.5, 239.5, "plumb_bob", (-0.21, 0.06, 0.001, -0.0007, 0.0)
@@ -54,11 +54,69 @@ def real(samples: int = 16_384) -> ReportContent:
     return content_of(Scene(body("arms_out")), cylinder_rig(), samples)
 
 
-@cache
-def large(samples: int = 65_536, rows: int = 10, columns: int = 100) -> ReportContent:
-    """A body and 1,000 cameras, whose visibility is real."""
-    rig = cylinder_rig(rows, columns)
-    return content_of(Scene(body("arms_out")), rig, samples)
+def made_large(samples: int = 65_536, cameras: int = 1_000) -> ReportContent:
+    """Samples of a sphere and many cameras around it; the plans are made up, the geometry is not.
+
+    A pair is one of a camera and a sample that faces it almost squarely: of what a convex surface
+    has in its picture, the middle.
+    """
+    rng = np.random.default_rng(0)
+    normals = rng.normal(size=(samples, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    points = 0.3 * normals
+    angles = 2 * np.pi * np.arange(cameras) / 25
+    heights = np.linspace(-0.4, 0.4, cameras)
+    places = np.stack([np.cos(angles), np.sin(angles), heights], axis=1)
+    rig = Rig(
+        tuple(
+            looking_at(f"c{k}", place, (0.0, 0.0, 0.0)) for k, place in enumerate(places.tolist())
+        )
+    )
+    towards = (places / np.linalg.norm(places, axis=1)[:, None]).astype(np.float32)
+    sample, camera = np.nonzero(normals.astype(np.float32) @ towards.T > 0.985)
+    depth = ((places[camera] - points[sample]) * towards[camera]).sum(axis=1)
+    counts = np.bincount(sample, minlength=samples)
+    areas = np.full(samples, 4 * np.pi * 0.3**2 / samples)
+    held = depth < 0.75
+    views = np.bincount(sample[held], minlength=samples)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    best = np.where(counts > 0, camera[np.minimum(first[:-1], len(camera) - 1)], -1)
+    template = small()
+    focus = template.plans[0].plan.cameras[0]
+    plan = replace(
+        template.plans[0].plan,
+        cameras=tuple(replace(focus, name=each.name) for each in rig.cameras),
+    )
+    reported = ReportedPlan(
+        title="made up",
+        plan=plan,
+        cost=np.where(best < 0, 1.0, 0.4 + 0.3 * (views == 0)),
+        camera=best.astype(np.int32),
+        in_focus=views > 0,
+        sharp_views=views.astype(np.int32),
+        pair_in_focus=held,
+        held_area=np.bincount(camera[held], minlength=cameras) * areas[0],
+    )
+    surface = SampledSurface(
+        points=points,
+        normals=normals,
+        areas=areas,
+        importance=None,
+        spacing=float(np.sqrt(areas[0])),
+        pair_offsets=first,
+        pair_camera=camera.astype(np.int32),
+        pair_depth=depth,
+        pair_cost=np.full(len(depth), 0.4),
+        focus_weight=1 / 3,
+    )
+    return replace(
+        template,
+        rig=rig,
+        surface=surface,
+        plans=(reported, replace(reported, title="the same")),
+        sheet=lens_sheet(plan, rig),
+        histograms=(template.histograms[0],) * cameras,
+    )
 
 
 def content_of(scene, rig, samples, methods=("k_view", "closest"), shots=1) -> ReportContent:
@@ -214,5 +272,3 @@ def renamed(content: ReportContent, title: str) -> ReportContent:
         software=((title, title),),
         plans=(replace(content.plans[0], title=title), *content.plans[1:]),
     )
-
-

@@ -27,13 +27,14 @@ def bar(row: CostRow, most: float) -> str:
     if value is None or most <= 0:
         return ""
     kind = "reported" if row.reported else "bound" if row.fresh_cost is None else "other"
-    scale = _BAR_WIDTH / most
+    scale = _BAR_WIDTH / (1.05 * most)
     parts = [f'<rect class="bar {kind}" y="4" width="{value * scale:.1f}" height="14" rx="1.5"/>']
     if row.standard_error:
         low, high = (scale * (value + s * row.standard_error) for s in (-1, 1))
-        parts.append(f'<path class="whisker" d="M{low:.1f} 11H{high:.1f}M{low:.1f} 8v6m0 0"/>')
-        parts.append(f'<path class="whisker" d="M{high:.1f} 8v6"/>')
-    return _svg(_BAR_WIDTH + 8, _BAR_HEIGHT, "bars", "".join(parts))
+        parts.append(
+            f'<path class="whisker" d="M{low:.1f} 11H{high:.1f}M{low:.1f} 7v8M{high:.1f} 7v8"/>'
+        )
+    return _svg(_BAR_WIDTH, _BAR_HEIGHT, "bars", "".join(parts))
 
 
 def convergence(steps: Sequence[Step]) -> str:
@@ -149,15 +150,13 @@ def depths(histogram: DepthHistogram, focus: CameraFocus, ends: tuple[float, flo
     x = (histogram.edges - low) * scale
     y = _SPARK_HEIGHT * (1 - histogram.areas / histogram.areas.max())
     line = "".join(f"V{b:.1f}H{a:.1f}" for a, b in zip(x[1:], y, strict=True))
-    parts.append(
-        f'<path class="depths" d="M{x[0]:.1f} {_SPARK_HEIGHT}{line}V{_SPARK_HEIGHT}z"/>'
-    )
+    parts.append(f'<path class="depths" d="M{x[0]:.1f} {_SPARK_HEIGHT}{line}V{_SPARK_HEIGHT}z"/>')
     return _svg(_SPARK_WIDTH, _SPARK_HEIGHT, "spark", "".join(parts))
 
 
 def _svg(width: int, height: int, of: str, inside: str) -> str:
     """Return a drawing whose numbers are told in words beside it."""
     return (
-        f'<svg class="{of}" viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
+        f'<svg class="{of}" viewBox="0 0 {width} {height}" preserveAspectRatio="none"'
         f' aria-hidden="true">{inside}</svg>'
     )

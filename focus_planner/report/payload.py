@@ -120,7 +120,8 @@ def _octahedral(normals: FloatArray) -> FloatArray:
 
 def _steps(cameras: NDArray[np.int32], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return each pair's camera less the one before of the same sample, which is lower."""
-    steps = np.diff(cameras.astype(np.int64), prepend=0)
+    steps = cameras.astype(np.int64)
+    steps[1:] -= cameras[:-1]
     first = offsets[:-1][np.diff(offsets) > 0]
     steps[first] = cameras[first]
     return steps

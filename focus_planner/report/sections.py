@@ -42,8 +42,8 @@ def costs(content: ReportContent) -> str:
     rows = "".join(_cost_row(row, most) for row in content.costs)
     return f"""<section id="costs" aria-labelledby="costs-title">
 <h2 id="costs-title">Cost</h2>
-<p class="about">Of 1000, as a mean over the surface; 0 is perfect, 1000 is seen by no camera. Filled
-bars: on fresh samples, which no plan was made on, with their standard error.</p>
+<p class="about">Of 1000, as a mean over the surface; 0 is perfect, 1000 is seen by no camera.
+Filled bars: on fresh samples, which no plan was made on, with their standard error.</p>
 <div class="scroll" tabindex="0" role="region" aria-label="Costs"><table class="costs">
 <thead><tr><th scope="col">plan</th><th scope="col"><span class="hidden">bar</span></th>
 <th scope="col" class="number">fresh cost</th><th scope="col" class="number">change</th>
@@ -61,7 +61,7 @@ def _cost_row(row: CostRow, most: float) -> str:
     share = "–" if row.in_focus_share is None else f"{100 * row.in_focus_share:.1f} %"
     cost = "–" if row.cost is None else f"{row.cost:.1f}"
     return (
-        f'<tr{" class=reported" if row.reported else ""}>'
+        f"<tr{' class=reported' if row.reported else ''}>"
         f'<th scope="row">{text(row.title)}</th><td class="bar">{bar(row, most)}</td>'
         f'<td class="number">{fresh}</td><td class="number">{change}</td>'
         f'<td class="number">{share}</td><td class="number">{cost}</td></tr>'
@@ -73,12 +73,12 @@ def steps(content: ReportContent) -> str:
     drawing = convergence(content.steps)
     if not drawing:
         return ""
-    first, last = _ends(content.steps)
+    known = [step.cost for step in content.steps if step.cost is not None]
     rows = "".join(map(_step_row, _some(content.steps)))
     return f"""<section id="steps" aria-labelledby="steps-title">
 <h2 id="steps-title">Convergence</h2>
-<p class="about">{first:.1f} at the first of {len(content.steps)} steps, {last:.1f} at the last, on
-the samples that were planned on.</p>
+<p class="about">From {known[0]:.1f} to {known[-1]:.1f} in {len(known)} steps, on the samples that
+were planned on.</p>
 {drawing}
 <details><summary>Steps as a table</summary><div class="scroll" tabindex="0" role="region"
 aria-label="Steps"><table><thead><tr><th scope="col">stage</th>
@@ -86,11 +86,6 @@ aria-label="Steps"><table><thead><tr><th scope="col">stage</th>
 <th scope="col" class="number">lower bound</th><th scope="col" class="number">s</th></tr></thead>
 <tbody>{rows}</tbody></table></div></details>
 </section>"""
-
-
-def _ends(given: tuple[Step, ...]) -> tuple[float, float]:
-    known = [step.cost for step in given if step.cost is not None]
-    return known[0], known[-1]
 
 
 def _some(given: tuple[Step, ...]) -> tuple[Step, ...]:
@@ -131,8 +126,8 @@ def cameras(content: ReportContent) -> str:
     return f"""<section id="sheet" aria-labelledby="sheet-title">
 <h2 id="sheet-title">{text(sheet.title)}</h2>
 <div class="print-only">{definitions(sheet.facts, "facts")}</div>
-<p class="about screen-only">Where to set each lens. Printed, these are pages of their own, with boxes
-to tick. The bars are the depths that a camera sees; the band is its depth of field.</p>
+<p class="about screen-only">Where to set each lens. Printed, these are pages of their own, with
+boxes to tick. The bars are the depths that a camera sees; the band is its depth of field.</p>
 <div id="filters"></div>
 <div class="scroll tall" tabindex="0" role="region" aria-label="Cameras"><table class="sheet"
 id="cameras"><thead><tr>{headings}</tr></thead>
@@ -151,9 +146,7 @@ def _heading(column: Column) -> str:
     )
 
 
-def _camera_row(
-    content: ReportContent, row: Row, camera: int, ends: tuple[float, float]
-) -> str:
+def _camera_row(content: ReportContent, row: Row, camera: int, ends: tuple[float, float]) -> str:
     plan = content.plans[0]
     focus = plan.plan.cameras[camera]
     cells = "".join(map(_cell, content.sheet.columns, row.cells))

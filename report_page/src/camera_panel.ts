@@ -3,24 +3,25 @@ import { h, table } from "./dom";
 import { histogram } from "./histogram";
 import type { Model, Plan } from "./model";
 import type { Shot } from "./payload";
-import { area, counted, metres, millimetres, percent } from "./words";
+import { area, metres, millimetres, percent } from "./words";
 
-export const STATUS = [
-  "unknown",
-  "planned",
-  "sees only what others image better: leave it as it is",
-  "sees none of the surface: leave it as it is",
+const STATUS = [
+  "Unknown",
+  "Planned",
+  "Sees only what others image better: leave it as it is",
+  "Sees none of the surface: leave it as it is",
 ];
 
 /** What the panel says of a camera, its plans side by side. */
 export function cameraPanel(model: Model, camera: number, plans: number[]): Node[] {
   const shown = plans.map((k) => model.plans[k]!);
   const nodes: Node[] = [];
-  for (const plan of shown) {
-    const status = STATUS[plan.cameras[camera]!.status] ?? STATUS[0]!;
-    const prefix = shown.length > 1 ? `${plan.title}: ` : "";
-    nodes.push(h("p", { class: "status" }, `${prefix}${status}`));
-  }
+  const statuses = shown.map((plan) => STATUS[plan.cameras[camera]!.status] ?? STATUS[0]!);
+  const differ = new Set(statuses).size > 1;
+  shown.forEach((plan, k) => {
+    const text = differ ? `${plan.title}: ${statuses[k]}` : statuses[k]!;
+    if (differ || k === 0) nodes.push(h("p", { class: "status" }, text));
+  });
   const columns = shown.flatMap((plan) =>
     plan.cameras[camera]!.shots.map((shot, k, all) => ({
       plan,
@@ -66,12 +67,17 @@ function heldNodes(model: Model, camera: number, plans: Plan[]): Node[] {
   for (const q of pairs) seen += model.areas[model.pairSample[q]!]!;
   const nodes: Node[] = [
     h("h4", {}, "Depths seen"),
-    h("p", { class: "about" }, `It sees ${area(seen)}. The band is what is in focus, the line the focus.`),
+    h(
+      "p",
+      { class: "about" },
+      `It sees ${area(seen)}. The band is what is in focus, the line the focus. In the picture what ` +
+        "it holds has its full colour; what it sees out of focus is pale, the rest grey.",
+    ),
   ];
   for (const plan of plans) {
     const held = plan.held[camera] ?? 0;
     const says = `${plan.title}: holds ${area(held)}, ${percent(held / seen)} of what it sees`;
-    const drawing = histogram(model, plan, camera);
+    const drawing = histogram(model, plan, camera, plans);
     if (drawing) nodes.push(h("figure", {}, drawing, h("figcaption", {}, says)));
   }
   return nodes;
@@ -90,9 +96,4 @@ function pictureNodes(model: Model, camera: number, plan: number, named: boolean
   image.addEventListener("load", () => URL.revokeObjectURL(address), { once: true });
   const caption = named ? `Its picture, ${title}` : "Its picture";
   return [h("figure", {}, image, h("figcaption", {}, caption))];
-}
-
-export function cameraSaid(model: Model, camera: number): string {
-  const seen = model.pairsOf(camera).length;
-  return `${model.cameras[camera]!.name}, sees ${counted(seen, "sample")}`;
 }

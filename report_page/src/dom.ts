@@ -47,11 +47,12 @@ export function choice(
   options: [string, string][],
   chosen: string,
   action: (value: string) => void,
-): HTMLLabelElement {
-  const select = h("select", {}, ...options.map(([value, text]) => h("option", { value }, text)));
+): HTMLElement {
+  const id = `choice-${label.replace(/\W+/g, "-")}`;
+  const select = h("select", { id }, ...options.map(([value, text]) => h("option", { value }, text)));
   select.value = chosen;
   select.addEventListener("change", () => action(select.value));
-  return h("label", { class: "field" }, h("span", {}, label), select);
+  return h("div", { class: "field" }, h("label", { for: id }, label), select);
 }
 
 /** One of a few choices, all in view. */

@@ -7,12 +7,18 @@ const WIDTH = 300;
 const HEIGHT = 78;
 const FOOT = 16;
 
-export function histogram(model: Model, plan: Plan, camera: number): SVGElement | null {
+/** A plan's histogram, on the scale of those of all plans beside it. */
+export function histogram(
+  model: Model,
+  plan: Plan,
+  camera: number,
+  beside: Plan[],
+): SVGElement | null {
   const { edges, areas } = model.facts.histograms[camera] ?? { edges: [], areas: [] };
   const most = Math.max(...areas, 0);
   if (edges.length < 2 || !most) return null;
-  const shots = plan.cameras[camera]!.shots;
-  const ends = shots.flatMap((shot) => [shot.near, shot.far ?? 0, shot.focus]);
+  const { shots } = plan.cameras[camera]!;
+  const ends = beside.flatMap((each) => each.cameras[camera]!.shots).flatMap((shot) => [shot.near, shot.far ?? 0, shot.focus]);
   // Fields of which only an end is far away do not squeeze the rest.
   const span = edges[edges.length - 1]! - edges[0]!;
   const within = ends.filter(

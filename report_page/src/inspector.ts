@@ -61,7 +61,7 @@ export class Inspector {
     this.title.textContent = `Point ${selection.point}`;
     this.tools.replaceChildren(...this.back(), this.close());
     this.body.replaceChildren(
-      ...pointPanel(this.model, selection.point, plans, (camera) => this.actions.select({ camera })),
+      ...pointPanel(this.model, selection, plans, (each) => this.actions.select(each)),
     );
     this.say(`Point ${selection.point}: ${this.body.querySelector(".status")?.textContent}`);
   }
@@ -110,6 +110,9 @@ export class Inspector {
   }
 }
 
-export function same(a: Selection, b: Selection): boolean {
-  return JSON.stringify(a) === JSON.stringify(b);
+/** Whether two selections are of one thing, in whichever plan. */
+function same(a: Selection, b: Selection): boolean {
+  if (!a || !b) return a === b;
+  if ("camera" in a) return "camera" in b && a.camera === b.camera;
+  return "point" in b && a.point === b.point;
 }

@@ -18,7 +18,17 @@ export interface Plan extends PlanFacts {
   camera: Int32Array;
   sharp: Uint8Array;
   views: ArrayLike<number>;
-  pairHeld: Uint8Array;
+  /** Whether some shot of a pair's camera holds its sample in focus. */
+  readonly pairHeld: Uint8Array;
+}
+
+/** Pairs of a sample and a camera that sees it: sample p's are offsets[p] to offsets[p + 1]. */
+interface Pairs {
+  offsets: Uint32Array;
+  camera: Uint32Array;
+  sample: Uint32Array;
+  depth: Float32Array;
+  cost: Float32Array;
 }
 
 export interface Camera extends RigCamera {
@@ -34,13 +44,8 @@ export class Model {
   readonly normals: Float32Array;
   readonly areas: Float32Array;
   readonly importance: Float32Array | null;
-  /** Sample p's pairs are offsets[p] to offsets[p + 1]. */
-  readonly offsets: Uint32Array;
-  readonly pairCamera: Uint32Array;
-  readonly pairSample: Uint32Array;
-  readonly pairDepth: Float32Array;
-  readonly pairCost: Float32Array;
   readonly plans: Plan[];
+  private pairs: Pairs | null = null;
   private byCamera: { offsets: Uint32Array; pairs: Uint32Array } | null = null;
 
   constructor(private readonly payload: Payload) {
@@ -55,30 +60,38 @@ export class Model {
     this.normals = unfolded(payload.shares("normals", -1, 2));
     this.areas = payload.shares("areas", 0, facts.areaUnit);
     this.importance = facts.importance ? payload.shares("importance") : null;
-    const counts = payload.whole("counts");
-    this.offsets = new Uint32Array(facts.samples + 1);
-    for (let p = 0; p < facts.samples; p++) this.offsets[p + 1] = this.offsets[p]! + counts[p]!;
-    this.pairSample = new Uint32Array(facts.pairs);
-    this.pairCamera = new Uint32Array(facts.pairs);
-    const steps = payload.whole("cameras");
-    for (let p = 0; p < facts.samples; p++) {
-      let camera = 0;
-      for (let q = this.offsets[p]!; q < this.offsets[p + 1]!; q++) {
-        camera += steps[q]!;
-        this.pairCamera[q] = camera;
-        this.pairSample[q] = p;
-      }
-    }
-    this.pairDepth = payload.shares("depths", facts.depth[0], facts.depth[1]);
-    this.pairCost = payload.shares("costs");
     this.plans = facts.plans.map((plan, k) => ({
       ...plan,
       cost: payload.shares(`cost${k}`),
       camera: Int32Array.from(payload.whole(`camera${k}`), (each) => each - 1),
       sharp: payload.bits(`sharp${k}`),
       views: payload.whole(`views${k}`),
-      pairHeld: payload.bits(`held${k}`),
+      get pairHeld() {
+        const pairHeld = payload.bits(`held${k}`);
+        Object.defineProperty(this, "pairHeld", { value: pairHeld });
+        return pairHeld;
+      },
     }));
+  }
+
+  get offsets(): Uint32Array {
+    return this.allPairs.offsets;
+  }
+
+  get pairCamera(): Uint32Array {
+    return this.allPairs.camera;
+  }
+
+  get pairSample(): Uint32Array {
+    return this.allPairs.sample;
+  }
+
+  get pairDepth(): Float32Array {
+    return this.allPairs.depth;
+  }
+
+  get pairCost(): Float32Array {
+    return this.allPairs.cost;
   }
 
   get samples(): number {
@@ -126,6 +139,35 @@ export class Model {
       if (of(p)) area += this.areas[p]!;
     }
     return all ? area / all : 0;
+  }
+
+  /** Decoded when first asked for: a picture of the surface needs none. */
+  private get allPairs(): Pairs {
+    return (this.pairs ??= this.decodedPairs());
+  }
+
+  private decodedPairs(): Pairs {
+    const { samples, pairs, depth } = this.facts;
+    const counts = this.payload.whole("counts");
+    const steps = this.payload.whole("cameras");
+    const offsets = new Uint32Array(samples + 1);
+    const sample = new Uint32Array(pairs);
+    const camera = new Uint32Array(pairs);
+    for (let p = 0; p < samples; p++) {
+      offsets[p + 1] = offsets[p]! + counts[p]!;
+      for (let q = offsets[p]!, at = 0; q < offsets[p + 1]!; q++) {
+        at += steps[q]!;
+        camera[q] = at;
+        sample[q] = p;
+      }
+    }
+    return {
+      offsets,
+      camera,
+      sample,
+      depth: this.payload.shares("depths", depth[0], depth[1]),
+      cost: this.payload.shares("costs"),
+    };
   }
 
   private sortedByCamera() {

@@ -101,7 +101,10 @@ export class Payload {
 
   /** Numbers that were told as shares of a range. */
   shares(name: string, low = 0, range = 1): Float32Array {
-    return Float32Array.from(this.whole(name), (level) => low + (level / 65535) * range);
+    const levels = this.whole(name);
+    const values = new Float32Array(levels.length);
+    for (let i = 0; i < levels.length; i++) values[i] = low + (levels[i]! / 65535) * range;
+    return values;
   }
 
   bits(name: string): Uint8Array {

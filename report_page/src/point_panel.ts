@@ -1,13 +1,14 @@
 // What is told of a point of the surface.
-import { button, h, table } from "./dom";
+import { button, h, segmented, table } from "./dom";
 import { NONE, Seen, type Model, type Plan } from "./model";
 import { explain, remarksOn, verdictOf, type Blind, type Blindness, type View } from "./reasons";
-import { counted, metres } from "./words";
+import type { Selection } from "./view";
+import { counted, signed } from "./words";
 
 const WORDS: Record<Seen, string> = {
   [Seen.Sharp]: "sharp",
   [Seen.Blurred]: "blurred",
-  [Seen.Unseen]: "seen by no camera",
+  [Seen.Unseen]: "unseen",
 };
 const BLIND: Record<Blindness, string> = {
   behind: "it is behind the camera",
@@ -19,15 +20,27 @@ const MOST_NAMES = 24;
 
 export function pointPanel(
   model: Model,
-  p: number,
+  { point: p, plan }: { point: number; plan: number },
   plans: number[],
-  onCamera: (camera: number) => void,
+  select: (selection: Selection) => void,
 ): Node[] {
-  const [first, second] = plans.map((k) => model.plans[k]!);
-  const told = explain(model, first!, p);
-  const nodes: Node[] = [h("p", { class: "status" }, inOneLine(model, first!, p, plans.length > 1))];
-  if (second) nodes.push(h("p", { class: "status" }, inOneLine(model, second, p, true)));
-  nodes.push(facts(model, first!, p));
+  const explained = model.plans[plans.includes(plan) ? plan : plans[0]!]!;
+  const told = explain(model, explained, p);
+  const onCamera = (camera: number) => select({ camera });
+  const shown = plans.map((k) => model.plans[k]!);
+  const nodes: Node[] = [
+    h("p", { class: "status" }, inOneLine(model, explained, p)),
+    summary(model, shown, p),
+    h("p", { class: "about" }, whereItIs(model, p)),
+  ];
+  if (new Set(plans).size > 1) {
+    const options = plans.map((k): [string, string] => [String(k), model.plans[k]!.title]);
+    nodes.push(
+      segmented("Explained in", options, String(model.plans.indexOf(explained)), (value) =>
+        select({ point: p, plan: Number(value) }),
+      ),
+    );
+  }
   if (told.why.length) {
     nodes.push(h("h4", {}, told.state === Seen.Sharp ? "Why it costs what it does" : "Why"));
     nodes.push(h("ul", { class: "why" }, ...told.why.map((each) => h("li", {}, each))));
@@ -50,43 +63,45 @@ export function pointPanel(
   return nodes;
 }
 
-function inOneLine(model: Model, plan: Plan, p: number, named: boolean): string {
-  const prefix = named ? `${plan.title}: ` : "";
+function inOneLine(model: Model, plan: Plan, p: number): string {
   const camera = plan.camera[p]!;
-  if (camera === NONE) return `${prefix}seen by no camera, cost 1`;
-  return (
-    `${prefix}${WORDS[model.seen(plan, p)]} in ${model.cameras[camera]!.name}, which images it best; ` +
-    `cost ${plan.cost[p]!.toFixed(3)}, ${counted(plan.views[p]!, "sharp view")}`
+  if (camera === NONE) return "Seen by no camera";
+  const { name } = model.cameras[camera]!;
+  return plan.sharp[p] ? `Sharp in ${name}` : `Blurred in ${name}, which images it best`;
+}
+
+function summary(model: Model, plans: Plan[], p: number): HTMLElement {
+  const number = (text: string) => ({ text, number: true });
+  return table(
+    "The point in the plans that are shown",
+    ["", "", "imaged best by", number("cost"), number("sharp views")],
+    plans.map((plan) => {
+      const camera = plan.camera[p]!;
+      const state = model.seen(plan, p);
+      return [
+        plan.title,
+        h("span", { class: state === Seen.Sharp ? "is sharp" : "is blurred" }, WORDS[state]),
+        camera === NONE ? "–" : model.cameras[camera]!.name,
+        plan.cost[p]!.toFixed(3),
+        `${plan.views[p]}`,
+      ];
+    }),
   );
 }
 
-function facts(model: Model, plan: Plan, p: number): HTMLElement {
-  const place = model
-    .point(p)
-    .map((each) => each.toFixed(3))
-    .join(", ");
-  const camera = plan.camera[p]!;
-  const entries: [string, string][] = [
-    ["position", `(${place}) m`],
-    ["cost", plan.cost[p]!.toFixed(3)],
-    ["imaged best by", camera === NONE ? "none" : model.cameras[camera]!.name],
-    ["sharp views", `${plan.views[p]}`],
-  ];
-  if (model.importance) entries.push(["importance", model.importance[p]!.toFixed(2)]);
-  return h(
-    "dl",
-    { class: "facts" },
-    ...entries.map(([name, text]) => h("div", {}, h("dt", {}, name), h("dd", {}, text))),
-  );
+function whereItIs(model: Model, p: number): string {
+  const place = model.point(p).map((each) => signed(each.toFixed(3)));
+  const at = `At (${place.join(", ")}) m in ${model.facts.frame}`;
+  return model.importance ? `${at}, of importance ${model.importance[p]!.toFixed(2)}` : at;
 }
 
 function seeing(model: Model, views: View[], onCamera: (camera: number) => void) {
   return table(
     "Cameras that see the point, the best first",
-    ["camera", { text: "depth", number: true }, "in focus", "there it is", { text: "cost", number: true }],
+    ["camera", { text: "depth / m", number: true }, "in focus / m", "there it is", { text: "cost", number: true }],
     views.map((view) => [
       button(view.camera.name, () => onCamera(view.camera.index), { class: "link" }),
-      metres(view.depth),
+      view.depth.toFixed(3),
       `${view.near.toFixed(3)}–${view.far === null ? "∞" : view.far.toFixed(3)}`,
       h(
         "span",

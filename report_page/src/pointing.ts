@@ -31,7 +31,7 @@ export function listen(
     const camera = view.cameraAt(x, y, reach);
     if (camera !== null) return select({ camera });
     const point = view.pointAt(x, y);
-    select(point === null ? null : { point });
+    select(point === null ? null : { point, plan: view.planAt(x) });
   });
 
   let asked = false;
@@ -82,7 +82,9 @@ function onKey(
     const now = current();
     const count = model.cameras.length;
     const from = now && "camera" in now ? now.camera : step > 0 ? -1 : 0;
-    select({ camera: (from + step + count) % count });
+    const camera = (from + step + count) % count;
+    select({ camera });
+    view.reveal(camera);
   };
   const actions: Record<string, () => void> = {
     "+": () => view.zoom(1.15),
@@ -104,5 +106,5 @@ export function pickMiddle(view: View, select: (selection: Selection) => void): 
   const pane = view.panes()[0]!;
   const x = pane.x + pane.width / 2;
   const point = view.pointAt(Math.min(x, pane.to - 1), view.canvas.clientHeight / 2);
-  if (point !== null) select({ point });
+  if (point !== null) select({ point, plan: pane.plan });
 }

@@ -11,7 +11,7 @@ import {
   toCamera,
 } from "./geometry";
 import { Seen, type Camera, type Model, type Plan, type Vector } from "./model";
-import { area, counted, listed, metres, millimetres } from "./words";
+import { area, counted, listed, metres, millimetres, signed } from "./words";
 
 /** A camera that sees the point. */
 export interface View {
@@ -26,6 +26,8 @@ export interface View {
   cost: number;
   /** Between the line of sight and the surface's normal, degrees. */
   slant: number;
+  /** Between the optical axis and the inward normal, degrees: θ of Eq. 1. */
+  tilt: number;
   /** From the optical axis, metres. */
   offAxis: number;
   /** The two terms of Eq. 1 that focus does not change. */
@@ -104,11 +106,16 @@ function viewOf(model: Model, plan: Plan, p: number, q: number): View {
     far: nearest.shot.far,
     out: held ? 0 : nearest.out,
     cost: model.pairCost[q]! + (held ? 0 : model.facts.focusWeight),
-    slant: (Math.acos(Math.min(cosine, 1)) * 180) / Math.PI,
+    slant: degrees(cosine),
+    tilt: degrees(towards),
     offAxis,
     areaTerm: w1 * (towards > 0 ? Math.min((areaScale * z * z) / towards, 1) : 1),
     axisTerm: w2 * Math.min(offAxis / axisLimit, 1),
   };
+}
+
+function degrees(cosine: number): number {
+  return (Math.acos(Math.min(Math.max(cosine, -1), 1)) * 180) / Math.PI;
 }
 
 function blindness(model: Model, camera: Camera, p: number): Blind {
@@ -159,14 +166,12 @@ function held(plan: Plan, p: number, views: View[]) {
 }
 
 function termsOf(view: View): string {
-  const remarks = [];
-  if (view.slant > GRAZING) remarks.push("grazing");
+  const grazing = view.slant > GRAZING ? " (grazing)" : "";
   const off = view.held ? "" : ", the rest from being out of focus";
   return (
     `In ${view.camera.name}, ${view.areaTerm.toFixed(3)} of its cost comes from a distance of ` +
-    `${metres(view.depth)} at ${Math.round(view.slant)}° off the normal` +
-    `${remarks.length ? ` (${remarks.join(", ")})` : ""}, ${view.axisTerm.toFixed(3)} from being ` +
-    `${millimetres(view.offAxis)} off the axis${off}.`
+    `${metres(view.depth)} and a tilt of ${Math.round(view.tilt)}° against the picture${grazing}, ` +
+    `${view.axisTerm.toFixed(3)} from being ${millimetres(view.offAxis)} off the axis${off}.`
   );
 }
 
@@ -180,17 +185,21 @@ function blurred(model: Model, plan: Plan, p: number, views: View[]) {
   if (before) sides.push(`before the near limit of ${before}`);
   if (beyond) sides.push(`beyond the far limit of ${beyond}`);
   const why = [
-    `Out of the depth of field of all ${counted(views.length, "camera")} that see it` +
+    `Out of the depth of field of ${ofAll(views.length)}` +
       `${sides.length ? `: ${listed(sides)}` : ""}.` +
       (nearest.out ? ` ${nearest.camera.name} misses it by least, ${millimetres(nearest.out)}.` : ""),
   ];
   const grazing = views.filter((view) => view.slant > GRAZING).length;
   if (grazing) {
-    why.push(`It grazes ${counted(grazing, "of these views")}: more than ${GRAZING}° off its normal.`);
+    why.push(`Grazing in ${grazing} of them: seen from more than ${GRAZING}° off its normal.`);
   }
   const best = views.find((view) => view.camera.index === plan.camera[p]) ?? views[0]!;
   why.push(termsOf(best));
   return { why, mends: [...refocused(model, plan, views), ...stopped(model, plan, views)] };
+}
+
+function ofAll(count: number): string {
+  return count === 1 ? "the one camera that sees it" : `all ${count} cameras that see it`;
 }
 
 interface Move {
@@ -278,7 +287,7 @@ function unseen(model: Model, p: number, blind: Blind[]) {
   if (hidden.length) {
     why.push(
       `Hidden by other parts of the surface from ${counted(hidden.length, "camera")} that it faces ` +
-        `and whose picture it would be in: ${some(hidden)}.`,
+        `and in whose picture it would be: ${some(hidden)}.`,
     );
   }
   if (away.length) {
@@ -294,10 +303,10 @@ function turned(outside: Blind[]): string[] {
   const candidates = outside.filter((each) => each.faces && Number.isFinite(each.pixels));
   if (!candidates.length) return [];
   const nearest = candidates.reduce((a, b) => (b.pixels < a.pixels ? b : a));
-  const degrees = (Math.atan(nearest.pixels / nearest.camera.picture.f[0]) * 180) / Math.PI;
-  if (degrees > 30) return [];
+  const turn = (Math.atan(nearest.pixels / nearest.camera.picture.f[0]) * 180) / Math.PI;
+  if (turn > 30) return [];
   return [
-    `Turn ${nearest.camera.name} by about ${degrees.toFixed(1)}°: the point faces it and misses its ` +
+    `Turn ${nearest.camera.name} by about ${turn.toFixed(1)}°: the point faces it and misses its ` +
       `picture by ${Math.ceil(nearest.pixels)} pixels. Whether something is in between is not known.`,
   ];
 }
@@ -309,7 +318,7 @@ function added(model: Model, p: number): string[] {
   const distance = depths[depths.length >> 1] ?? 0;
   if (!distance) return [];
   const at = plus(model.point(p), model.normal(p), distance);
-  const place = at.map((each) => each.toFixed(2)).join(", ");
+  const place = at.map((each) => signed(each.toFixed(2))).join(", ");
   if (!isFree(model, p, at)) {
     return ["Another place for a camera is hard to find: along its normal, too, the surface is in the way."];
   }

@@ -27,6 +27,7 @@ export class Stage {
   private first = 0;
   private second: number | null = null;
   private slider = false;
+  private ways: HTMLFieldSetElement | null = null;
   private table: CameraTable | null = null;
 
   constructor(
@@ -68,6 +69,7 @@ export class Stage {
   useTable(table: HTMLTableElement, filters: HTMLElement): void {
     this.table = new CameraTable(table, filters, (camera) => {
       this.select({ camera });
+      this.view.reveal(camera);
       this.element.scrollIntoView({ block: "start" });
       this.inspector.focus();
     });
@@ -111,6 +113,7 @@ export class Stage {
           this.arrange();
         },
       );
+      this.ways = ways;
       bar.append(
         choice("Show", plans, "0", (value) => {
           this.first = Number(value);
@@ -141,18 +144,20 @@ export class Stage {
       slider: this.slider,
       at: this.view.layout.at,
     };
-    this.view.layout = layout;
-    this.element.classList.toggle("one", this.second === null);
+    this.view.arrange(layout);
+    if (this.ways) this.ways.disabled = this.second === null;
     this.divider.hidden = this.second === null || !this.slider;
     const plans = this.plans.map((k) => this.model.plans[k]!);
+    const [left, right] = plans.map((plan) => plan.title);
+    const said = right === undefined ? `The plan ${left}` : `Left: ${left}. Right: ${right}.`;
     this.legend.replaceChildren(
+      h("p", { class: "print-only" }, `${said}. Coloured by ${this.scheme.label}.`.replace("..", ".")),
       ...legendNodes(
         this.scheme.legend(plans),
         plans.map((plan) => plan.title),
       ),
     );
     this.inspector.show(this.selection, this.plans, this.selection);
-    this.view.draw();
   }
 
   // --- over the picture ------------------------------------------------------------------------

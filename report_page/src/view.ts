@@ -3,11 +3,12 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scheme } from "./colours";
 import { disposeOf, Frusta, type Inks, linesOfSight, selectedCamera } from "./frusta";
-import { axis, corners, dot, minus, norm } from "./geometry";
+import { axis, corners, minus, norm } from "./geometry";
 import type { Model, Vector } from "./model";
 import { Splats } from "./splats";
 
-export type Selection = { camera: number } | { point: number } | null;
+/** A point is explained in one of the plans. */
+export type Selection = { camera: number } | { point: number; plan: number } | null;
 
 /** Which plans are shown: one, two side by side, or two on either side of a line. */
 export interface Layout {
@@ -27,6 +28,8 @@ export interface Pane {
 }
 
 const FIELD = 32; // degrees
+const FILL = 0.84; // of a pane, by the surface at first
+const REVEALED = (50 * Math.PI) / 180; // off the line of sight, at most
 const ORBIT_STEP = Math.PI / 36;
 
 export class View {
@@ -50,6 +53,8 @@ export class View {
   private groups: THREE.Group[] = [];
   private inks: Inks | null = null;
   private waiting = false;
+  private held = false;
+  private moved = false;
 
   constructor(
     private readonly model: Model,
@@ -83,10 +88,14 @@ export class View {
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
     this.controls.zoomSpeed = 1.4;
-    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("start", () => (this.held = true));
+    this.controls.addEventListener("end", () => (this.held = false));
+    this.controls.addEventListener("change", () => {
+      this.moved ||= this.held;
+      this.draw();
+    });
     this.canvas.addEventListener("webglcontextrestored", () => this.draw());
-    this.home();
-    new ResizeObserver(() => this.draw()).observe(holder);
+    new ResizeObserver(() => this.resized()).observe(holder);
   }
 
   // --- what is shown ---------------------------------------------------------------------------
@@ -130,6 +139,12 @@ export class View {
       this.waiting = false;
       this.drawNow();
     });
+  }
+
+  /** As at first, until somebody has moved it: fill the panes that there are. */
+  private resized(): void {
+    if (!this.moved) this.home();
+    this.draw();
   }
 
   drawNow(): void {
@@ -178,23 +193,64 @@ export class View {
     ];
   }
 
+  arrange(layout: Layout): void {
+    this.layout = layout;
+    this.resized();
+  }
+
   // --- where one looks from --------------------------------------------------------------------
 
   home(): void {
+    this.moved = false;
     const up = this.camera.up;
     const front = Math.abs(up.z) > 0.5 ? new THREE.Vector3(0, -1, 0) : new THREE.Vector3(0, 0, 1);
     const side = new THREE.Vector3().crossVectors(front, up).normalize();
     const from = front.addScaledVector(side, -0.42).addScaledVector(up, 0.16).normalize();
-    const distance = (1.06 * this.radius) / Math.sin((FIELD * Math.PI) / 360);
     this.controls.target.copy(this.centre);
-    this.camera.position.copy(this.centre).addScaledVector(from, distance);
+    this.camera.position.copy(this.centre).addScaledVector(from, this.fittingDistance(from));
     this.controls.minDistance = 0.02 * this.radius;
     this.controls.maxDistance = 30 * this.radius;
     this.controls.update();
     this.draw();
   }
 
+  /** Turn so far around the surface that a camera is on this side of it. */
+  reveal(index: number): void {
+    const flat = (place: THREE.Vector3) => place.projectOnPlane(this.camera.up);
+    const to = flat(new THREE.Vector3(...this.model.cameras[index]!.position).sub(this.centre));
+    const from = flat(this.camera.position.clone().sub(this.controls.target));
+    const turn = to.angleTo(from);
+    if (!(turn > REVEALED) || to.length() < 1e-6) return;
+    const left = new THREE.Vector3().crossVectors(from, to).dot(this.camera.up) > 0;
+    this.orbit(((left ? -1 : 1) * (turn - REVEALED)) / ORBIT_STEP, 0);
+  }
+
+  /** How far away the surface fills the first pane when seen from a direction. */
+  private fittingDistance(from: THREE.Vector3): number {
+    const { clientWidth, clientHeight } = this.canvas.parentElement!;
+    const pane = this.panes()[0]!;
+    const aspect = (pane.width || clientWidth || 1) / (clientHeight || 1);
+    const tangent = Math.tan((FIELD * Math.PI) / 360);
+    const right = new THREE.Vector3().crossVectors(this.camera.up, from).normalize();
+    const above = new THREE.Vector3().crossVectors(from, right);
+    const every = Math.ceil(this.model.samples / 2048);
+    const needed = (place: Vector, fill: number) => {
+      const d = new THREE.Vector3(...place).sub(this.centre);
+      const wide = Math.abs(d.dot(right)) / (fill * tangent * aspect);
+      return d.dot(from) + Math.max(wide, Math.abs(d.dot(above)) / (fill * tangent));
+    };
+    let surface = 0;
+    for (let p = 0; p < this.model.samples; p += every) {
+      surface = Math.max(surface, needed(this.model.point(p), FILL));
+    }
+    let rig = 0;
+    for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95));
+    // With its cameras, unless that makes it much smaller.
+    return Math.max(surface, Math.min(rig, 1.6 * surface)) || 3 * this.radius;
+  }
+
   orbit(across: number, up: number): void {
+    this.moved = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
     const turn = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
     const place = new THREE.Spherical().setFromVector3(offset.applyQuaternion(turn));
@@ -208,6 +264,7 @@ export class View {
   }
 
   pan(across: number, up: number): void {
+    this.moved = true;
     const step = 0.05 * this.camera.position.distanceTo(this.controls.target);
     const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 0);
     const above = new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, 1);
@@ -219,6 +276,7 @@ export class View {
   }
 
   zoom(times: number): void {
+    this.moved = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
     const length = offset.length() / times;
     const { minDistance, maxDistance } = this.controls;
@@ -230,6 +288,7 @@ export class View {
 
   /** Look from where a camera of the rig is. */
   lookFrom(index: number): void {
+    this.moved = true;
     const camera = this.model.cameras[index]!;
     const pairs = this.model.pairsOf(index);
     let depth = 0;
@@ -242,11 +301,11 @@ export class View {
     this.draw();
   }
 
+  private aimed = 0;
+
   private aim(pane: Pane, height: number): void {
+    this.aimed = pane.width / height;
     this.camera.aspect = pane.width / height;
-    // A pane that is higher than wide shows as much across as a square one.
-    const half = Math.tan((FIELD * Math.PI) / 360) / Math.min(1, this.camera.aspect * 1.25);
-    this.camera.fov = (360 / Math.PI) * Math.atan(half);
     const away = this.camera.position.distanceTo(this.centre);
     this.camera.near = Math.max(away - 6 * this.radius, 0.004 * this.radius);
     this.camera.far = away + 8 * this.radius;
@@ -267,7 +326,7 @@ export class View {
   /** Where a place of the rig's frame is in a pane, in pixels of the canvas; null if behind. */
   locate(place: Vector, pane: Pane): { x: number; y: number; depth: number } | null {
     const height = this.canvas.parentElement!.clientHeight;
-    this.aim(pane, height);
+    if (this.aimed !== pane.width / height) this.aim(pane, height);
     const at = new THREE.Vector3(...place).applyMatrix4(this.camera.matrixWorldInverse);
     const depth = -at.z;
     if (depth <= 0) return null;
@@ -275,6 +334,10 @@ export class View {
     const x = pane.x + (0.5 + at.x / 2) * pane.width;
     const y = (0.5 - at.y / 2) * height;
     return { x, y, depth };
+  }
+
+  planAt(x: number): number {
+    return this.paneAt(x).plan;
   }
 
   private paneAt(x: number): Pane {
@@ -324,17 +387,20 @@ export class View {
     const from = caster.ray.origin.toArray() as Vector;
     const way = caster.ray.direction.toArray() as Vector;
     const reach = 1.75 * this.model.facts.spacing;
+    const { points, normals } = this.model;
     let hit: number | null = null;
     let nearest = Infinity;
-    for (let p = 0; p < this.model.samples; p++) {
-      const d = minus(this.model.point(p), from);
-      const along = dot(d, way);
+    for (let p = 0, at = 0; p < this.model.samples; p++, at += 3) {
+      if (normals[at]! * way[0] + normals[at + 1]! * way[1] + normals[at + 2]! * way[2] >= 0) continue;
+      const dx = points[at]! - from[0];
+      const dy = points[at + 1]! - from[1];
+      const dz = points[at + 2]! - from[2];
+      const along = dx * way[0] + dy * way[1] + dz * way[2];
       if (along <= 0 || along - reach > nearest) continue;
-      const away = Math.sqrt(Math.max(dot(d, d) - along * along, 0));
-      if (away > reach || dot(this.model.normal(p), way) >= 0) continue;
+      const away = Math.sqrt(Math.max(dx * dx + dy * dy + dz * dz - along * along, 0));
       // Of neighbours, the one whose middle is nearest to the ray.
       const score = along + 2 * away;
-      if (score < nearest) [nearest, hit] = [score, p];
+      if (away <= reach && score < nearest) [nearest, hit] = [score, p];
     }
     return hit;
   }

@@ -28,3 +28,8 @@ export function listed(items: string[]): string {
   if (items.length < 2) return items.join("");
   return `${items.slice(0, -1).join(", ")} and ${items[items.length - 1]}`;
 }
+
+/** A number with a minus sign in place of a hyphen. */
+export function signed(number: string): string {
+  return number.replace("-", "−");
+}
