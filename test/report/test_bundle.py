@@ -1,28 +1,13 @@
-"""What is committed is what the sources give."""
+"""What draws reports, as it is committed; CI builds it anew and compares."""
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE, BUNDLE = ROOT / "report_page", ROOT / "focus_planner/report/bundle"
-
-
-@pytest.mark.processes
-def test_the_bundle_is_what_its_sources_give(tmp_path):
-    if shutil.which("node") is None:
-        pytest.skip("needs Node 20 or later: apt-get install nodejs npm")
-    if not (PAGE / "node_modules").is_dir():
-        pytest.skip("needs what the lock names: cd report_page && npm ci --ignore-scripts")
-    subprocess.run(["node", "build.mjs", str(tmp_path)], cwd=PAGE, check=True)
-    for name in ("report.js", "report.css"):
-        assert (tmp_path / name).read_bytes() == (BUNDLE / name).read_bytes(), "run: make bundle"
 
 
 def test_the_lock_is_exact_and_names_no_address():
