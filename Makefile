@@ -17,7 +17,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test docs bench bundle lint format lock clean
+.PHONY: help setup demo check test docs bench bundle figures lint format lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -47,6 +47,9 @@ bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=fo
 
 bundle:  ## build what draws reports, from report_page/; takes Node 20 or later
 	@cd report_page && npm ci --ignore-scripts --silent && npm run --silent build
+
+figures: setup  ## draw every picture of README and docs anew; ARGS="gallery" for a part
+	@$(BIN)/python -m figures $(ARGS)
 
 lint: setup  ## style, types and import rules
 	@$(BIN)/ruff check
