@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share
@@ -48,6 +49,15 @@ class ReportOptions:
     compare: Sequence[str] | None = None
     samples: int | None = None
     pictures: bool | None = None
+
+
+def add_pictures_option(parser: Any) -> None:
+    """Add the option that says whether a report shows pictures."""
+    parser.add_argument(
+        "--pictures",
+        action=argparse.BooleanOptionalAction,
+        help="in the report, show what each camera will see (default: if Pillow is installed)",
+    )
 
 
 def check_report_option(path: Path, inputs: Iterable[Path | None]) -> None:

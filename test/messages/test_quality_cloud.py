@@ -63,8 +63,8 @@ def test_every_point_has_the_numbers_of_the_plan(shots):
     np.testing.assert_array_equal(found["in_focus"], in_focus)
     np.testing.assert_array_equal(found["views"], views)
     assert 1000 * found["cost"].mean(dtype=float) == pytest.approx(plan.fresh_cost)
-    green, orange, grey = 0x009E73, 0xE66100, 0x8C8C94
-    expected = [green if sharp else orange for sharp in in_focus]
+    blue, orange, grey = 0x2C6FB5, 0xF4B45C, 0x9AA3AB
+    expected = [blue if sharp else orange for sharp in in_focus]
     expected = [each if c >= 0 else grey for each, c in zip(expected, camera, strict=True)]
     assert found["rgb"].view(np.uint32).tolist() == expected
 

@@ -33,6 +33,14 @@ def page(content):
     return report_page(content)
 
 
+def test_no_line_ends_between_a_number_and_its_unit(content):
+    notes = (Note("noise", "depths are off by 3 mm ± 1 and 5 metres"),)
+    verdict = "It holds 47 %. 7 cameras do not."
+    shown = report_page(dataclasses.replace(content, verdict=verdict, notes=notes))
+    assert "It holds 47\N{NO-BREAK SPACE}%. 7 cameras do not." in shown
+    assert "off by 3\N{NO-BREAK SPACE}mm ±\N{NO-BREAK SPACE}1 and 5 metres" in shown
+
+
 class _Elements(HTMLParser):
     def __init__(self, page):
         super().__init__()
