@@ -53,7 +53,7 @@ def add(commands: Any) -> None:
         type=int,
         metavar="N",
         help="number of samples of the surface to show, none of which a plan was made on (default:"
-        " 16384)",
+        " 16384, fewer where many cameras see each)",
     )
     add_pictures_option(report)
     option("--quiet", action="store_true", help="show no progress and no summary")

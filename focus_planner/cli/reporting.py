@@ -40,7 +40,7 @@ class ReportOptions:
     compare : sequence of str or None
         Methods to compare the plan with; None for the usual ones.
     samples : int or None
-        Of the surface; None for the usual number.
+        Of the surface; None for as many as a page has room for.
     pictures : bool or None
         Whether to show what each camera will see; None if that can be done here.
     """
@@ -131,7 +131,7 @@ def make_report(
     InputError
         If other methods cannot plan for the subject, or the file cannot be written.
     """
-    from focus_planner.report.assembly import SAMPLES, assemble
+    from focus_planner.report.assembly import assemble
     from focus_planner.report.comparison import plans_to_compare
     from focus_planner.report.making import write_report
 
@@ -147,7 +147,7 @@ def make_report(
         compared,
         provenance,
         pictures=_pictures(options, subject.rig, tell),
-        samples=SAMPLES if options.samples is None else options.samples,
+        samples=options.samples,
         made=datetime.now().astimezone(),
         tell=tell,
     )

@@ -283,7 +283,7 @@ def test_plan_writes_a_report_beside_the_plan(
     assert "numpy" in dict(content.software)
 
 
-@pytest.mark.parametrize(("options", "shown"), [((), 8), (("--no-pictures",), 0)])
+@pytest.mark.parametrize(("options", "shown"), [((), 12), (("--no-pictures",), 0)])
 def test_plan_makes_pictures_unless_they_are_not_wanted(
     here: Path,
     told: list[ReportContent],

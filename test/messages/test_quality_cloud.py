@@ -79,7 +79,7 @@ def test_what_no_camera_sees_costs_1_and_has_no_camera():
     assert set(found["cost"][unseen]) == {1.0}
     assert not found["in_focus"][unseen].any()
     assert not found["views"][unseen].any()
-    assert set(found["rgb"].view(np.uint32)[unseen]) == {0x8C8C94}
+    assert set(found["rgb"].view(np.uint32)[unseen]) == {0x9AA3AB}
 
 
 def test_its_form_is_one_that_viewers_take():
