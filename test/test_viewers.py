@@ -18,6 +18,7 @@ from focus_planner import CameraIntrinsics, PlanRequest, Rig
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.typestore import message_of
+from focus_planner.palette import BLURRED, SHARP
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime.description import describe_plan
 from testing.pages import ROOT
@@ -208,13 +209,13 @@ def test_the_call_is_one_that_the_planner_answers():
 
 
 def test_colours_are_those_of_the_cloud(columns):
-    green, orange = panel("3D")["topics"][f"{PLANNER}/quality_cloud"]["gradient"]
+    blue, orange = panel("3D")["topics"][f"{PLANNER}/quality_cloud"]["gradient"]
     by_cost = displays("/PointCloud2")[0]
     for code, in_rviz, colour in (
-        (green, by_cost["Min Color"], (0, 158, 115)),
-        (orange, by_cost["Max Color"], (230, 97, 0)),
+        (blue, by_cost["Min Color"], SHARP),
+        (orange, by_cost["Max Color"], BLURRED),
     ):
         assert tuple(bytes.fromhex(code[1:]))[:3] == colour
         assert tuple(map(int, in_rviz.split("; "))) == colour
     packed = np.unique(columns["rgb"].view(np.uint32))
-    assert 0x009E73 in packed
+    assert int.from_bytes(bytes(SHARP), "big") in packed

@@ -15,6 +15,8 @@ from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
 from focus_planner.cli.reporting import (
     REPORT_HELP,
     ReportOptions,
+    add_pictures_option,
+    check_pictures,
     collect_steps,
     make_report,
 )
@@ -101,6 +103,7 @@ def _add_outputs(group: Any) -> None:
     )
     option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
     option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
+    add_pictures_option(group)
 
 
 def _output(text: str) -> Path:
@@ -228,6 +231,9 @@ def _check_names(options: argparse.Namespace) -> None:
             raise InputError("--output", f"a name before {ending}", str(path), f"such as x{ending}")
     if options.report is not None:
         check_report(options.report)
+        check_pictures(wanted=options.pictures)
+    elif options.pictures is not None:
+        raise InputError("--pictures", "--report with it", "none")
 
 
 def _plans(options: argparse.Namespace) -> list[Path]:
@@ -293,7 +299,7 @@ def _write_report(
         software=tuple(software().items()),
     )
     subject = PlannedSubject(given.scene, given.rig, given.request, plan)
-    make_report(ReportOptions(options.report), subject, provenance, tell)
+    make_report(ReportOptions(options.report, pictures=options.pictures), subject, provenance, tell)
 
 
 def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:

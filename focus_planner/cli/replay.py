@@ -15,7 +15,13 @@ from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
 from focus_planner.cli.replay_report import check_single, report_replay
-from focus_planner.cli.reporting import REPORT_HELP, collect_steps
+from focus_planner.cli.reporting import (
+    REPORT_HELP,
+    ReportOptions,
+    add_pictures_option,
+    check_pictures,
+    collect_steps,
+)
 from focus_planner.cli.terminal import show_error
 from focus_planner.core.validation import InputError
 
@@ -111,6 +117,7 @@ def add(commands: Any) -> None:
         metavar="REPORT.HTML",
         help=f"of a single run: {REPORT_HELP}; with --set also beside the recorded plan",
     )
+    add_pictures_option(replay)
     option("--json", action="store_true", help="print JSON")
     option("--quiet", action="store_true", help="show no progress")
 
@@ -121,10 +128,13 @@ def run(options: argparse.Namespace) -> int:
 
     if options.live and (options.set or options.record or options.report):
         raise InputError("--live", "neither --set, --record nor --report with it", "one of them")
+    if options.report is None and options.pictures is not None:
+        raise InputError("--pictures", "--report with it", "none")
     changes = parse_changes(options.set)
     paths = list(_runs(options.runs))
     if options.report is not None:
         check_single(options.report, paths)
+        check_pictures(wanted=options.pictures)
     recorder = CommandRecorder(options.record, options.markers, options.record_access)
     replays: list[_Replay] = []
     with shown(options.quiet) as tell:
@@ -271,7 +281,8 @@ def _report(options: argparse.Namespace, replay: _Replay) -> None:
     beside = replay.outcome != _REPRODUCED
     with shown(options.quiet) as tell:
         changes = options.set
-        report_replay(options.report, replay.run, replay.again, changes, tell, beside=beside)
+        wanted = ReportOptions(options.report, pictures=options.pictures)
+        report_replay(wanted, replay.run, replay.again, changes, tell, beside=beside)
 
 
 # --- showing -----------------------------------------------------------------------------------

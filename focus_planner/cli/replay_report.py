@@ -29,13 +29,19 @@ def check_single(report: Path, runs: Sequence[Path]) -> None:
 
 
 def report_replay(
-    report: Path, recorded: Run, again: Run, changes: Sequence[str], tell: Tell, *, beside: bool
+    wanted: ReportOptions,
+    recorded: Run,
+    again: Run,
+    changes: Sequence[str],
+    tell: Tell,
+    *,
+    beside: bool,
 ) -> None:
     """Write a report of a run's new plan.
 
     Parameters
     ----------
-    report : Path
+    wanted : ReportOptions
     recorded, again : Run
         As it was recorded, and as it was planned again.
     changes : sequence of str
@@ -60,7 +66,7 @@ def report_replay(
         provenance_of(again), planned=datetime.now().astimezone(), changed=", ".join(changes)
     )
     also = list(_recorded(recorded)) if beside else []
-    make_report(ReportOptions(report), subject, provenance, tell, also)
+    make_report(wanted, subject, provenance, tell, also)
 
 
 def _recorded(run: Run) -> Iterator[ComparedPlan]:

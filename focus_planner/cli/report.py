@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from focus_planner.cli.progress import shown
 from focus_planner.cli.reporting import (
     ReportOptions,
+    add_pictures_option,
     check_pictures,
     check_report_option,
     make_report,
@@ -52,14 +53,9 @@ def add(commands: Any) -> None:
         type=int,
         metavar="N",
         help="number of samples of the surface to show, none of which a plan was made on (default:"
-        " 16384)",
+        " 16384, fewer where many cameras see each)",
     )
-    option(
-        "--pictures",
-        action=argparse.BooleanOptionalAction,
-        help="show what each camera will see; they take most of the time (default: if Pillow is"
-        " installed)",
-    )
+    add_pictures_option(report)
     option("--quiet", action="store_true", help="show no progress and no summary")
 
 

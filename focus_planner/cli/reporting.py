@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share
@@ -39,7 +40,7 @@ class ReportOptions:
     compare : sequence of str or None
         Methods to compare the plan with; None for the usual ones.
     samples : int or None
-        Of the surface; None for the usual number.
+        Of the surface; None for as many as a page has room for.
     pictures : bool or None
         Whether to show what each camera will see; None if that can be done here.
     """
@@ -48,6 +49,15 @@ class ReportOptions:
     compare: Sequence[str] | None = None
     samples: int | None = None
     pictures: bool | None = None
+
+
+def add_pictures_option(parser: Any) -> None:
+    """Add the option that says whether a report shows pictures."""
+    parser.add_argument(
+        "--pictures",
+        action=argparse.BooleanOptionalAction,
+        help="in the report, show what each camera will see (default: if Pillow is installed)",
+    )
 
 
 def check_report_option(path: Path, inputs: Iterable[Path | None]) -> None:
@@ -121,7 +131,7 @@ def make_report(
     InputError
         If other methods cannot plan for the subject, or the file cannot be written.
     """
-    from focus_planner.report.assembly import SAMPLES, assemble
+    from focus_planner.report.assembly import assemble
     from focus_planner.report.comparison import plans_to_compare
     from focus_planner.report.making import write_report
 
@@ -137,7 +147,7 @@ def make_report(
         compared,
         provenance,
         pictures=_pictures(options, subject.rig, tell),
-        samples=SAMPLES if options.samples is None else options.samples,
+        samples=options.samples,
         made=datetime.now().astimezone(),
         tell=tell,
     )

@@ -28,8 +28,8 @@ from focus_planner.core.planning.sampled_quality import SampledQuality
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations, corner_directions
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.cdr import CdrWriter
-from focus_planner.messages.quality_cloud import BLURRED, SHARP
 from focus_planner.messages.writing import Stamp
+from focus_planner.palette import BLURRED, SHARP
 
 #: A text is a marker of its own, and more of them nobody can read.
 MAX_NAMES = 256
@@ -297,7 +297,7 @@ def _name(focus: CameraFocus) -> str:
 
 
 def _colours(share: FloatArray, alpha: float) -> FloatArray:
-    """Return (n, 4) colours from orange, of a share of 0, to bluish green, of 1."""
+    """Return (n, 4) colours from orange, of a share of 0, to blue, of 1."""
     sharp, blurred = (np.array(each) / 255.0 for each in (SHARP, BLURRED))
     mixed = share[:, None] * sharp + (1.0 - share[:, None]) * blurred
     return np.column_stack([mixed, np.full(len(share), alpha)])

@@ -9,10 +9,7 @@ import numpy as np
 from focus_planner.core.planning.sampled_quality import SampledQuality
 from focus_planner.messages.reading import Datatype
 from focus_planner.messages.writing import Fields, Stamp, header_fields
-
-#: Red, green, blue, 0 to 255: of what is sharp, blurred, and seen by no camera. Green and orange
-#: are told apart without colour vision too: the green is bluish, and darker.
-SHARP, BLURRED, UNSEEN = (0, 158, 115), (230, 97, 0), (140, 140, 148)
+from focus_planner.palette import BLURRED, SHARP, UNSEEN, Colour
 
 
 class _Field(NamedTuple):
@@ -47,8 +44,8 @@ def quality_cloud_to_fields(quality: SampledQuality | None, frame_id: str, stamp
 
     Its fields beside x, y and z: ``cost``, from 0 to 1; ``camera``, which images the point best, an
     index into the plan's cameras, -1 where none sees it; ``in_focus``, 1 if it is in focus there,
-    else 0; ``views``, how many cameras hold it in focus; ``rgb``, bluish green for what is in
-    focus, orange for what is not, and grey for what no camera sees.
+    else 0; ``views``, how many cameras hold it in focus; ``rgb``, blue for what is in focus,
+    orange for what is not, and grey for what no camera sees.
 
     Parameters
     ----------
@@ -87,6 +84,6 @@ def quality_cloud_to_fields(quality: SampledQuality | None, frame_id: str, stamp
     }
 
 
-def _packed(colour: tuple[int, int, int]) -> int:
+def _packed(colour: Colour) -> int:
     red, green, blue = colour
     return red << 16 | green << 8 | blue

@@ -29,10 +29,14 @@ from focus_planner.report.pictures import PICTURED_PLANS, Pictures, longest_side
 from focus_planner.report.sampling import depth_histograms, report_plan, sample_surface
 from focus_planner.report.verdict import verdict
 
-#: Samples of the surface, unless asked for otherwise.
+#: Samples of the surface, unless asked for otherwise, or many cameras see each of them.
 SAMPLES = 16_384
 #: Fewer show no surface; more are more than a browser turns at ease.
 FEWEST_SAMPLES, MOST_SAMPLES = 100, 262_144
+
+# Most of a page are pairs of a sample and a camera that sees it: samples are cut down to so many
+# pairs, but not below what shows the surface well. The last are samples that tell how many pairs.
+_PAIRS, _LEAST, _TRIED = 1_500_000, 4096, 1024
 
 # What the lens sheet tells of a plan's quality, which is not that of its distances elsewhere.
 _OF_QUALITY = ("fresh cost", "in focus")
@@ -86,7 +90,7 @@ def assemble(
     compared: Sequence[ComparedPlan] = (),
     provenance: Provenance | None = None,
     *,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     pictures: Pictures | None = None,
     made: datetime | None = None,
     tell: Callable[[str], object] = lambda _: None,
@@ -102,8 +106,8 @@ def assemble(
     compared : sequence of ComparedPlan
         The first is shown beside the plan.
     provenance : Provenance, optional
-    samples : int
-        Of the surface.
+    samples : int, optional
+        Of the surface; by default as many as a page has room for, at most ``SAMPLES``.
     pictures : Pictures, optional
         Of what each camera will see; without them, the report shows none.
     made : datetime, optional
@@ -116,6 +120,8 @@ def assemble(
     InputError
         If the number of samples is out of range, or the plan is for other cameras.
     """
+    if samples is None:
+        samples = _fitting_samples(subject)
     check_samples("samples", samples)
     provenance = provenance or Provenance()
     plan, rig = subject.plan, subject.rig
@@ -149,6 +155,14 @@ def assemble(
         parameters=provenance.parameters,
         software=(*provenance.software, ("report made with", f"focus_planner {_version()}")),
     )
+
+
+def _fitting_samples(subject: PlannedSubject) -> int:
+    if SAMPLES * len(subject.rig) <= _PAIRS:
+        return SAMPLES
+    tried = subject.fresh_problem(_TRIED)
+    each = len(tried.camera_index) / max(len(tried.samples), 1) / tried.shots
+    return max(_LEAST, min(SAMPLES, int(_PAIRS / max(each, 1.0))))
 
 
 def _reported(

@@ -13,7 +13,7 @@ from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.io.files import atomic_write
-from focus_planner.report.assembly import SAMPLES, Provenance, assemble, check_samples
+from focus_planner.report.assembly import Provenance, assemble, check_samples
 from focus_planner.report.comparison import check_methods, plans_to_compare
 from focus_planner.report.content import ReportContent
 from focus_planner.report.naming import check_report
@@ -30,7 +30,7 @@ def save_report(
     request: PlanRequest | None = None,
     model: CostModel | None = None,
     compare: Sequence[str] | None = None,
-    samples: int = SAMPLES,
+    samples: int | None = None,
     pictures: Pictures | None = None,
     surface: str = "",
     rig_file: str = "",
@@ -53,8 +53,8 @@ def save_report(
     compare : sequence of str, optional
         Methods to compare the plan with; the first is shown beside it. By default those that show
         what it gains.
-    samples : int
-        Of the surface, to show.
+    samples : int, optional
+        Of the surface, to show; by default as many as a page has room for.
     pictures : Pictures, optional
         Of what each camera will see, as
         :func:`~focus_planner.report.thumbnails.camera_pictures` makes them; this takes longer.
@@ -67,7 +67,8 @@ def save_report(
         If a value is out of range, the plan is for other cameras, or the file cannot be written.
     """
     check_report(path)
-    check_samples("samples", samples)
+    if samples is not None:
+        check_samples("samples", samples)
     check_methods("compare", compare)
     subject = PlannedSubject(scene, rig, request or requested(plan, scene), plan, model)
     content = assemble(

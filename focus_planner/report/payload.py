@@ -16,6 +16,7 @@ import base64
 import json
 import zlib
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from focus_planner.core.rig.distortion import corner_rays, frustum_and_projectio
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
+from focus_planner.palette import BLURRED, SHARP, UNSEEN
 from focus_planner.report.content import ReportContent, ReportedPlan, SampledSurface
 
 _LEVELS = 65535
@@ -59,6 +61,7 @@ def encoded_payload(content: ReportContent) -> str:
         "tolerance": surface.depth_tolerance,
         "model": _model(surface),
         "importance": surface.importance is not None,
+        "colours": {"sharp": SHARP, "blurred": BLURRED, "unseen": UNSEEN},
         **_rig(content.rig),
         "plans": [_plan(plan) for plan in content.plans],
         "histograms": [
@@ -202,6 +205,7 @@ def _plan(reported: ReportedPlan) -> Json:
         "method": plan.method,
         "held": _rounded(reported.held_area),
         "pictures": bool(reported.pictures),
+        "shares": None if reported.shares is None else asdict(reported.shares),
         "cameras": [_focus(camera) for camera in plan.cameras],
     }
 
@@ -212,6 +216,8 @@ def _focus(camera: CameraFocus) -> Json:
         "unit": camera.device_unit,
         "assigned": camera.assigned_samples,
         "inFocus": camera.in_focus_samples,
+        # That its focus distance, and its picture, are of.
+        "main": [shot.focus_distance for shot in camera.shots].index(camera.focus_distance),
         "shots": [
             {
                 "focus": shot.focus_distance,

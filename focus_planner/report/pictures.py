@@ -13,10 +13,11 @@ from focus_planner.core.planning.subject import PlannedSubject
 PICTURED_PLANS = 2
 
 
-# Bytes of all pictures together: what a report of 168 cameras has room for beside its samples.
-_ROOM = 2_400_000
-# Of a pixel of a picture that is mostly blur and background.
-_BYTES_PER_PIXEL = 0.16
+# Bytes of all pictures together, for which a report of 168 cameras has room beside its samples; and
+# with more pixels, making them would take longer than all else.
+_ROOM = 2_000_000
+# Of a pixel of a picture that is partly background, at most.
+_BYTES_PER_PIXEL = 0.25
 _WIDTH_TO_HEIGHT = 2 / 3
 _LEAST, _MOST = 64, 384
 

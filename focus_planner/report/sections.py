@@ -9,7 +9,7 @@ from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.io.lens_sheet.content import Cell, Column, Kind, Row
 from focus_planner.report.content import CostRow, ReportContent, Step
 from focus_planner.report.figures import bar, convergence, depth_range, depths
-from focus_planner.report.markup import definitions, text
+from focus_planner.report.markup import definitions, prose, text
 
 _STATUS = {
     CameraStatus.PLANNED: "planned",
@@ -22,9 +22,9 @@ _MOST_STEPS = 200  # in the table; all are in the curve
 
 def head(content: ReportContent) -> str:
     """Return the verdict, the notes and what was planned."""
-    notes = "".join(f"<li>{text(note.text)}</li>" for note in content.notes)
+    notes = "".join(f"<li>{prose(note.text)}</li>" for note in content.notes)
     return (
-        f'<p class="verdict">{text(content.verdict)}</p>'
+        f'<p class="verdict">{prose(content.verdict)}</p>'
         + (f'<ul class="notes" aria-label="Notes">{notes}</ul>' if notes else "")
         + definitions(content.facts, "facts")
     )
@@ -57,8 +57,14 @@ def _cost_row(row: CostRow, most: float) -> str:
     fresh = "–" if row.fresh_cost is None else f"{row.fresh_cost:.1f}"
     if row.fresh_cost is not None and row.standard_error is not None:
         fresh += f"<small> ± {row.standard_error:.1f}</small>"
-    change = "–" if row.change is None else f"{100 * row.change:+.1f} %".replace("-", "−")
-    share = "–" if row.in_focus_share is None else f"{100 * row.in_focus_share:.1f} %"
+    change = (
+        "–"
+        if row.change is None
+        else f"{100 * row.change:+.1f}\N{NO-BREAK SPACE}%".replace("-", "−")
+    )
+    share = (
+        "–" if row.in_focus_share is None else f"{100 * row.in_focus_share:.1f}\N{NO-BREAK SPACE}%"
+    )
     cost = "–" if row.cost is None else f"{row.cost:.1f}"
     return (
         f"<tr{' class=reported' if row.reported else ''}>"

@@ -87,13 +87,15 @@ function pictureNodes(model: Model, camera: number, plan: number, named: boolean
   const address = model.picture(plan, camera);
   if (!address) return [];
   const { name } = model.cameras[camera]!;
-  const { title } = model.plans[plan]!;
+  const { title, cameras } = model.plans[plan]!;
+  const { main, shots } = cameras[camera]!;
+  const shot = shots.length > 1 ? `, shot ${main + 1} of ${shots.length}` : "";
   const image = h("img", {
     src: address,
-    alt: `What ${name} will see with the plan ${title}`,
+    alt: `What ${name} will see with the plan ${title}${shot}`,
     class: "picture",
   });
   image.addEventListener("load", () => URL.revokeObjectURL(address), { once: true });
-  const caption = named ? `Its picture, ${title}` : "Its picture";
+  const caption = `Its picture${named ? `, ${title}` : ""}${shot}`;
   return [h("figure", {}, image, h("figcaption", {}, caption))];
 }

@@ -27,10 +27,6 @@ export interface Scheme {
   legend(plans: Plan[]): Legend;
 }
 
-export const UNSEEN: Colour = [0x9a, 0xa3, 0xab];
-const SHARP: Colour = [0x2c, 0x6f, 0xb5];
-const BLURRED: Colour = [0xf4, 0xb4, 0x5c];
-
 // Of matplotlib (CC0): magma from light to dark, viridis from dark to light.
 const MAGMA = ["fcfdbf", "fecf92", "fe9f6d", "f7705c", "de4968", "b73779", "8c2981", "641a80"];
 const VIRIDIS = ["482878", "3e4989", "31688e", "26828e", "35b779", "b5de2b"];
@@ -71,54 +67,50 @@ function shares(model: Model, plans: Plan[], of: (plan: Plan, p: number) => bool
 }
 
 function status(model: Model): Scheme {
-  const kinds: [Seen, string, Colour][] = [
-    [Seen.Sharp, "sharp in the picture that images it best", SHARP],
-    [Seen.Blurred, "blurred there", BLURRED],
-    [Seen.Unseen, "seen by no camera", UNSEEN],
-  ];
+  const { sharp, blurred, unseen } = model.facts.colours;
+  const colours = { [Seen.Sharp]: sharp, [Seen.Blurred]: blurred, [Seen.Unseen]: unseen };
+  const told = (plan: Plan) => model.shares(plan);
   return {
     id: "status",
     label: "sharp, blurred, unseen",
-    colour: (plan, p) => kinds.find(([kind]) => kind === model.seen(plan, p))![2],
+    colour: (plan, p) => colours[model.seen(plan, p)],
     legend: (plans) => ({
-      keys: kinds.map(([kind, label, colour]) => ({
-        colour,
-        striped: kind === Seen.Unseen,
-        label,
-        values: shares(model, plans, (plan, p) => model.seen(plan, p) === kind),
-      })),
+      keys: [
+        {
+          colour: sharp,
+          label: "sharp in the picture that images it best",
+          values: plans.map((plan) => percent(told(plan).sharp)),
+        },
+        {
+          colour: blurred,
+          label: "blurred there",
+          values: plans.map((plan) => percent(told(plan).blurred)),
+        },
+        unseenKey(model, plans),
+      ],
     }),
   };
 }
 
 function unseenKey(model: Model, plans: Plan[]): Key {
-  const values = shares(model, plans, (plan, p) => plan.camera[p] === NONE);
-  return { colour: UNSEEN, striped: true, label: "seen by no camera", values };
+  const values = plans.map((plan) => percent(model.shares(plan).unseen));
+  return { colour: model.facts.colours.unseen, striped: true, label: "seen by no camera", values };
 }
 
 function cost(model: Model): Scheme {
   const colour = ramp(MAGMA);
-  const mean = (plan: Plan) => {
-    let sum = 0;
-    let all = 0;
-    for (let p = 0; p < model.samples; p++) {
-      sum += model.areas[p]! * plan.cost[p]!;
-      all += model.areas[p]!;
-    }
-    return (sum / all).toFixed(3);
-  };
   return {
     id: "cost",
     label: "cost",
     colour: (plan, p) =>
-      plan.camera[p] === NONE ? UNSEEN : colour(plan.cost[p]! / COST_END),
+      plan.camera[p] === NONE ? model.facts.colours.unseen : colour(plan.cost[p]! / COST_END),
     legend: (plans) => ({
       scale: {
         colours: MAGMA.map(parsed),
         low: "0",
         high: `${COST_END} or more`,
         name: "cost of a point",
-        values: plans.map((plan) => `mean ${mean(plan)}`),
+        values: plans.map(() => ""),
       },
       keys: [unseenKey(model, plans)],
     }),
@@ -132,7 +124,7 @@ function chosen(model: Model): Scheme {
   return {
     id: "camera",
     label: "the camera that images it best",
-    colour: (plan, p) => (plan.camera[p] === NONE ? UNSEEN : colourOf(plan.camera[p]!)),
+    colour: (plan, p) => (plan.camera[p] === NONE ? model.facts.colours.unseen : colourOf(plan.camera[p]!)),
     legend: (plans) => ({
       note: "Each patch is what one camera images best. Point at it to read which.",
       keys: [
@@ -166,7 +158,7 @@ function views(model: Model): Scheme {
   return {
     id: "views",
     label: "number of sharp views",
-    colour: (plan, p) => (plan.camera[p] === NONE ? UNSEEN : colour(plan.views[p]!)),
+    colour: (plan, p) => (plan.camera[p] === NONE ? model.facts.colours.unseen : colour(plan.views[p]!)),
     legend: (plans) => ({
       keys: [
         ...VIRIDIS.map((_, count) => ({

@@ -1,5 +1,5 @@
 // What a report is about, decoded: the surface, the rig, the plans, and who sees what.
-import type { CameraFocus, Facts, Image, Lens, Payload, PlanFacts, RigCamera } from "./payload";
+import type { CameraFocus, Facts, Image, Lens, Payload, PlanFacts, RigCamera, Shares } from "./payload";
 
 export type Vector = [number, number, number];
 
@@ -128,6 +128,16 @@ export class Model {
     if (!this.payload.has(name)) return null;
     const bytes = this.payload.bytes(name) as Uint8Array<ArrayBuffer>;
     return URL.createObjectURL(new Blob([bytes], { type: "image/webp" }));
+  }
+
+  /** What becomes of the surface: as the plan tells it, else by the samples that are shown. */
+  shares(plan: Plan): Shares {
+    const of = (kind: Seen) => this.share((p) => this.seen(plan, p) === kind);
+    return (plan.shares ??= {
+      sharp: of(Seen.Sharp),
+      blurred: of(Seen.Blurred),
+      unseen: of(Seen.Unseen),
+    });
   }
 
   /** The share of the surface of which `of` holds. */

@@ -40,11 +40,20 @@ export interface Shot {
   fromSensor: number | null;
 }
 
+/** Of the surface's area, as the plan tells them: 0 to 1. */
+export interface Shares {
+  sharp: number;
+  blurred: number;
+  unseen: number;
+}
+
 export interface CameraFocus {
   status: number;
   unit: string | null;
   assigned: number;
   inFocus: number;
+  /** The shot that its picture is of. */
+  main: number;
   shots: Shot[];
 }
 
@@ -53,6 +62,8 @@ export interface PlanFacts {
   method: string;
   held: number[];
   pictures: boolean;
+  /** null if only the samples tell. */
+  shares: Shares | null;
   cameras: CameraFocus[];
 }
 
@@ -69,6 +80,8 @@ export interface Facts {
   tolerance: number;
   model: { area: number; axis: number; areaScale: number; axisLimit: number };
   importance: boolean;
+  /** Red, green, blue, 0 to 255. */
+  colours: Record<keyof Shares, [number, number, number]>;
   frame: string;
   cameras: RigCamera[];
   images: Image[];

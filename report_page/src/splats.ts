@@ -1,6 +1,6 @@
 // The surface as discs along it, one per sample: overlapping, they look like one surface.
 import * as THREE from "three";
-import { UNSEEN, type Scheme } from "./colours";
+import type { Scheme } from "./colours";
 import { NONE, type Model, type Plan } from "./model";
 
 const RADIUS = 1.75; // spacings: random samples then leave hardly any hole
@@ -109,12 +109,13 @@ export class Splats {
   paint(plan: Plan, k: number, scheme: Scheme): void {
     const tint = this.tints[k]!;
     const bytes = tint.array as Uint8Array;
+    const { unseen } = this.model.facts.colours;
     for (let p = 0; p < this.model.samples; p++) {
       const colour = scheme.colour(plan, p);
       bytes[4 * p] = colour[0];
       bytes[4 * p + 1] = colour[1];
       bytes[4 * p + 2] = colour[2];
-      bytes[4 * p + 3] = plan.camera[p] === NONE && colour === UNSEEN ? 0 : 255;
+      bytes[4 * p + 3] = plan.camera[p] === NONE && colour === unseen ? 0 : 255;
     }
     tint.needsUpdate = true;
   }

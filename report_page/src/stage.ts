@@ -172,7 +172,7 @@ export class Stage {
           "span",
           { class: k ? "caption right" : "caption" },
           h("b", {}, plan.title),
-          ` ${percent(this.sharpOf(pane.plan))} in focus`,
+          ` ${percent(this.model.shares(plan).sharp)} in focus`,
         );
         if (this.slider && k) caption.style.right = "12px";
         else caption.style.left = `${pane.from + 12}px`;
@@ -181,14 +181,6 @@ export class Stage {
     );
     this.divider.style.left = `${100 * this.view.layout.at}%`;
     this.element.dataset["drawn"] = "true";
-  }
-
-  private readonly known = new Map<number, number>();
-
-  private sharpOf(plan: number): number {
-    const known = this.known.get(plan) ?? this.model.share((p) => this.model.plans[plan]!.sharp[p] === 1);
-    this.known.set(plan, known);
-    return known;
   }
 
   private madeDivider(): HTMLElement {

@@ -62,7 +62,7 @@ export class View {
   ) {
     THREE.ColorManagement.enabled = false;
     this.renderer = new THREE.WebGLRenderer({
-      antialias: true,
+      antialias: !drawnByProcessor(),
       alpha: true,
       preserveDrawingBuffer: true,
       powerPreference: "high-performance",
@@ -404,6 +404,16 @@ export class View {
     }
     return hit;
   }
+}
+
+/** Whether there is no graphics card to draw: smooth edges then cost more than all else. */
+function drawnByProcessor(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  if (!context) return false;
+  const told = context.getExtension("WEBGL_debug_renderer_info");
+  const name = String(context.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 function extentOf(model: Model): [THREE.Vector3, number] {

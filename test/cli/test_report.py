@@ -283,6 +283,25 @@ def test_plan_writes_a_report_beside_the_plan(
     assert "numpy" in dict(content.software)
 
 
+@pytest.mark.parametrize(("options", "shown"), [((), 12), (("--no-pictures",), 0)])
+def test_plan_makes_pictures_unless_they_are_not_wanted(
+    here: Path,
+    told: list[ReportContent],
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    shown: int,
+) -> None:
+    pictured(monkeypatch)
+    assert plan("--report", "report.html", *options) == 0
+    assert len(told[0].plans[0].pictures) == shown
+
+
+def test_pictures_belong_to_a_report(here: Path, capsys: Any) -> None:
+    error = "--pictures: expected --report with it"
+    assert error in error_of(capsys, plan("--no-pictures"))
+    assert error in error_of(capsys, cli.main(["replay", "none", "--pictures"]))
+
+
 # --- replay --report ---------------------------------------------------------------------------
 
 

@@ -29,7 +29,7 @@ from testing.visuals import (
 )
 
 STAMP = (7, 8)
-SHARP, BLURRED = (0, 158, 115), (230, 97, 0)
+SHARP, BLURRED = (0x2C, 0x6F, 0xB5), (0xF4, 0xB4, 0x5C)
 # Sees half as far to each side as it is away.
 SQUARE = CameraIntrinsics(100, 100, 100.0, 100.0, 49.5, 49.5)
 # In focus at 1 m: 0.9 m to 1.1 m, or so.

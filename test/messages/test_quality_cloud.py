@@ -63,8 +63,8 @@ def test_every_point_has_the_numbers_of_the_plan(shots):
     np.testing.assert_array_equal(found["in_focus"], in_focus)
     np.testing.assert_array_equal(found["views"], views)
     assert 1000 * found["cost"].mean(dtype=float) == pytest.approx(plan.fresh_cost)
-    green, orange, grey = 0x009E73, 0xE66100, 0x8C8C94
-    expected = [green if sharp else orange for sharp in in_focus]
+    blue, orange, grey = 0x2C6FB5, 0xF4B45C, 0x9AA3AB
+    expected = [blue if sharp else orange for sharp in in_focus]
     expected = [each if c >= 0 else grey for each, c in zip(expected, camera, strict=True)]
     assert found["rgb"].view(np.uint32).tolist() == expected
 
@@ -79,7 +79,7 @@ def test_what_no_camera_sees_costs_1_and_has_no_camera():
     assert set(found["cost"][unseen]) == {1.0}
     assert not found["in_focus"][unseen].any()
     assert not found["views"][unseen].any()
-    assert set(found["rgb"].view(np.uint32)[unseen]) == {0x8C8C94}
+    assert set(found["rgb"].view(np.uint32)[unseen]) == {0x9AA3AB}
 
 
 def test_its_form_is_one_that_viewers_take():

@@ -19,6 +19,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_sheet.content import lens_sheet
+from focus_planner.report import assembly
 from focus_planner.report.assembly import Provenance, assemble
 from focus_planner.report.comparison import ComparedPlan, plans_to_compare
 from focus_planner.report.content import Step
@@ -37,6 +38,19 @@ AT = datetime(2026, 11, 27, 7, 5, tzinfo=timezone.utc)
 
 def spread(points: FloatArray) -> float:
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1)).mean())
+
+
+def test_samples_are_fewer_where_many_cameras_see_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assembly, "SAMPLES", 400)
+    monkeypatch.setattr(assembly, "_TRIED", 100)
+    monkeypatch.setattr(assembly, "_LEAST", 150)
+    assert len(assemble(SUBJECT).surface.points) == 400
+    monkeypatch.setattr(assembly, "_PAIRS", 300)
+    surface = assemble(SUBJECT).surface
+    assert 150 <= len(surface.points) < 400
+    assert len(surface.pair_camera) < 450
+    monkeypatch.setattr(assembly, "_PAIRS", 1)
+    assert len(assemble(SUBJECT).surface.points) == 150
 
 
 def test_everything_is_there_and_of_one_size() -> None:

@@ -33,6 +33,14 @@ def page(content):
     return report_page(content)
 
 
+def test_no_line_ends_between_a_number_and_its_unit(content):
+    notes = (Note("noise", "depths are off by 3 mm ± 1 and 5 metres"),)
+    verdict = "It holds 47 %. 7 cameras do not."
+    shown = report_page(dataclasses.replace(content, verdict=verdict, notes=notes))
+    assert "It holds 47\N{NO-BREAK SPACE}%. 7 cameras do not." in shown
+    assert "off by 3\N{NO-BREAK SPACE}mm ±\N{NO-BREAK SPACE}1 and 5 metres" in shown
+
+
 class _Elements(HTMLParser):
     def __init__(self, page):
         super().__init__()
@@ -121,6 +129,7 @@ def test_more_cameras_than_a_byte_holds_are_told_apart(content):
 
 def test_what_it_says_is_there_without_its_program(content, page):
     stripped = re.sub(r"(?s)<script.*?</script>", "", page)
+    stripped = stripped.replace("\N{NO-BREAK SPACE}", " ")
     for text in (content.verdict, content.notes[-1].text, content.facts[0][1]):
         assert text in stripped
     for camera, row in zip(content.rig.cameras, content.sheet.rows, strict=True):

@@ -45,7 +45,9 @@ class PictureCamera(DepthCamera):
         super().__init__(scene)
         self._shaded = shaded(scene, self._vertices, self._triangles)
 
-    def picture(self, camera: Camera, focus_distance: float, scale: float = 1.0) -> Colours:
+    def picture(
+        self, camera: Camera, focus_distance: float, scale: float = 1.0, density: float = 1.0
+    ) -> Colours:
         """Return what the camera sees, focused at a distance.
 
         Parameters
@@ -55,15 +57,19 @@ class PictureCamera(DepthCamera):
             s, metres; above 0.
         scale : float
             Of the picture's sides.
+        density : float
+            How many rays each pixel gets, relative to as many as leave no grain.
 
         Returns
         -------
         (H, W, 3) array of uint8
             As sRGB.
         """
-        return encode(self.exposure(camera, focus_distance, scale))
+        return encode(self.exposure(camera, focus_distance, scale, density))
 
-    def exposure(self, camera: Camera, focus_distance: float, scale: float = 1.0) -> FloatArray:
+    def exposure(
+        self, camera: Camera, focus_distance: float, scale: float = 1.0, density: float = 1.0
+    ) -> FloatArray:
         """Return (H, W, 3) the same as :meth:`picture` in linear light, 0 to 1."""
         intrinsics = camera.intrinsics
         grid = pixel_grid(intrinsics, scale)
@@ -85,6 +91,7 @@ class PictureCamera(DepthCamera):
                 self._light(camera, vertices),
                 aims,
                 starts,
+                density,
                 aperture,
                 inverse_focus,
                 self._usual_blur(camera, focus_distance, scale),

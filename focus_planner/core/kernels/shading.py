@@ -209,6 +209,7 @@ def expose(
     light,
     aims,
     starts,
+    density,
     aperture,
     inverse_focus,
     blur,
@@ -231,6 +232,8 @@ def expose(
     starts : (K + 1,) array of int
         ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays, ever larger ones. Each tile
         has the first that is dense enough for its widest blur, and for ``blur``.
+    density : float
+        How many rays there are to be, relative to as many as leave no grain.
     aperture : float
         Its diameter, metres.
     inverse_focus : float
@@ -255,7 +258,8 @@ def expose(
             widest = max(aperture / pixel * _widest(triangles, tile, inverse_focus), blur)
             chosen = 0
             while chosen < len(starts) - 2 and (
-                starts[chosen + 1] - starts[chosen] < _RAYS + _RAYS_PER_AREA * widest * widest
+                starts[chosen + 1] - starts[chosen]
+                < density * (_RAYS + _RAYS_PER_AREA * widest * widest)
             ):
                 chosen += 1
             first, last = starts[chosen], starts[chosen + 1]
