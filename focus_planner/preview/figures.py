@@ -120,8 +120,8 @@ def _facts(panel: Preview) -> tuple[str, str]:
 
 def _share(panel: Preview) -> str:
     if math.isnan(panel.in_focus):
-        return "nothing of the subject"
-    return f"{100 * panel.in_focus:.0f} % of the subject here"
+        return "none of the subject"
+    return f"{100 * panel.in_focus:.0f} % of the subject's pixels"
 
 
 def _short_facts(panel: Preview, named: bool) -> str:

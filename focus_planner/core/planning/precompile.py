@@ -1,4 +1,4 @@
-"""Compile, or load from disk, every kernel that a plan may run, before the first request."""
+"""Compile, or load from disk, every kernel that a plan or a picture may run, before the first."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.lagrangian import Prices
+from focus_planner.core.imaging.exposure import PictureCamera
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
@@ -21,6 +22,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, PointCloud
 
 _SAMPLES = 200
+_SMALL = 64  # pixels
 _MERIDIANS, _PARALLELS = 24, 12
 # On the ball they are 8 mm apart, and scatter by as much.
 _SCATTERED_POINTS, _SCATTER = 8_000, 0.008
@@ -47,6 +49,9 @@ def precompile(keep_going: Callable[[], bool] = lambda: True) -> None:
         plan_focus(scene, rig, request)
     if keep_going():
         _branch(scene, rig)
+    if keep_going():
+        camera = rig.cameras[0]
+        PictureCamera(scene).picture(camera, 0.6, _SMALL / camera.intrinsics.height)
 
 
 def _branch(scene: Scene, rig: Rig) -> None:

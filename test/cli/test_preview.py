@@ -1,0 +1,74 @@
+"""``focus_planner preview``: what is written, printed and refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from focus_planner.cli import main as cli
+
+RUN = "bags/mesh_k_view"
+NAMES = ("cam_0_00", "cam_1_00")
+
+
+def run(*arguments: object) -> int:
+    return cli.main(["preview", *map(str, arguments)])
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    assert run(RUN, *arguments) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    return error
+
+
+def test_one_picture_at_the_cameras_resolution(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "one.png"
+    assert run(RUN, "--camera", NAMES[0], "--output", path) == 0
+    assert Image.open(path).size == (580, 870)
+    shown = capsys.readouterr()
+    assert shown.out == f"{path}\n"
+    assert "nothing tells the circle of confusion of the lenses: 0.0293 mm assumed" in shown.err
+
+
+def test_another_methods_picture_is_beside_it(tmp_path: Path) -> None:
+    options = ("--method", "closest", "--scale", 0.2, "--output", tmp_path / "pairs")
+    assert run(RUN, *options, "--camera", NAMES[0], "--camera", NAMES[1]) == 0
+    names = sorted(path.name for path in (tmp_path / "pairs").iterdir())
+    assert names == [f"{name}_closest_k_view.png" for name in NAMES]
+    assert Image.open(tmp_path / "pairs" / names[0]).width > 2 * 116
+
+
+def test_a_contact_sheet_and_every_picture(tmp_path: Path) -> None:
+    assert run(RUN, "--all", "--scale", 0.05, "--output", tmp_path) == 0
+    assert len(list(tmp_path.glob("cam_*.png"))) == 36
+    assert (tmp_path / "contact_sheet.png").is_file()
+
+
+def test_a_contact_sheet_alone(tmp_path: Path) -> None:
+    assert run(RUN, "--all", "--output", tmp_path / "sheet.png") == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["sheet.png"]
+
+
+def test_what_cannot_be_done_is_told_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "expected --camera NAME, or --all, got neither" in refused(capsys)
+    error = refused(capsys, "--camera", "cam_0_0")
+    assert "got 'cam_0_0'; did you mean" in error
+    assert "they are named like cam_0_00" in refused(capsys, "--camera", "left")
+    assert "--method" in refused(capsys, "--camera", NAMES[0], "--method", "best")
+    for scale in ("0", "1.5", "nan"):
+        assert "--scale: expected a number above 0" in refused(
+            capsys, "--camera", NAMES[0], "--scale", scale
+        )
+    several = [word for name in NAMES for word in ("--camera", name)]
+    error = refused(capsys, *several, "--output", tmp_path / "one.png")
+    assert "expected a folder for 2 pictures" in error
+    (tmp_path / "taken").write_text("")
+    error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / "taken")
+    assert "a file named *.png, or a folder" in error
