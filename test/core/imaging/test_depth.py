@@ -162,9 +162,9 @@ def test_a_triangle_far_beside_the_picture_is_in_none_of_its_tiles():
     triangle = np.array([[1.0, 0.0, 0.1], [1.2, 0.1, 0.1], [1.0, 0.2, -0.1]])
     tiles = tiles_of(SMALL, pixel_grid(SMALL))
     corners = np.array([[0, 1, 2]], np.int32)
-    for turned in (triangle, triangle * [-1, 1, 1], triangle[:, [1, 0, 2]]):
-        turned = np.ascontiguousarray(turned)
-        assert not len(listed_by_tile(turned, corners, tiles, radius, 1.0).listed)
+    for beside in (triangle, triangle * [-1, 1, 1], triangle[:, [1, 0, 2]]):
+        placed = np.ascontiguousarray(beside)
+        assert not len(listed_by_tile(placed, corners, tiles, radius, 1.0).listed)
     across = triangle - [1.0, 0.0, 0.0]  # within the aperture: it may be seen anywhere
     listed = listed_by_tile(np.ascontiguousarray(across), corners, tiles, radius, 1.0).listed
     assert len(listed) == tiles.bounds[..., 0].size
