@@ -16,7 +16,7 @@ _PLASTIC = 1.32471795724474602596
 # What a ray is to have of the variances of a pixel of side 1, and of a disc of diameter 1.
 _VARIANCES = np.array([1 / 12, 1 / 12, 1 / 16, 1 / 16])
 # Rays per pixel: for the sharpest, and for those of the widest blur.
-_FEWEST, _MOST, _GROWTH = 12, 512, 1.4
+_FEWEST, _MOST, _GROWTH = 12, 48, 1.3
 
 
 @cache

@@ -16,15 +16,17 @@ from focus_planner.core.kernels.rasterize import TILE, scan
 
 #: What a surface's colours come from.
 PATTERN, VERTEX_COLOURS, TEXTURE = 0, 1, 2
-#: Bytes, as the noise has to fit into a core's cache.
-NOISE_UNITS = 64
+#: The pattern's noise along each axis, a power of 2, and units of its bytes: it has to fit into a
+#: core's cache.
+NOISE_SIZE, NOISE_UNITS = 64, 64
+_MASK = NOISE_SIZE - 1
 # The pattern: each level's cells are this many times as small as those of the level before. The
 # finest that is drawn has cells of this many pixels.
 _FINER, _PIXELS = 4.0, 0.6
 _LOG_FINER = np.log(_FINER)
 _THRESHOLD, _SLOPE = 0.45, 0.35
-# Rays per pixel, and per square pixel of the widest blur: with fewer, one edge would show as many.
-_RAYS, _RAYS_PER_AREA = 12.0, 0.8
+# Where rays are farther apart than pixels, colours are averaged over this share of the distance.
+_SMOOTH = 0.5
 # Textures are taken this many levels sharper than one texel per pixel: every pixel has many rays.
 _SHARPER = 0.7
 
@@ -40,8 +42,8 @@ class Looks(NamedTuple):
         PATTERN: the vertices, in cells of the coarsest level.
     cell : float
         PATTERN: the size of such a cell, metres.
-    noise : (N, N, N) array of int8
-        PATTERN: periodic, N a power of 2; in units of 1 / NOISE_UNITS.
+    noise : (NOISE_SIZE³,) array of int8
+        PATTERN: periodic; in units of 1 / NOISE_UNITS.
     palette : (3, 3) array of float32
         PATTERN: the ground, and two kinds of chips in it.
     colours : (V, 3) array of float32
@@ -102,18 +104,22 @@ def light_corners(vertices, corners, normals, up, light):
 @kernel
 def _noise(volume, x, y, z):
     """Interpolate periodic noise."""
-    mask = volume.shape[0] - 1
     i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
     x, y, z = x - i, y - j, z - k
-    i0, j0, k0 = i & mask, j & mask, k & mask
-    i1, j1, k1 = (i + 1) & mask, (j + 1) & mask, (k + 1) & mask
-    low = (volume[i0, j0, k0] * (1 - z) + volume[i0, j0, k1] * z) * (1 - y) + (
-        volume[i0, j1, k0] * (1 - z) + volume[i0, j1, k1] * z
-    ) * y
-    high = (volume[i1, j0, k0] * (1 - z) + volume[i1, j0, k1] * z) * (1 - y) + (
-        volume[i1, j1, k0] * (1 - z) + volume[i1, j1, k1] * z
-    ) * y
-    return (low * (1 - x) + high * x) / NOISE_UNITS
+    i0, i1 = (i & _MASK) * NOISE_SIZE, ((i + 1) & _MASK) * NOISE_SIZE
+    j0, j1 = j & _MASK, (j + 1) & _MASK
+    k0, k1 = k & _MASK, (k + 1) & _MASK
+    a, b = (i0 + j0) * NOISE_SIZE, (i0 + j1) * NOISE_SIZE
+    c, d = (i1 + j0) * NOISE_SIZE, (i1 + j1) * NOISE_SIZE
+    a0, b0 = float(volume[a + k0]), float(volume[b + k0])
+    c0, d0 = float(volume[c + k0]), float(volume[d + k0])
+    a0 += z * (volume[a + k1] - a0)
+    b0 += z * (volume[b + k1] - b0)
+    c0 += z * (volume[c + k1] - c0)
+    d0 += z * (volume[d + k1] - d0)
+    a0 += y * (b0 - a0)
+    c0 += y * (d0 - c0)
+    return (a0 + x * (c0 - a0)) / NOISE_UNITS
 
 
 @kernel
@@ -209,9 +215,9 @@ def expose(
     light,
     aims,
     starts,
+    chosen,
     aperture,
     inverse_focus,
-    blur,
     pixel,
     background,
     image,
@@ -229,15 +235,13 @@ def expose(
         Of each of a pixel's rays, x and y in an aperture of diameter 1, and how far beside the
         pixel's centre it is imaged, columns and rows.
     starts : (K + 1,) array of int
-        ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays, ever larger ones. Each tile
-        has the first that is dense enough for its widest blur, and for ``blur``.
+        ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays.
+    chosen : (Y, X) array of int
+        Which set each tile takes.
     aperture : float
         Its diameter, metres.
     inverse_focus : float
         Of the distance of the plane of focus, 1/m.
-    blur : float
-        Pixels: tiles with narrower blur have no fewer rays, so that few blurred edges run between
-        tiles of different rays.
     pixel : float
         The size of a pixel at depth 1.
     background : (3,) array
@@ -245,50 +249,48 @@ def expose(
     height, width = image.shape[:2]
     columns = tiles.bounds.shape[1]
     for tile in prange(tiles.bounds.shape[0] * columns):
+        ty, tx = tile // columns, tile % columns
+        top, left = ty * TILE, tx * TILE
+        bottom, right = min(top + TILE, height), min(left + TILE, width)
+        if triangles.starts[tile + 1] == triangles.starts[tile]:
+            image[top:bottom, left:right] = background
+            continue
         inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
-        where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE, TILE, 3))
-        hits, shift, origin = np.zeros((TILE, TILE)), np.empty(2), np.empty(2)
-        steps = tiles.affine[tile // columns, tile % columns, 7:]
-        top, left = tile // columns * TILE, tile % columns * TILE
-        first, last = 0, 0
-        if triangles.starts[tile + 1] > triangles.starts[tile]:
-            widest = max(aperture / pixel * _widest(triangles, tile, inverse_focus), blur)
-            chosen = 0
-            while chosen < len(starts) - 2 and (
-                starts[chosen + 1] - starts[chosen] < _RAYS + _RAYS_PER_AREA * widest * widest
-            ):
-                chosen += 1
-            first, last = starts[chosen], starts[chosen + 1]
+        where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE, TILE, 4))
+        shift, origin = np.empty(2), np.empty(2)
+        bounds, steps = tiles.bounds[ty, tx], tiles.affine[ty, tx, 7:]
+        first, last = starts[chosen[ty, tx]], starts[chosen[ty, tx] + 1]
+        # Half of how far apart, on the sensor, the rays are that meet off the plane of focus.
+        smooth = _SMOOTH * aperture / np.sqrt(last - first)
         for s in range(first, last):
             for axis in range(2):
                 origin[axis] = aperture * aims[s, axis]
                 beside = aims[s, 2] * steps[axis] + aims[s, 3] * steps[2 + axis]
                 shift[axis] = beside - origin[axis] * inverse_focus
-            scan(triangles, tiles, tile, origin, shift, inverse, shown, where)
-            _add(triangles.corners, looks, light, pixel, inverse, shown, where, total, hits)
-        for v in range(min(TILE, height - top)):
-            for u in range(min(TILE, width - left)):
-                share = hits[v, u] / (last - first) if last > first else 0.0
+            scan(triangles, tiles, tile, bounds, origin, shift, inverse, shown, where)
+            _add(
+                triangles.corners,
+                looks,
+                light,
+                pixel,
+                smooth,
+                inverse_focus,
+                inverse,
+                shown,
+                where,
+                total,
+            )
+        count = last - first
+        for v in range(bottom - top):
+            for u in range(right - left):
+                missed = count - total[v, u, 3]
                 for i in range(3):
-                    mean = total[v, u, i] / (last - first) if last > first else 0.0
-                    image[top + v, left + u, i] = mean + (1 - share) * background[i]
+                    light_of_all = total[v, u, i] + missed * background[i]
+                    image[top + v, left + u, i] = light_of_all / count
 
 
 @kernel
-def _widest(triangles, tile, inverse_focus):
-    """Return the widest blur of triangles that a tile may show, per diameter of the aperture."""
-    vertices, corners, listed = triangles.vertices, triangles.corners, triangles.listed
-    widest = 0.0
-    for at in range(triangles.starts[tile], triangles.starts[tile + 1]):
-        for i in range(3):
-            z = vertices[corners[listed[at], i], 2]
-            if z > 0:
-                widest = max(widest, abs(inverse_focus - 1 / z))
-    return widest
-
-
-@kernel
-def _add(corners, looks, light, pixel, inverse, shown, where, total, hits):
+def _add(corners, looks, light, pixel, smooth, inverse_focus, inverse, shown, where, total):
     """Add the colours that one ray per pixel of a tile shows, and count those that show any."""
     for v in range(TILE):
         for u in range(TILE):
@@ -299,8 +301,9 @@ def _add(corners, looks, light, pixel, inverse, shown, where, total, hits):
             wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
             wa = 1 - wb - wc
             lit = wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
-            r, g, b = _colour(looks, corners, t, wa, wb, wc, pixel * depth)
+            size = depth * max(pixel, smooth * abs(inverse_focus - inverse[v, u]))
+            r, g, b = _colour(looks, corners, t, wa, wb, wc, size)
             total[v, u, 0] += lit * r
             total[v, u, 1] += lit * g
             total[v, u, 2] += lit * b
-            hits[v, u] += 1
+            total[v, u, 3] += 1
