@@ -42,12 +42,21 @@ setup(
     ],
     python_requires=">=3.10",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["bodies/*", "messages/definitions/*/*", "py.typed"]},
+    package_data={
+        NAME: ["bodies/*", "messages/definitions/*/*", "report/bundle/*", "py.typed"],
+    },
     data_files=[
         # The marker by which ROS finds the package, and its manifest.
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/config", ["config/focus_planner.yaml"]),
+        (
+            f"share/{NAME}/config",
+            [
+                "config/focus_planner.rviz",
+                "config/focus_planner.yaml",
+                "config/foxglove_layout.json",
+            ],
+        ),
         (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),
         (
             f"share/{NAME}/security",
@@ -63,6 +72,7 @@ setup(
         "numba>=0.68",
         "numpy>=2.2",
         "open3d-cpu>=0.20",
+        "pillow>=12.3",
         "pyyaml>=6.0",
         "rich>=15.0",
         "rosbags>=0.11",
@@ -70,8 +80,8 @@ setup(
         "zstandard>=0.25",
     ],
     extras_require={
-        # Compressed glTF, and the files of laser scanners.
-        "formats": ["dracopy>=2.2", "laspy>=2.7", "lazrs>=0.8", "pye57>=0.4"],
+        # Compressed glTF, the files of laser scanners, and maps as EXR.
+        "formats": ["dracopy>=2.2", "laspy>=2.7", "lazrs>=0.8", "openexr>=3.5", "pye57>=0.4"],
         "pdf": ["reportlab>=5.1"],
         "picture": ["matplotlib>=3.10", "pillow>=12.3"],
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they

@@ -14,7 +14,7 @@ from focus_planner.ros.client import PlannerClient
 
 def show(feedback: Any) -> None:
     """Print how far the planner is."""
-    print(f"{feedback.stage}: cost {feedback.cost:.1f}, at least {feedback.lower_bound:.1f}")
+    print(f"{feedback.stage}: cost {feedback.cost:.1f}, gap {feedback.gap:.1%}")
 
 
 def main(surface: str, rig: str) -> int:

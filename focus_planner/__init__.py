@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
     from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-    from focus_planner.core.rig.layouts import cylinder_rig
+    from focus_planner.core.rig.layouts import cylinder_rig, dome_rig, turntable_rig
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.lens_table import LensTable
     from focus_planner.core.rig.optics import (
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from focus_planner.io.plans import load_plan, save_plan
     from focus_planner.io.rigs import load_rig, save_rig
     from focus_planner.io.surfaces import load_surface
+    from focus_planner.report.making import save_report
 
 __all__ = [
     "Camera",
@@ -59,6 +60,7 @@ __all__ = [
     "cylinder_rig",
     "depth_of_field",
     "distance_from_sensor",
+    "dome_rig",
     "focus_interval",
     "hyperfocal_distance",
     "lens_sheet",
@@ -68,7 +70,9 @@ __all__ = [
     "plan_focus",
     "save_lens_sheet",
     "save_plan",
+    "save_report",
     "save_rig",
+    "turntable_rig",
 ]
 
 _HOMES = {
@@ -83,7 +87,7 @@ _HOMES = {
     ),
     "core.rig.camera": ("Camera", "CameraIntrinsics"),
     "core.rig.rig": ("Grid", "Rig"),
-    "core.rig.layouts": ("cylinder_rig",),
+    "core.rig.layouts": ("cylinder_rig", "dome_rig", "turntable_rig"),
     "core.surface.surface": ("Mesh", "PointCloud"),
     "core.surface.scene": ("Scene",),
     "core.problem.problem": ("Problem",),
@@ -96,6 +100,7 @@ _HOMES = {
     "io.plans": ("load_plan", "save_plan"),
     "io.rigs": ("load_rig", "save_rig"),
     "io.surfaces": ("load_surface",),
+    "report.making": ("save_report",),
 }
 
 

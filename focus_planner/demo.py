@@ -11,22 +11,26 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import TextIO
 
 from rich import box
 from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan
 from focus_planner.core.planning.request import METHODS
+from focus_planner.core.planning.subject import PlannedSubject, requested
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.text import printable
+from focus_planner.core.validation import InputError
 from focus_planner.io.bodies import body
 from focus_planner.io.lens_sheet.content import lens_sheet
 from focus_planner.io.lens_sheet.saving import save_lens_sheet
@@ -35,12 +39,19 @@ from focus_planner.io.plans import save_plan
 from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
 from focus_planner.messages.reading import plan_from_message
+from focus_planner.recording.provenance import provenance_of
+from focus_planner.recording.run import read_run
+from focus_planner.report.assembly import Provenance, assemble
+from focus_planner.report.comparison import ComparedPlan, called, title_of
+from focus_planner.report.making import write_report
+from focus_planner.report.opening import open_report
+from focus_planner.report.thumbnails import camera_pictures
 from focus_planner.ros.client import PlannerClient
 
 _BODY = "arms_out"
 _BEST = "k_view"
-_MEANINGS = {"closest": "autofocus", "optimal": "proven"}
 _DRAWN = ("closest", "average", "em", "k_view")  # the optimum looks like k_view's plan
+_REPORT = "report.html"
 _CELL = 5  # characters
 _SECONDS_TO_START = 60.0
 _SECONDS_TO_STOP = 30.0
@@ -62,17 +73,22 @@ class _Result:
 
 
 def run(
-    output_directory: Path, computing: Callable[[], AbstractContextManager[object]] = nullcontext
+    output_directory: Path,
+    computing: Callable[[], AbstractContextManager[object]] = nullcontext,
+    *,
+    show: bool = False,
 ) -> int:
     """Start the node, request a plan for a body by every method, and show the plans.
 
     Parameters
     ----------
     output_directory : Path
-        For the picture, the best plan, its lens sheet, the rig, the recorded runs and the node's
-        log.
+        For the report, the picture, the best plan, its lens sheet, the rig, the recorded runs and
+        the node's log.
     computing : callable
         Makes the context in which this process computes, rather than waiting for the node.
+    show : bool
+        Whether to open the report in the browser, if there is a terminal and a screen.
 
     Returns
     -------
@@ -95,15 +111,19 @@ def run(
             console.print(printable(line))
         return 1
     _show(console, rig, results)
-    with _status(console, "drawing"), computing():
-        plans = {_title(method): results[method].plan for method in _DRAWN}
-        draw_plans(Scene(mesh), rig, plans, output_directory / "plans.png")
+    with _status(console, "drawing, and writing a report"), computing():
+        drawn = [results[method].plan for method in _DRAWN]
+        plans, scene = {title_of(plan): plan for plan in drawn}, Scene(mesh)
+        draw_plans(scene, rig, plans, output_directory / "plans.png")
+        _write_report(scene, rig, results, output_directory, path.name)
     save_rig(rig, output_directory / "rig.yaml")
     best = results[_BEST].plan
     save_plan(best, output_directory / "plan.json")
     sheet = lens_sheet(best, rig, surface=path.name, rig_file="rig.yaml")
     save_lens_sheet(sheet, output_directory / "sheet.html")
     _show_next_steps(console, output_directory, path)
+    if show:
+        open_report(output_directory / _REPORT)
     return 0
 
 
@@ -185,16 +205,46 @@ def _plan(client: PlannerClient, method: str) -> _Result:
     return _Result(plan_from_message(response.plan), waited)
 
 
+# --- the report --------------------------------------------------------------------------------
+
+
+def _write_report(
+    scene: Scene, rig: Rig, results: Mapping[str, _Result], directory: Path, surface: str
+) -> None:
+    """Write a report of the best plan, beside those of all other methods."""
+    best = results[_BEST].plan
+    subject = PlannedSubject(scene, rig, requested(best, scene), best)
+    others = [result.plan for method, result in results.items() if method != _BEST]
+    compared = [ComparedPlan(title_of(plan), called(plan.method), plan, rig) for plan in others]
+    provenance = _provenance(directory / "runs", best)
+    provenance = replace(provenance, surface=surface, rig="rig.yaml")
+    now = datetime.now().astimezone()
+    content = assemble(subject, compared, provenance, pictures=camera_pictures(rig), made=now)
+    write_report(content, directory / _REPORT)
+
+
+def _provenance(runs: Path, plan: FocusPlan) -> Provenance:
+    """Return what the recorded run with this plan tells of it, if there is one."""
+    folders = sorted(runs.iterdir()) if runs.is_dir() else []
+    for folder in folders:
+        with suppress(InputError):  # a disk that is full costs the record, not the demonstration
+            run = read_run(folder)
+            if run.ending and run.ending.plan == plan:
+                return provenance_of(run)
+    return Provenance()
+
+
 # --- what is shown -----------------------------------------------------------------------------
 
 
 def _status(console: Console, doing: str) -> AbstractContextManager[object]:
-    """Show what is being done, on a terminal."""
-    return console.status(doing) if console.is_terminal else nullcontext()
-
-
-def _title(method: str) -> str:
-    return f"{method} ({_MEANINGS[method]})" if method in _MEANINGS else method
+    """Show what is being done, and for how long, on a terminal."""
+    if not console.is_terminal:
+        return nullcontext()
+    columns = SpinnerColumn(style="cyan"), TextColumn("{task.description}"), TimeElapsedColumn()
+    progress = Progress(*columns, console=console, transient=True)
+    progress.add_task(doing, total=None)
+    return progress
 
 
 def _compare(results: Mapping[str, _Result]) -> Table:
@@ -212,7 +262,7 @@ def _compare(results: Mapping[str, _Result]) -> Table:
     for method, result in results.items():
         plan = result.plan
         table.add_row(
-            _title(method),
+            title_of(plan),
             f"{plan.cost:.1f}",
             f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f}",
             f"{plan.fresh_cost / autofocus.fresh_cost - 1:+.1%}" if method != "closest" else "",
@@ -290,6 +340,7 @@ def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
     directory = Path(printable(str(directory)))
     command = os.path.relpath(program) if program.name == "focus_planner" else "focus_planner"
     console.print(
+        f"\nThe report:  {directory / _REPORT}, for your browser: the body in 3D, every camera"
         f"\nThe picture: {directory / 'plans.png'}"
         f"\nThe plan:    {directory / 'plan.json'}, for the rig {directory / 'rig.yaml'}"
         f"\nThe sheet:   {directory / 'sheet.html'}, to set the lenses by hand"

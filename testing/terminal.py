@@ -19,8 +19,8 @@ from focus_planner.cli import progress
 
 show_progress = progress.show_progress
 
-def interrupted(tell, prefix=""):
-    on_progress = show_progress(tell, prefix)
+def interrupted(*how):
+    on_progress = show_progress(*how)
     def step(done):
         on_progress(done)
         os.kill(os.getpid(), signal.SIGINT)

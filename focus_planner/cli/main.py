@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command line: ``focus_planner rig | plan | replay | preview | parameters | demo``, and nodes.
+"""The command line: ``focus_planner rig | plan | replay | report | preview | demo``, and more.
 
 Results go to stdout, everything else to stderr. Bad input ends in exit status 2 and one line that
 says what was wrong with it.
@@ -113,7 +113,7 @@ def _demo(options: argparse.Namespace) -> int:
     except ImportError as error:
         return _fail(f"demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
     with ctrl_c.immediate():
-        return run(options.output, ctrl_c.deferred) or 0
+        return run(options.output, ctrl_c.deferred, show=options.open) or 0
 
 
 # --- options -----------------------------------------------------------------------------------
@@ -146,7 +146,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import parameters, plan, preview, replay, rig
+    from focus_planner.cli import masks, parameters, plan, preview, replay, report, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -159,7 +159,9 @@ def _parser() -> argparse.ArgumentParser:
     rig.add(commands)
     plan.add(commands)
     replay.add(commands)
+    report.add(commands)
     preview.add(commands)
+    masks.add(commands)
     _add_nodes(commands)
     parameters.add(commands)
     _add_demo(commands)
@@ -191,4 +193,10 @@ def _add_demo(commands: Any) -> None:
         default=Path("demo_output"),
         metavar="DIR",
         help="folder for pictures and plans (default: %(default)s)",
+    )
+    demo.add_argument(
+        "--open",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="open the report in the browser, on a terminal beside a screen",
     )

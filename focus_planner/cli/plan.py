@@ -12,19 +12,29 @@ from typing import TYPE_CHECKING, Any, TextIO
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
+from focus_planner.cli.reporting import (
+    REPORT_HELP,
+    ReportOptions,
+    add_pictures_option,
+    check_pictures,
+    collect_steps,
+    make_report,
+)
 from focus_planner.cli.request_options import add_request_options, request_from_options
+from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import Shot, SolvedPlan
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.progress import ProgressCallback
     from focus_planner.core.rig.rig import Rig
     from focus_planner.core.surface.scene import Scene
-    from focus_planner.core.surface.surface import Surface
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
+    from focus_planner.report.steps import StepCollector
 
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
@@ -48,27 +58,8 @@ def add(commands: Any) -> None:
 def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
     option("surface", type=Path, metavar="SURFACE", help="mesh or point-cloud file, in metres")
-    option(
-        "--up",
-        choices=("z", "y", "x", "-z", "-y", "-x"),
-        default="z",
-        help="axis of SURFACE that is up in the world; the surface is turned so that it becomes z"
-        " (default: %(default)s)",
-    )
     option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
-    option(
-        "--importance",
-        type=Path,
-        metavar="FILE",
-        help="importance of each vertex or point: a text file of one number per line, or a .npy"
-        " file; replaces the property importance of SURFACE",
-    )
-    option(
-        "--importance-property",
-        metavar="NAME",
-        help="property, field or column of SURFACE that holds the importance of each vertex or"
-        " point, such as weight (default: importance, if SURFACE has it)",
-    )
+    add_surface_options(plan)
     option(
         "--lens-tables",
         type=Path,
@@ -100,7 +91,9 @@ def _add_outputs(group: Any) -> None:
     option(
         "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
     )
-    option("--markers", action="store_true", help="with --record: include 3D markers of the plan")
+    option(
+        "--markers", action="store_true", help="with --record: include what shows the plan in 3D"
+    )
     option(
         "--record-access",
         default="owner",
@@ -109,6 +102,8 @@ def _add_outputs(group: Any) -> None:
         " %(default)s)",
     )
     option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
+    option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
+    add_pictures_option(group)
 
 
 def _output(text: str) -> Path:
@@ -122,12 +117,13 @@ def run(options: argparse.Namespace) -> int:
     from focus_planner.io.files import check_writable, resolved
 
     paths = [path for path in options.output if path != _STDOUT]
-    paths += filter(None, (options.problem, options.picture))
+    paths += filter(None, (options.problem, options.picture, options.report))
     for path in paths:
         check_writable(path)
     different = {resolved(path) for path in paths}
     if len(different) < len(paths) or options.output.count(_STDOUT) > 1:
-        raise InputError("--output, --problem, --picture", "different files", "the same twice")
+        names = "--output, --problem, --picture, --report"
+        raise InputError(names, "different files", "the same twice")
     inputs = (options.surface, options.rig, options.importance, options.lens_tables)
     read = {resolved(path) for path in inputs if path}
     for path in paths:
@@ -137,8 +133,11 @@ def run(options: argparse.Namespace) -> int:
     recorder = CommandRecorder(options.record, options.markers, options.record_access)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
-        plan = _solve(given, tell, recorder)
+        steps = collect_steps(show_progress(tell, "", given.request.time_budget))
+        plan = _solve(given, tell, recorder, steps)
         _write(options, given, plan, tell)
+        if options.report is not None:
+            _write_report(options, given, plan, steps, tell)
     _show(options, plan)
     return NOT_RECORDED if recorder.failed else 0
 
@@ -160,7 +159,6 @@ class _Given:
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.surface.scene import Scene
-    from focus_planner.core.surface.up_axis import with_z_up
     from focus_planner.io.lens_sheet.saving import sheet_writer
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
@@ -176,27 +174,14 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     file_rig = load_rig(options.rig)
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
-    tell(f"reading {options.surface}")
-    surface = with_z_up(_surface(options), options.up)
+    surface = read_surface(options, tell)
     scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     return _Given(scene, rig, file_rig, tables, request)
 
 
-def _surface(options: argparse.Namespace) -> Surface:
-    from focus_planner.io.importance import IMPORTANCE
-    from focus_planner.io.surfaces import load_surface
-
-    name = options.importance_property
-    if options.importance is not None and name is not None:
-        raise InputError("--importance and --importance-property", "one of them", "both")
-    return load_surface(
-        options.surface,
-        options.importance,
-        importance_property=IMPORTANCE if name is None else name,
-    )
-
-
-def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
+def _solve(
+    given: _Given, tell: Tell, recorder: CommandRecorder, callback: ProgressCallback
+) -> SolvedPlan:
     from focus_planner.core.planning.plan_focus import plan_focus
 
     scene, rig, request = given.scene, given.rig, given.request
@@ -212,7 +197,7 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
         return inputs_of(begun, scene.surface, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
-    on_progress, end = recorder.begin(beginning, show_progress(tell))
+    on_progress, end = recorder.begin(beginning, callback)
     try:
         plan = plan_focus(scene, rig, request, on_progress=on_progress)
     except InputError as error:
@@ -226,8 +211,9 @@ def _solve(given: _Given, tell: Tell, recorder: CommandRecorder) -> SolvedPlan:
 def _check_names(options: argparse.Namespace) -> None:
     """Raise unless the names of what to write say what that is."""
     from focus_planner.io.lens_sheet import SUFFIXES
+    from focus_planner.report.naming import check_report
 
-    for option in ("problem", "record", "picture"):
+    for option in ("problem", "record", "picture", "report"):
         if getattr(options, option) == _STDOUT:
             got = "-, which stands for stdout"
             raise InputError(f"--{option}", "a name", got, "only --output may go there")
@@ -243,6 +229,11 @@ def _check_names(options: argparse.Namespace) -> None:
             )
         if ending and ending == path.name:
             raise InputError("--output", f"a name before {ending}", str(path), f"such as x{ending}")
+    if options.report is not None:
+        check_report(options.report)
+        check_pictures(wanted=options.pictures)
+    elif options.pictures is not None:
+        raise InputError("--pictures", "--report with it", "none")
 
 
 def _plans(options: argparse.Namespace) -> list[Path]:
@@ -287,6 +278,28 @@ def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) 
     )
     for path in _sheets(options):
         save_lens_sheet(sheet, path)
+
+
+def _write_report(
+    options: argparse.Namespace, given: _Given, plan: SolvedPlan, steps: StepCollector, tell: Tell
+) -> None:
+    from datetime import datetime
+
+    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.recording.provenance import parameters_of
+    from focus_planner.recording.software import software
+    from focus_planner.report.assembly import Provenance
+
+    provenance = Provenance(
+        surface=options.surface.name,
+        rig=options.rig.name,
+        planned=datetime.now().astimezone(),
+        steps=steps.steps,
+        parameters=parameters_of(given.request),
+        software=tuple(software().items()),
+    )
+    subject = PlannedSubject(given.scene, given.rig, given.request, plan)
+    make_report(ReportOptions(options.report, pictures=options.pictures), subject, provenance, tell)
 
 
 def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:

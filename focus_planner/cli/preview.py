@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.preview.pictures import Preview
 
+# Of pictures that are not written: whoever gives one means no folder.
+_OTHER_ENDINGS = {".bmp", ".gif", ".jpeg", ".jpg", ".tif", ".tiff", ".webp"}
 # Names among which similar ones are searched.
 _MAX_SIMILAR = 10_000
 
@@ -107,7 +109,8 @@ def _check_output(output: Path | None) -> None:
     if _is_file(output):
         check_writable(output)
         return
-    if output.exists() and not output.is_dir():
+    is_other_file = output.exists() or output.suffix.lower() in _OTHER_ENDINGS
+    if is_other_file and not output.is_dir():
         raise InputError("--output", "a file named *.png, or a folder", str(output))
     try:
         output.mkdir(parents=True, exist_ok=True)

@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from focus_planner.cli.interrupts import ctrl_c
 
 if TYPE_CHECKING:
-    from focus_planner.core.progress import Progress, ProgressCallback
+    from focus_planner.core.progress import Progress, ProgressCallback, Standing
 
 #: Called with a short phrase before each part of a command.
 Tell = Callable[[str], None]
 
 _SHOW_CURSOR = b"\x1b[?25h"
+_LARGE_FILE = 10_000_000  # bytes; reading a smaller one takes less than a second
+
+
+class Shows(ABC):
+    """A :data:`Tell` that can show more than a phrase."""
+
+    @abstractmethod
+    def __call__(self, text: str) -> None:
+        """Show a phrase."""
+
+    @abstractmethod
+    def show_share(self, what: str, share: float) -> None:
+        """Show which share of something is done, from 0 to 1."""
+
+    @abstractmethod
+    def show_standing(self, standing: Standing, prefix: str = "") -> None:
+        """Show how far a plan is."""
 
 
 @contextmanager
@@ -30,33 +49,44 @@ def shown(quiet: bool) -> Iterator[Tell]:
         yield lambda _: ctrl_c.check()
         ctrl_c.check()
         return
-    from rich.text import Text
-
-    from focus_planner.cli.console import PlainConsole
-    from focus_planner.core.text import printable
-
-    def tell(text: str) -> None:
-        ctrl_c.check()
-        status.update(Text(printable(text)))
+    from focus_planner.cli.progress_line import ProgressLine
 
     def notify() -> None:
         # The next Ctrl-C ends the process before it can.
         os.write(sys.stderr.fileno(), _SHOW_CURSOR)
-        status.update("stopping; Ctrl-C again to stop at once")
+        line.stopping()
 
-    with PlainConsole(sys.stderr).status("") as status, ctrl_c.notifying(notify):
-        yield tell
+    with ProgressLine(sys.stderr, before_change=ctrl_c.check) as line, ctrl_c.notifying(notify):
+        yield line
         ctrl_c.check()
 
 
-def show_progress(tell: Tell, prefix: str = "") -> ProgressCallback:
-    """Return a callback that shows every step, and stops the planner once Ctrl-C was typed."""
+def show_progress(
+    tell: Tell, prefix: str = "", time_budget: float | None = None
+) -> ProgressCallback:
+    """Return a callback that shows every step, and stops the planner once Ctrl-C was typed.
+
+    Parameters
+    ----------
+    tell : callable
+        As :func:`shown` yields it.
+    prefix : str
+        To stand before what the planner is doing.
+    time_budget : float, optional
+        Of the plan, which begins now, seconds.
+    """
+    from focus_planner.core.progress import Tracker
+
+    tracker = Tracker() if time_budget is None else Tracker(time_budget)
 
     def on_progress(progress: Progress) -> bool:
         if ctrl_c.typed:
             return False
-        cost = "" if math.isnan(progress.cost) else f", cost {progress.cost:.2f}"
-        tell(f"{prefix}{progress.stage}: step {progress.iteration}{cost}")
+        standing = tracker.note(progress)
+        if isinstance(tell, Shows):
+            tell.show_standing(standing, prefix)
+        else:
+            tell(f"{prefix}{standing}")
         return True
 
     return on_progress
@@ -64,4 +94,19 @@ def show_progress(tell: Tell, prefix: str = "") -> ProgressCallback:
 
 def show_share(tell: Tell, what: str) -> Callable[[float], None]:
     """Return a callback that shows which share of something is done, from 0 to 1, in percent."""
-    return lambda share: tell(f"{what}: {share:.0%}")
+    from focus_planner.core.progress import percent
+
+    if isinstance(tell, Shows):
+        return partial(tell.show_share, what)
+    return lambda share: tell(f"{what}: {percent(share)}")
+
+
+def show_reading(tell: Tell, path: Path) -> Callable[[float], None]:
+    """Say that a file is being read, and return a callback that shows which share of it is."""
+    what = f"reading {path}"
+    tell(what)
+    try:
+        size = path.stat().st_size
+    except (OSError, ValueError):  # told by who reads it
+        size = 0
+    return show_share(tell, what if size < _LARGE_FILE else f"{what}, {size / 1e6:,.0f} MB")

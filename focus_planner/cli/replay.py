@@ -12,8 +12,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.progress import Tell, show_progress, shown
+from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
+from focus_planner.cli.replay_report import check_single, report_replay
+from focus_planner.cli.reporting import (
+    REPORT_HELP,
+    ReportOptions,
+    add_pictures_option,
+    check_pictures,
+    collect_steps,
+)
 from focus_planner.cli.terminal import show_error
 from focus_planner.core.validation import InputError
 
@@ -40,7 +48,7 @@ _WIDTH = 150  # of output that is not for a terminal
 
 @dataclass
 class _Replay:
-    """One run and its outcome."""
+    """One run, how it was planned again, and the outcome."""
 
     path: Path
     outcome: str
@@ -50,6 +58,7 @@ class _Replay:
     differences: list[Difference] = field(default_factory=list)
     notes: tuple[str, ...] = ()
     recorded_as: Path | None = None
+    again: Run | None = None
 
 
 def add(commands: Any) -> None:
@@ -81,7 +90,9 @@ def add(commands: Any) -> None:
         " repeated",
     )
     option("--record", type=Path, metavar="DIR", help="record the new runs below this folder")
-    option("--markers", action="store_true", help="with --record: include 3D markers of the plans")
+    option(
+        "--markers", action="store_true", help="with --record: include what shows the plans in 3D"
+    )
     option(
         "--record-access",
         default="owner",
@@ -100,6 +111,13 @@ def add(commands: Any) -> None:
         metavar="NAME",
         help="with --live: full name of the node (default: %(default)s)",
     )
+    option(
+        "--report",
+        type=Path,
+        metavar="REPORT.HTML",
+        help=f"of a single run: {REPORT_HELP}; with --set also beside the recorded plan",
+    )
+    add_pictures_option(replay)
     option("--json", action="store_true", help="print JSON")
     option("--quiet", action="store_true", help="show no progress")
 
@@ -108,10 +126,15 @@ def run(options: argparse.Namespace) -> int:
     """Replay the runs; return the exit status."""
     from focus_planner.recording.what_if import parse_changes
 
-    if options.live and (options.set or options.record):
-        raise InputError("--live", "neither --set nor --record with it", "one of them")
+    if options.live and (options.set or options.record or options.report):
+        raise InputError("--live", "neither --set, --record nor --report with it", "one of them")
+    if options.report is None and options.pictures is not None:
+        raise InputError("--pictures", "--report with it", "none")
     changes = parse_changes(options.set)
     paths = list(_runs(options.runs))
+    if options.report is not None:
+        check_single(options.report, paths)
+        check_pictures(wanted=options.pictures)
     recorder = CommandRecorder(options.record, options.markers, options.record_access)
     replays: list[_Replay] = []
     with shown(options.quiet) as tell:
@@ -122,6 +145,8 @@ def run(options: argparse.Namespace) -> int:
         print(json.dumps([_as_json(replay) for replay in replays], indent=2, allow_nan=False))
     else:
         _show(replays)
+    if options.report is not None:
+        _report(options, replays[0])
     status = max(_STATUS[replay.outcome] for replay in replays)
     return max(status, NOT_RECORDED) if recorder.failed else status
 
@@ -199,10 +224,12 @@ def _replay_here(
     changed = with_changes(recorded, changes) if changes else Changed(recorded, ())
     again = changed.run
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
-    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), show_progress(tell, place))
-    tell(f"{place}finding what the cameras see")
     as_it_was = not changes and recorded.ending is not None
-    replayed = plan_run(again, on_progress, stop_as_recorded=as_it_was)
+    on_preparing = show_share(tell, f"{place}preparing the surface")
+    steps = collect_steps(show_progress(tell, place, None if as_it_was else _time_budget(again)))
+    on_progress, end = recorder.begin(lambda: (again.inputs, beginning), steps)
+    tell(f"{place}finding what the cameras see")
+    replayed = plan_run(again, on_progress, on_preparing, stop_as_recorded=as_it_was)
     ctrl_c.check()
     now = replayed.ending
     folder = end(now.success, now.message, replayed.plan, replayed.rig)
@@ -211,9 +238,24 @@ def _replay_here(
         outcome = _DIFFERS if found else _REPRODUCED
     else:
         found, outcome = [], _PLANNED if now.success else _REFUSED
-    return _Replay(
-        recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder
+    again = replace(
+        again,
+        beginning=beginning if folder else replace(beginning, run_id=recorded.beginning.run_id),
+        progress=replayed.progress,
+        elapsed=steps.elapsed,
+        ending=now,
+        fault="",
     )
+    return _Replay(
+        recorded.path, outcome, now.message, recorded, now.plan, found, changed.notes, folder, again
+    )
+
+
+def _time_budget(run: Run) -> float | None:
+    """Return the time budget of a run; None if its request is one to be refused."""
+    with suppress(InputError):
+        return run.beginning.request.time_budget
+    return None
 
 
 def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
@@ -228,6 +270,19 @@ def _replay_live(recorded: Run, node: str, tell: Tell) -> _Replay:
     found = outcome_differences(recorded, ending)
     outcome = _DIFFERS if found else _REPRODUCED
     return _Replay(recorded.path, outcome, ending.message, recorded, ending.plan, found)
+
+
+def _report(options: argparse.Namespace, replay: _Replay) -> None:
+    """Write the report of a run that was planned again."""
+    if replay.outcome in (_UNREADABLE, _REFUSED):
+        return  # which has been said
+    if replay.run is None or replay.again is None or replay.now is None:
+        raise InputError("--report", "a run with a plan", f"one without: {replay.why}")
+    beside = replay.outcome != _REPRODUCED
+    with shown(options.quiet) as tell:
+        changes = options.set
+        wanted = ReportOptions(options.report, pictures=options.pictures)
+        report_replay(wanted, replay.run, replay.again, changes, tell, beside=beside)
 
 
 # --- showing -----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.progress import Tell, show_share
+from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -51,12 +52,7 @@ def add_subject_options(parser: Any) -> None:
         help="with PLAN.JSON: the surface that it was made for; with RUN: the same surface, for the"
         " colours or the texture that a run does not have",
     )
-    option(
-        "--up",
-        choices=("z", "y", "x", "-z", "-y", "-x"),
-        default="z",
-        help="axis of SURFACE that is up in the world (default: %(default)s)",
-    )
+    add_surface_options(parser)
     option("--rig", type=Path, metavar="RIG.YAML", help="with PLAN.JSON: the rig")
     option(
         "--lens-tables",
@@ -81,10 +77,11 @@ def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
 
 
 def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    from focus_planner.recording.provenance import input_names
     from focus_planner.recording.run import read_run
     from focus_planner.recording.subject import subject_of
 
-    for name in ("rig", "lens_tables"):
+    for name in ("rig", "lens_tables", "importance", "importance_property"):
         if getattr(options, name) is not None:
             flag = f"--{name.replace('_', '-')}"
             raise InputError(
@@ -92,21 +89,16 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
             )
     tell(f"reading {options.plan}")
     run = read_run(options.plan)
-    subject = subject_of(run)
+    subject = subject_of(run, show_share(tell, "preparing the surface"))
     if options.surface is not None:
         subject = _with_looks_of(subject, options, tell)
-    topics = {message.type_name: message.topic for message in run.inputs}
-    surface, rig = (
-        next((topic for topic in reversed(topics.values()) if topic.endswith(ends)), "")
-        for ends in (("/mesh", "/cloud"), ("/rig", "/camera_poses"))
-    )
-    return NamedSubject(subject, surface, rig, run)
+    return NamedSubject(subject, *input_names(run), run)
 
 
 def _with_looks_of(
     subject: PlannedSubject, options: argparse.Namespace, tell: Tell
 ) -> PlannedSubject:
-    """Return the subject with its surface as the file has it, with colours and texture."""
+    """Return the subject with the colours and the texture that the file has."""
     from dataclasses import replace
 
     import numpy as np
@@ -114,12 +106,15 @@ def _with_looks_of(
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import Mesh, PointCloud
 
-    then, now = subject.scene.surface, _surface(options, tell)
+    then, now = subject.scene.surface, read_surface(options, tell)
     pairs: list[tuple[Any, Any]] = []
+    looks: dict[str, Any] = {}
     if isinstance(now, Mesh) and isinstance(then, Mesh):
         pairs = [(now.vertices, then.vertices), (now.triangles, then.triangles)]
+        looks = {"vertex_colours": now.vertex_colours, "texture": now.texture}
     elif isinstance(now, PointCloud) and isinstance(then, PointCloud):
         pairs = [(now.points, then.points)]
+        looks = {"colours": now.colours}
     if not pairs or not all(np.array_equal(a, b) for a, b in pairs):
         raise InputError(
             str(options.surface),
@@ -127,11 +122,13 @@ def _with_looks_of(
             "another",
             "leave --surface out for the run's own",
         )
-    return replace(subject, scene=Scene(now, show_share(tell, f"preparing {options.surface}")))
+    # All else, importance and normals among it, is as it was planned with.
+    seen = replace(then, **{name: look for name, look in looks.items() if look is not None})
+    return replace(subject, scene=Scene(seen, show_share(tell, f"preparing {options.surface}")))
 
 
 def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
-    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.core.planning.subject import PlannedSubject, requested
     from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.plans import load_plan
@@ -151,17 +148,10 @@ def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     if options.lens_tables is not None:
         rig = load_lens_tables(options.lens_tables).apply(rig)
     _check_cameras(options, plan, [camera.name for camera in rig.cameras])
-    scene = Scene(_surface(options, tell), show_share(tell, f"preparing {options.surface}"))
-    subject = PlannedSubject(scene, rig, _request(plan), plan)
+    surface = read_surface(options, tell)
+    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
+    subject = PlannedSubject(scene, rig, requested(plan, scene), plan)
     return NamedSubject(subject, options.surface.name, options.rig.name, None)
-
-
-def _surface(options: argparse.Namespace, tell: Tell) -> Any:
-    from focus_planner.core.surface.up_axis import with_z_up
-    from focus_planner.io.surfaces import load_surface
-
-    tell(f"reading {options.surface}")
-    return with_z_up(load_surface(options.surface), options.up)
 
 
 def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str]) -> None:
@@ -172,18 +162,4 @@ def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str
     got = f"without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
     raise InputError(
         str(options.rig), f"the rig of {options.plan}, with its cameras in its order", got
-    )
-
-
-def _request(plan: FocusPlan) -> Any:
-    """Return the request as far as a plan tells it."""
-    from focus_planner.core.planning.request import PlanRequest
-
-    return PlanRequest(
-        method=plan.method,
-        samples=plan.samples,
-        seed=plan.seed,
-        shots=plan.shots,
-        depth_tolerance=plan.depth_tolerance,
-        fresh_samples=plan.fresh_samples,
     )

@@ -1,9 +1,31 @@
-"""A solver's progress, and the callback that may stop it."""
+"""A plan's progress, the callback that may stop it, and both in plain words."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+# The steps of these are counted on from stage to stage.
+_COUNTED_ON = {"fresh", "visibility", "cells"}
+
+#: What a planner does in each stage, in words for people.
+STAGES: Mapping[str, str] = {
+    "reading": "reading the inputs",
+    "preparing": "preparing the surface",
+    "fresh": "casting rays to judge by",
+    "visibility": "casting rays to plan on",
+    "cells": "finding focus ranges",
+    "solving": "setting up the search",
+    "closest": "focusing on what is nearest",
+    "average": "focusing on the mean",
+    "em": "searching camera by camera",
+    "k_view": "searching in pairs",
+    "k_view, triples": "searching in triples",
+    "prices": "proving a bound",
+    "branching": "closing the gap",
+}
 
 
 @dataclass(frozen=True)
@@ -21,12 +43,16 @@ class Progress:
         1000 × the weighted mean cost of the best choice of cells so far, or an upper bound on it.
     lower_bound : float, optional
         No plan for these samples costs less.
+    share : float, optional
+        How much of the stage is done, 0 to 1, where that is known. It is for display: it is not
+        recorded, and steps that differ in nothing else are the same.
     """
 
     stage: str
     iteration: int
     cost: float
     lower_bound: float | None = None
+    share: float | None = field(default=None, compare=False, repr=False)
 
 
 #: Called after every step; return False to stop.
@@ -36,3 +62,127 @@ ProgressCallback = Callable[[Progress], bool]
 def never_stop(_: Progress) -> bool:
     """Let the solver run to its end: the default callback."""
     return True
+
+
+# --- for people --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a plan is, on the whole.
+
+    Attributes
+    ----------
+    stage : str
+    iteration : int
+        Steps done in this stage. ``optimal`` counts all its steps.
+    share : float or None
+        How much of the stage is done, 0 to 1, where that is known.
+    cost, lower_bound : float
+        The best so far, of all stages; NaN if there is none.
+    elapsed : float
+        Seconds since planning began.
+    time_budget : float
+        Seconds after which it will end; inf for no limit.
+    """
+
+    stage: str
+    iteration: int = 0
+    share: float | None = None
+    cost: float = math.nan
+    lower_bound: float = math.nan
+    elapsed: float = 0.0
+    time_budget: float = math.inf
+
+    @property
+    def gap(self) -> float:
+        """At most this part of the cost can be saved: NaN without a bound, and never below 0."""
+        if math.isnan(self.cost) or not math.isfinite(self.lower_bound):
+            return math.nan
+        saved = max(self.cost - self.lower_bound, 0.0)
+        return saved / self.cost if saved else 0.0
+
+    @property
+    def doing(self) -> str:
+        """What the planner is doing, in words."""
+        return STAGES.get(self.stage, self.stage)
+
+    def figures(self) -> list[str]:
+        """Return what there is to say besides: share or step, cost, gap."""
+        figures = []
+        if self.share is not None:
+            figures.append(percent(self.share))
+        elif self.iteration:
+            figures.append(f"step {self.iteration}")
+        if not math.isnan(self.cost):
+            figures.append(f"cost {self.cost:.2f}")
+        if not math.isnan(self.gap):
+            figures.append(f"gap {self.gap:.2%}")
+        return figures
+
+    def __str__(self) -> str:
+        return ", ".join([self.doing, *self.figures(), time_spent(self.elapsed, self.time_budget)])
+
+
+class Tracker:
+    """Follows a plan's steps, and tells at any time how far it is.
+
+    Parameters
+    ----------
+    time_budget : float
+        Seconds; inf for no limit.
+    clock : callable, optional
+        Returns seconds; monotonic.
+    """
+
+    def __init__(
+        self, time_budget: float = math.inf, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._clock = clock
+        self._began = clock()
+        self._last = Standing("", time_budget=time_budget)
+        self._before = 0  # steps counted before this stage
+
+    def note(self, progress: Progress) -> Standing:
+        """Take note of a step, and return how far the plan is with it."""
+        last = self._last
+        if progress.stage != last.stage:
+            on = progress.stage in _COUNTED_ON
+            self._before = max(progress.iteration - 1, 0) if on else 0
+        self._last = replace(
+            last,
+            stage=progress.stage,
+            iteration=progress.iteration - self._before,
+            share=progress.share,
+            # The best so far: a step may be about another plan than the solver's best.
+            cost=_better(min, last.cost, progress.cost),
+            lower_bound=_better(max, last.lower_bound, progress.lower_bound),
+        )
+        return self.now()
+
+    def now(self) -> Standing:
+        """Return how far the plan is: time goes on while a step takes long."""
+        return replace(self._last, elapsed=self._clock() - self._began)
+
+
+def _better(choice: Callable[[float, float], float], old: float, new: float | None) -> float:
+    if new is None or math.isnan(new):
+        return old
+    return new if math.isnan(old) else choice(old, new)
+
+
+def percent(share: float) -> str:
+    """Return a share in percent, which is 100 only of all."""
+    return f"{math.floor(100 * share + 1e-9)}%"
+
+
+def time_spent(elapsed: float, time_budget: float = math.inf) -> str:
+    """Return seconds elapsed, of a budget if there is one: ``12.3 s of 60 s``."""
+    if math.isfinite(time_budget):
+        return f"{elapsed:.1f} s of {time_budget:g} s"
+    if elapsed < 99.95:
+        return f"{elapsed:.1f} s"
+    minutes, seconds = divmod(round(elapsed), 60)
+    if minutes < 100:
+        return f"{minutes} min {seconds:02} s"
+    return f"{minutes // 60} h {minutes % 60:02} min"

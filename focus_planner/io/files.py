@@ -6,7 +6,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from io import BufferedReader
+from io import BufferedReader, BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
+from focus_planner.io.reading import bytes_came
 
 
 class BrokenFileError(ValueError):
@@ -30,6 +31,8 @@ SURFACE = "a mesh or point cloud"
 #: Bytes of any file, and of one that becomes objects of Python: texts of cameras, plans, tables.
 MAX_BYTES, MAX_TEXT = 4 << 30, 64 << 20
 
+# Bytes that are read at once, and those that tell text from other content.
+_PIECE, _START = 16 << 20, 1 << 16
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
 
 
@@ -90,10 +93,21 @@ def read_bytes(path: Path, what: str, max_bytes: int = MAX_BYTES) -> bytes:
     """
     with open_regular(path, what, max_bytes) as file:
         # One that grows meanwhile, or that tells no size as those of /proc, ends here too.
-        content = file.read(max_bytes + 1)
+        content = _read_in_pieces(file, max_bytes + 1)
     if len(content) > max_bytes:
         raise _too_large(path, what, max_bytes)
     return content
+
+
+def _read_in_pieces(file: BinaryIO, most: int) -> bytes:
+    """Return at most so many bytes of a file, and tell meanwhile how far it is read."""
+    size = os.fstat(file.fileno()).st_size
+    content = BytesIO()
+    while piece := file.read(min(_PIECE, most - content.tell())):
+        is_text = b"\0" not in (content.getbuffer()[:_START].tobytes() or piece[:_START])
+        content.write(piece)
+        bytes_came(content.tell(), max(size, content.tell()), is_text=is_text)
+    return content.getvalue()
 
 
 def read_text(path: Path, what: str, max_bytes: int = MAX_TEXT) -> str:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
+from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from focus_planner.core.rig.camera import MAX_PIXELS, Camera, CameraIntrinsics
-from focus_planner.core.rig.frames import Similarity, similarity_from_matrix
+from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, check_number, check_whole, first_few
@@ -103,6 +104,94 @@ def rig_of_frames(
         notes.append("one unit of the poses is taken for a metre; otherwise set --scale")
     notes.extend(_moved_before(data))
     return Rig(tuple(made), frame_id or "world"), notes
+
+
+def frames_of_rig(
+    cameras: Sequence[Camera], images: Sequence[str], masks: Sequence[str]
+) -> dict[str, Any]:
+    """Return the contents of a ``transforms.json`` with a frame for every picture.
+
+    Parameters
+    ----------
+    cameras : sequence of Camera
+        That took each picture.
+    images, masks : sequence of str
+        The paths of the pictures and of their masks.
+
+    Raises
+    ------
+    InputError
+        If nerfstudio has no camera like these.
+    """
+    fisheye = {camera.intrinsics.distortion_model == "equidistant" for camera in cameras}
+    if len(fisheye) > 1:
+        raise InputError("cameras", "only fisheyes or none, for nerfstudio", "both")
+    frames = []
+    for camera, image, mask in zip(cameras, images, masks, strict=True):
+        pose = _of_camera(camera) @ _CAMERA_FROM_OPTICAL.inverse()
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = pose.rotation.as_matrix(), pose.position
+        frame = {"file_path": image, "mask_path": mask, "transform_matrix": matrix.tolist()}
+        frames.append(frame | _intrinsics_of(camera))
+    return {"camera_model": "OPENCV_FISHEYE" if True in fisheye else "OPENCV", "frames": frames}
+
+
+def _of_camera(camera: Camera) -> Similarity:
+    return similarity_from_pose(f"camera {camera.name}", camera.position, camera.orientation)
+
+
+def _intrinsics_of(camera: Camera) -> dict[str, float]:
+    """Return the intrinsics of the pixels that are read out."""
+    image = camera.intrinsics
+    known = _COEFFICIENTS.get(image.distortion_model, ())
+    if image.distortion and (not known or len(image.distortion) > len(known)):
+        raise InputError(
+            f"camera {camera.name}",
+            "a distortion model of nerfstudio's: plumb_bob or equidistant",
+            image.distortion_model,
+            "undistort its pictures",
+        )
+    x, y, width, height = image.pixels_read
+    columns, rows = image.binning
+    return {
+        "fl_x": image.fx / columns,
+        "fl_y": image.fy / rows,
+        "cx": (image.cx + _PIXEL_CENTRE - x) / columns,
+        "cy": (image.cy + _PIXEL_CENTRE - y) / rows,
+        "w": width // columns,
+        "h": height // rows,
+        **dict(zip(known, image.distortion, strict=False)),
+    }
+
+
+def with_masks(where: str, data: Mapping[str, Any], masks: Mapping[str, str]) -> dict[str, Any]:
+    """Return the contents of a ``transforms.json`` with a mask for every frame.
+
+    Parameters
+    ----------
+    where : str
+        The file, for errors.
+    data : mapping
+    masks : mapping of str to str
+        The paths of masks, by the names of their pictures' files without ending.
+
+    Raises
+    ------
+    InputError
+        If there is no mask for a frame: nerfstudio takes one for every frame or for none.
+    """
+    frames = []
+    for i, frame in enumerate(data["frames"]):
+        name = PurePosixPath(_path(f"{where}: frames[{i}]", frame)).stem
+        if name not in masks:
+            raise InputError(
+                f"{where}: frames[{i}].file_path",
+                "a picture of the plan",
+                f"none of them is called {abbreviated(name)}",
+                "say with --images what the pictures are called",
+            )
+        frames.append({**frame, "mask_path": masks[name]})
+    return {**data, "frames": frames}
 
 
 def _moved_before(data: Mapping[str, Any]) -> Iterator[str]:

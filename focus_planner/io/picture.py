@@ -52,6 +52,7 @@ _MARKER_AREA = 12_000  # of all cameras' markers together, square points
 _LEFT, _RIGHT, _GAP = 0.7, 1.2, 0.14
 _TOP, _TITLE, _BETWEEN, _CAMERAS, _BOTTOM = 1.25, 0.75, 0.5, 1.35, 0.5
 _NARROW, _WIDE = 3.4, 6.0  # one plan's width beside others, and alone
+_LOWEST = 2.4  # of a flat surface's row: the label of its scale needs so much
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class _Layout:
 
     def __init__(self, columns: int, aspect: float) -> None:
         self._width = _NARROW if columns > 1 else _WIDE
-        self._height = self._width * aspect
+        self._height = max(self._width * aspect, _LOWEST)
         width = _LEFT + columns * (self._width + _GAP) - _GAP + _RIGHT
         self._cameras = _BOTTOM
         self._surface = _BOTTOM + _CAMERAS + _BETWEEN

@@ -7,6 +7,7 @@ announces with what came.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,13 +30,24 @@ from focus_planner.io.formats.ply import read_ply
 from focus_planner.io.formats.stl import read_stl
 from focus_planner.io.formats.text_clouds import read_text_cloud
 from focus_planner.io.importance import IMPORTANCE, choose_importance, load_importance
+from focus_planner.io.reading import telling
 
 
 class _Format(NamedTuple):
-    """How files with an ending are read, and whether that keeps the numbering of vertices."""
+    """How files with an ending are read.
+
+    Attributes
+    ----------
+    read : callable
+    keeps_numbering : bool
+        Whether vertices keep their numbering.
+    tells : bool
+        Whether it can be told how far it is: not where a library does it all at once.
+    """
 
     read: Callable[[Path], SurfaceContents]
     keeps_numbering: bool = True
+    tells: bool = True
 
 
 _FORMATS = {
@@ -48,9 +60,9 @@ _FORMATS = {
     "pcd": _Format(read_pcd),
     **dict.fromkeys(("xyz", "xyzn", "txt", "asc", "csv", "pts"), _Format(read_text_cloud)),
     "npy": _Format(read_npy),
-    "las": _Format(read_las),
-    "laz": _Format(read_las),
-    "e57": _Format(read_e57),
+    "las": _Format(read_las, tells=False),
+    "laz": _Format(read_las, tells=False),
+    "e57": _Format(read_e57, tells=False),
 }
 
 
@@ -59,13 +71,15 @@ def load_surface(
     importance: str | PathLike[str] | None = None,
     *,
     importance_property: str = IMPORTANCE,
+    on_progress: Callable[[float], object] = lambda _: None,
 ) -> Surface:
     """Read a mesh or a point cloud, in the format given by the file name's suffix.
 
     Mesh formats are ply, obj, stl, off, glb and gltf; cloud formats are ply without faces, pcd,
     xyz, xyzn, txt, asc, csv, pts, npy, and with the extra ``formats`` las, laz and e57. Coordinates
     are in metres in the rig's frame, and are not rounded. Vertex or point normals are used if the
-    file has them, and so is a property or field ``importance``.
+    file has them, and so is a property or field ``importance``. Colours and textures are for
+    pictures: plans do not depend on them, and a texture that cannot be read is left out.
 
     Parts that are no surface, triangles without area and points that are not finite, are left out,
     and normals that are none are computed; ``notes`` of the result say so.
@@ -79,6 +93,9 @@ def load_surface(
     importance_property : str
         The property, field or column of the surface's own file that holds the importance. One
         named otherwise than ``importance`` must be there.
+    on_progress : callable, optional
+        Called with the share of the file that is read, from 0 to 1, where that is known; not for
+        las, laz and e57. It may raise, to end the reading.
 
     Returns
     -------
@@ -108,8 +125,11 @@ def load_surface(
             "other formats do not keep the order of vertices: save the mesh as ply",
         )
     with np.errstate(over="ignore", invalid="ignore"):  # a broken file may contain any numbers
-        contents = _FORMATS[kind].read(path)
-        return _surface(path, contents, importance, importance_property)
+        with telling(on_progress) if _FORMATS[kind].tells else nullcontext():
+            contents = _FORMATS[kind].read(path)
+        surface = _surface(path, contents, importance, importance_property)
+    on_progress(1.0)
+    return surface
 
 
 def _surface(
@@ -131,5 +151,13 @@ def _surface(
         values = contents.numbers[name] if name else None
     notes = (*contents.notes, *found)
     if contents.triangles is None:
-        return clean_cloud(contents.points, contents.normals, values, notes)
-    return clean_mesh(contents.points, contents.triangles, contents.normals, values, notes)
+        return clean_cloud(contents.points, contents.normals, values, notes, contents.colours)
+    return clean_mesh(
+        contents.points,
+        contents.triangles,
+        contents.normals,
+        values,
+        notes,
+        contents.colours,
+        contents.texture,
+    )

@@ -52,6 +52,14 @@ def check_bounded(text: str, max_nodes: int = MAX_NODES) -> None:
         _check_size(text, max_nodes)
 
 
+def has_keys(text: str) -> bool:
+    """Return whether the first document of a valid YAML text is a mapping of keys to values."""
+    events = iter(yaml.parse(text, _SafeLoader))
+    before = (yaml.StreamStartEvent, yaml.DocumentStartEvent)
+    first = next((event for event in events if not isinstance(event, before)), None)
+    return isinstance(first, yaml.MappingStartEvent)
+
+
 @contextmanager
 def _problems_in_words() -> Iterator[None]:
     try:

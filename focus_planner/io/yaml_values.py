@@ -14,7 +14,7 @@ import yaml
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
 from focus_planner.io.quoting import abbreviated, key_name, kind_of
-from focus_planner.io.yaml_loader import MAX_NODES, check_bounded, load_documents
+from focus_planner.io.yaml_loader import MAX_NODES, check_bounded, has_keys, load_documents
 
 Values = Mapping[str, Any]
 
@@ -76,19 +76,21 @@ def read_yaml_documents(where: str, text: str, max_nodes: int = MAX_NODES) -> li
 
 
 def check_yaml(path: Path, what: str) -> None:
-    """Raise unless a file can be given to another program's YAML parser.
+    """Raise unless a file has keys and values, and another program's YAML parser can be given it.
 
     Raises
     ------
     InputError
-        If it cannot be read, is not valid YAML, or is beyond a limit; names the line.
+        If it cannot be read, is not valid YAML or has no keys, or is beyond a limit, where it names
+        the line.
     """
+    text = read_text(path, what)
     try:
-        check_bounded(read_text(path, what))
+        check_bounded(text)
     except ValueError as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(str(path), "YAML", str(error)) from None
+    if not has_keys(text):
+        raise InputError(str(path), f"{what} with keys and values", "something else")
 
 
 def value_at(where: str, data: Any, *keys: str) -> Any:

@@ -1,6 +1,6 @@
-"""``shape_msgs/Mesh`` in CDR, read and written as two flat arrays.
+"""Messages of many points in CDR, read and written as flat arrays: ``shape_msgs/Mesh`` and others.
 
-The generated class makes a Python object of every triangle and every vertex, which takes 0.3 s
+The generated classes make a Python object of every triangle and every vertex, which takes 0.3 s
 for a body; NumPy reads the same bytes as two arrays. The layout is plain CDR (XCDR1): a header of
 four bytes, then every primitive aligned to its own size relative to the end of that header.
 """
@@ -84,19 +84,54 @@ def write_mesh(
     triangles: NDArray[np.int32], vertices: NDArray[np.float64], *, big_endian: bool = False
 ) -> bytes:
     """Return the serialized mesh of (T, 3) triangles and (V, 3) vertices."""
-    order = ">" if big_endian else "<"
-    head = b"\x00\x00\x00\x00" if big_endian else b"\x00\x01\x00\x00"
-    indices = np.asarray(triangles, dtype=order + "u4").tobytes()
-    parts = [
-        head,
-        struct.pack(order + "I", len(triangles)),
-        indices,
-        struct.pack(order + "I", len(vertices)),
-    ]
-    if len(vertices):
-        parts.append(b"\x00" * (-(len(indices) + 8) % 8))
-        parts.append(np.asarray(vertices, dtype=order + "f8").tobytes())
-    return b"".join(parts)
+    writer = CdrWriter(big_endian=big_endian)
+    writer.rows(triangles, "u4")
+    writer.rows(vertices, "f8")
+    return writer.payload()
+
+
+class CdrWriter:
+    """Writes a message value by value, in the order of its definition.
+
+    Parameters
+    ----------
+    big_endian : bool
+    """
+
+    def __init__(self, *, big_endian: bool = False) -> None:
+        self._order = ">" if big_endian else "<"
+        self._parts = [b"\x00\x00\x00\x00" if big_endian else b"\x00\x01\x00\x00"]
+        self._size = 0  # without the header of four bytes
+
+    def payload(self) -> bytes:
+        """Return what has been written."""
+        return b"".join(self._parts)
+
+    def numbers(self, code: str, *values: float) -> None:
+        """Write numbers of one type, given by its code of the module ``struct``."""
+        self._align(struct.calcsize(self._order + code))
+        self._add(struct.pack(f"{self._order}{len(values)}{code}", *values))
+
+    def string(self, text: str) -> None:
+        """Write a string."""
+        encoded = text.encode() + b"\x00"
+        self.numbers("I", len(encoded))
+        self._add(encoded)
+
+    def rows(self, array: NDArray[Any], kind: str) -> None:
+        """Write a sequence of an array's rows, whose numbers are of a kind such as ``"f8"``."""
+        self.numbers("I", len(array))
+        if len(array):
+            dtype = np.dtype(self._order + kind)
+            self._align(dtype.itemsize)
+            self._add(np.asarray(array, dtype).tobytes())
+
+    def _align(self, size: int) -> None:
+        self._add(bytes(-self._size % size))
+
+    def _add(self, part: bytes) -> None:
+        self._parts.append(part)
+        self._size += len(part)
 
 
 def _read_rows(

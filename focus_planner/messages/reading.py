@@ -25,9 +25,11 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.surface.cleaning import clean_cloud, clean_mesh
 from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.core.validation import InputError
+from focus_planner.io.formats.colours import colours_of, columns_of_colour, unpacked_colours
 from focus_planner.io.importance import IMPORTANCE, choose_importance
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
@@ -67,6 +69,8 @@ _LARGEST_STEP = 2**31 - 1
 #: Names of a cloud's fields.
 POINT = ("x", "y", "z")
 NORMAL = ("normal_x", "normal_y", "normal_z")
+#: Those of colours in the bits of one number, 0xAARRGGBB.
+PACKED = ("rgb", "rgba")
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,10 @@ def cloud_from_message(
     limits: Limits = _NO_LIMITS,
     importance_field: str = IMPORTANCE,
 ) -> PointCloud:
-    """Return the points, with normals and importance if the message has them.
+    """Return the points, with normals, importance and colours if the message has them.
+
+    Colours are in a field ``rgb`` or ``rgba``, packed as PCL does, or in ``r``, ``g`` and ``b``;
+    fields of these names that hold something else are not looked at.
 
     Points that are not finite are left out, whether or not the message claims to be dense: see
     :func:`clean_cloud`.
@@ -152,6 +159,7 @@ def cloud_from_message(
         values[:, 3:6] if len(geometry) > 3 else None,
         values[:, -1] if importance else None,
         notes,
+        _read_colours(message, names),
     )
 
 
@@ -378,14 +386,37 @@ def _read_fields(message: Message, names: tuple[str, ...]) -> FloatArray:
     _check_sizes(message)
     if message.width * message.height == 0:
         return np.empty((0, len(names)))
-    row = _point_dtype(message, names)
-    points: Any = np.ndarray(
+    points = _points(message, _point_dtype(message, names))
+    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+
+
+def _points(message: Message, row: np.dtype[np.void]) -> Any:
+    """Return (height, width) the points, of which a record is laid out so."""
+    return np.ndarray(
         (message.height, message.width),
         row,
         message.data,
         strides=(message.row_step, message.point_step),
     )
-    return np.stack([points[name].ravel().astype(np.float64) for name in names], axis=1)
+
+
+def _read_colours(message: Message, names: set[str]) -> Colours | None:
+    """Return the points' colours; None if there are none, or not in a form that is known."""
+    packed = next((name for name in PACKED if name in names), None)
+    columns = (packed,) if packed else columns_of_colour(dict.fromkeys(names))
+    if columns is None or message.width * message.height == 0:
+        return None
+    try:
+        row = _point_dtype(message, columns)
+    except InputError:
+        return None
+    if packed and row[packed].itemsize != 4:
+        return None
+    values = _points(message, row)
+    if packed:  # its bits are meant, whatever it is declared as
+        kind = row[packed].str[0] + "u4"
+        return unpacked_colours(values[packed].ravel().view(kind).astype(np.uint32))
+    return colours_of(np.stack([values[name].ravel() for name in columns], axis=1))
 
 
 def _check_sizes(message: Message) -> None:

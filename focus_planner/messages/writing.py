@@ -21,9 +21,10 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud
+from focus_planner.io.formats.colours import packed_colours
 from focus_planner.io.importance import IMPORTANCE
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.reading import NORMAL, POINT, Datatype, Orientation, Position
+from focus_planner.messages.reading import NORMAL, PACKED, POINT, Datatype, Orientation, Position
 
 Fields = dict[str, Any]
 
@@ -42,7 +43,10 @@ def mesh_to_bytes(mesh: Mesh, *, big_endian: bool = False) -> bytes:
 
 
 def cloud_to_fields(cloud: PointCloud, frame_id: str) -> Fields:
-    """Return the points as FLOAT64 fields, with normals and importance if the cloud has them."""
+    """Return the points as FLOAT64 fields, with normals and importance if the cloud has them.
+
+    Colours follow as ``rgb``, packed as PCL and RViz have them.
+    """
     names, parts = [*POINT], [cloud.points]
     if cloud.normals is not None:
         names += NORMAL
@@ -50,20 +54,29 @@ def cloud_to_fields(cloud: PointCloud, frame_id: str) -> Fields:
     if cloud.importance is not None:
         names.append(IMPORTANCE)
         parts.append(cloud.importance[:, None])
-    columns = np.hstack(parts)
+    columns = np.ascontiguousarray(np.hstack(parts), dtype="<f8")
     step = 8 * len(names)
+    described = [
+        {"name": name, "offset": 8 * i, "datatype": int(Datatype.FLOAT64), "count": 1}
+        for i, name in enumerate(names)
+    ]
+    data = columns.tobytes()
+    if cloud.colours is not None:
+        described.append(
+            {"name": PACKED[0], "offset": step, "datatype": int(Datatype.FLOAT32), "count": 1}
+        )
+        packed = packed_colours(cloud.colours).astype("<u4")[:, None]
+        data = np.hstack([columns.view(np.uint8), packed.view(np.uint8)]).tobytes()
+        step += packed.itemsize
     return {
         "header": {"frame_id": frame_id},
         "height": 1,
         "width": len(columns),
-        "fields": [
-            {"name": name, "offset": 8 * i, "datatype": int(Datatype.FLOAT64), "count": 1}
-            for i, name in enumerate(names)
-        ],
+        "fields": described,
         "is_bigendian": False,
         "point_step": step,
         "row_step": step * len(columns),
-        "data": np.ascontiguousarray(columns, dtype="<f8").tobytes(),
+        "data": data,
         "is_dense": True,
     }
 

@@ -83,12 +83,13 @@ def parameters_to_yaml(declarations: Sequence[Declaration]) -> str:
 def check_parameter_files(arguments: Sequence[str]) -> None:
     """Raise unless the parameter files among ROS's arguments can be given to ROS to read.
 
-    ROS waits for pipes, and for devices that never end.
+    ROS waits for pipes, and for devices that never end; and it starts a node with nothing but
+    defaults where a file is YAML without keys, as any text is.
 
     Raises
     ------
     InputError
-        If one is no regular file, too large, or no valid YAML.
+        If one is no regular file, too large, or no valid YAML with keys.
     """
     for flag, path in pairwise(arguments):
         if flag == "--params-file":

@@ -259,7 +259,7 @@ DECLARATIONS = (
     Declaration(
         "record_markers",
         False,
-        "Whether recorded runs include 3D markers that show how well the plan images the surface."
+        "Whether recorded runs include markers and a quality cloud, which show the plan in 3D."
         + _NEXT_CALL,
         plans=False,
     ),

@@ -34,7 +34,7 @@ class Recording:
     directory : Path or None
         The folder of the runs' folders; None to record none.
     markers : bool
-        Whether runs include markers.
+        Whether runs include what shows their plans in 3D.
     max_runs, max_bytes : int
         How many runs to keep, and of what total size; 0 for no limit.
     access : {"owner", "group", "all"}

@@ -28,6 +28,8 @@ except ImportError as error:
         "install it: pip install 'focus_planner[picture]'",
     ) from error
 
+# Rays of small pictures, relative to as many as leave no grain: so small, hardly any shows.
+_DENSITY = 0.3
 # WebP: quality out of 100, and how hard to try, out of 6.
 _QUALITY, _EFFORT = 80, 2
 
@@ -114,7 +116,8 @@ def thumbnails(
     view = PictureCamera(subject.scene)
     for number, (camera, focus) in enumerate(zip(subject.rig.cameras, plan.cameras, strict=True)):
         on_progress(number / len(subject.rig))
-        picture = view.picture(camera, focus.focus_distance, fitting_scale(camera, longest_side))
+        scale = fitting_scale(camera, longest_side)
+        picture = view.picture(camera, focus.focus_distance, scale, _DENSITY)
         content = io.BytesIO()
         Image.fromarray(picture).save(content, "WEBP", quality=_QUALITY, method=_EFFORT)
         yield content.getvalue()

@@ -32,10 +32,10 @@ from focus_planner.recording.run import (
     Ending,
     beginning_messages,
     ending_messages,
-    markers_message,
     plan_message,
     progress_message,
     stamp_of,
+    visuals_messages,
 )
 from focus_planner.runtime.log import Log
 from focus_planner.runtime.planning_orders import Description
@@ -320,13 +320,14 @@ class RunRecorder:
             # What plans loads it anyway; a node, which has that done elsewhere, does not.
             from focus_planner.runtime.description import describe_plan  # noqa: PLC0415
 
-            return describe_plan(plan, rig, self.markers_stamp(at))
+            return describe_plan(plan, rig, (stamp or stamp_of(at)) if self.with_visuals else None)
 
         return self.finish_planned(message, plan, plan.stop_log, describe, at, stamp)
 
-    def markers_stamp(self, at: int) -> Stamp | None:
-        """Return the stamp of the run's markers; None if it is to have none."""
-        return stamp_of(at) if self._options.markers else None
+    @property
+    def with_visuals(self) -> bool:
+        """Whether the run is to hold what shows its plan."""
+        return self._options.markers
 
     def finish_planned(
         self,
@@ -448,8 +449,9 @@ class RunRecorder:
         assert self._bag is not None
         if describe is not None:
             description = describe()
-            if description.markers is not None:
-                self._bag.add(markers_message(self._beginning, description.markers, at))
+            if self.with_visuals and description.visuals is not None:
+                for shown in visuals_messages(self._beginning, description.visuals, at):
+                    self._bag.add(shown)
             ending = replace(ending, fingerprints=description.fingerprints)
         if self._plan_written is not None:
             ending = replace(ending, plan=None)

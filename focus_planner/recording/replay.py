@@ -58,7 +58,11 @@ class Difference:
 
 
 def plan_run(
-    run: Run, on_progress: ProgressCallback = never_stop, *, stop_as_recorded: bool = True
+    run: Run,
+    on_progress: ProgressCallback = never_stop,
+    on_preparing: Callable[[float], object] = lambda _: None,
+    *,
+    stop_as_recorded: bool = True,
 ) -> Replayed:
     """Plan a run again, with its request and inputs.
 
@@ -68,6 +72,8 @@ def plan_run(
         May be incomplete.
     on_progress : callable, optional
         Called after every step; return False to stop.
+    on_preparing : callable, optional
+        Called with the share that is done, 0 to 1, while a surface is made ready.
     stop_as_recorded : bool
         Whether planning stops at the recorded step; else when the time budget runs out.
     """
@@ -80,7 +86,7 @@ def plan_run(
         return on_progress(step)
 
     beginning, settings = run.beginning, run.beginning.settings
-    planner = Planner(SilentLog(), warm_start=beginning.warm_start)
+    planner = Planner(SilentLog(), on_preparing=on_preparing, warm_start=beginning.warm_start)
     feed(planner, run)
     try:
         plan, rig, _ = planner.plan(

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
@@ -73,11 +74,14 @@ from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.bag_reading import Bag, read_bag
 from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planning_orders import Visuals
 
 VERTEX_DATA = f"{PACKAGE}/msg/VertexData"
 _REQUEST = f"{PACKAGE}/msg/PlanRequest"
 _PROGRESS, _RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 _PARAMETER = "rcl_interfaces/msg/Parameter"
+# Of the type of an input, and none.
+_QUALITY_CLOUD = "quality_cloud"
 _SURFACES, _RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
 # Plans for files have no limits; nor had nodes before limits were introduced.
@@ -187,6 +191,8 @@ class Run:
         None if the recording is incomplete.
     fault : str
         Why the recording is incomplete; empty if it is complete.
+    elapsed : tuple of float
+        When each step of ``progress`` was done, seconds since the request.
     """
 
     path: Path
@@ -195,6 +201,7 @@ class Run:
     progress: tuple[Progress, ...] = field(repr=False)
     ending: Ending | None
     fault: str
+    elapsed: tuple[float, ...] = field(default=(), repr=False, compare=False)
 
     def surfaces(self) -> list[Arrival[Surface]]:
         """Return the surfaces as the planner received them."""
@@ -280,6 +287,7 @@ def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> 
     messages = [BagMessage(f"{planner}/mesh", MESH, mesh_to_bytes(surface), at)]
     data = {
         "normals": surface.vertex_normals,
+        "colors": surface.colours_of_vertices(),
         "importance": surface.vertex_importance,
     }
     given = {name: values for name, values in data.items() if values is not None}
@@ -358,9 +366,10 @@ def _plan_topic(published: bool) -> str:
     return "focus_plan" if published else "run/focus_plan"
 
 
-def markers_message(beginning: Beginning, markers: bytes, at: int) -> BagMessage:
-    """Return the message of a plan's serialized 3D markers."""
-    return BagMessage(f"{beginning.planner}/markers", MARKERS, markers, at)
+def visuals_messages(beginning: Beginning, visuals: Visuals, at: int) -> Iterator[BagMessage]:
+    """Yield the messages that show a plan."""
+    yield BagMessage(f"{beginning.planner}/markers", MARKERS, visuals.markers, at)
+    yield BagMessage(f"{beginning.planner}/{_QUALITY_CLOUD}", CLOUD, visuals.quality_cloud, at)
 
 
 def _message(
@@ -430,6 +439,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
     run, asked = (messages[name][0].read() for name in (RUN, _REQUEST))
     values = {p.name: _parameter_from_message(p.value) for p in run.parameters}
     result, plan = messages.get(_RESULT), messages.get(PLAN)
+    steps = [message.read() for message in messages.get(_PROGRESS, [])]
     fault = bag.fault or ("" if result else "no result")
     return Run(
         path=path,
@@ -437,6 +447,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             message
             for message in bag.messages
             if message.type_name in (*_SURFACES, *_RIGS, VERTEX_DATA)
+            and message.topic != f"{run.planner}/{_QUALITY_CLOUD}"
         ),
         beginning=Beginning(
             run_id=run.run_id,
@@ -450,9 +461,10 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             warm_start=_warm_start_from_message(run.warm_start),
             input_notes=tuple(map(note_from_message, run.input_notes)),
         ),
-        progress=tuple(_progress_from_message(m.read()) for m in messages.get(_PROGRESS, [])),
+        progress=tuple(map(_progress_from_message, steps)),
         ending=_ending(result[0].read(), plan and plan[0].read()) if result and not fault else None,
         fault=fault,
+        elapsed=tuple(step.elapsed for step in steps),
     )
 
 
@@ -501,13 +513,22 @@ def _read_surface(
         return mesh
     vertices = data[0].read()
     normals, importance = vertices.normals, vertices.importance
+    colours = vertices.colors
     return Mesh(
         mesh.vertices,
         mesh.triangles,
-        normals.reshape(-1, 3) if len(normals) else None,
+        _of_three("normals", normals),
         importance if len(importance) else None,
         mesh.notes,
+        _of_three("colors", colours),
     )
+
+
+def _of_three(name: str, values: NDArray[Any]) -> NDArray[Any] | None:
+    """Return (V, 3) what a message has of each vertex; None if it has nothing."""
+    if len(values) % 3:
+        raise InputError(f"vertex_data {name}", "three numbers per vertex", f"{len(values)} in all")
+    return values.reshape(-1, 3) if len(values) else None
 
 
 def _read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics) -> Rig:

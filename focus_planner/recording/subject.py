@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.validation import InputError
 from focus_planner.recording.replay import feed
@@ -10,8 +12,16 @@ from focus_planner.runtime.log import SilentLog
 from focus_planner.runtime.planner import Planner
 
 
-def subject_of(run: Run) -> PlannedSubject:
+def subject_of(
+    run: Run, on_preparing: Callable[[float], object] = lambda _: None
+) -> PlannedSubject:
     """Return the plan of a run and what it was made for, without planning again.
+
+    Parameters
+    ----------
+    run : Run
+    on_preparing : callable, optional
+        Called with the share that is done, 0 to 1, while the surface is made ready.
 
     Raises
     ------
@@ -22,7 +32,7 @@ def subject_of(run: Run) -> PlannedSubject:
     if plan is None:
         why = run.fault or (run.ending.message if run.ending else "")
         raise InputError(str(run.path), "a run with a plan", f"one without: {why}")
-    planner = Planner(SilentLog())
+    planner = Planner(SilentLog(), on_preparing=on_preparing)
     feed(planner, run)
     surface, rig = planner.surface.in_force, planner.rig.in_force
     if surface is None or rig is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
 from focus_planner.io.lens_sheet.content import LensSheet
 
@@ -39,6 +40,10 @@ class SampledSurface:
         Metres along the optical axis, and the pair's cost in focus (paper, Eq. 1), 0 to 1.
     focus_weight : float
         What a pair costs more out of focus.
+    model : CostModel
+        What ``pair_cost`` comes from; its terms are told apart for a point.
+    depth_tolerance : float
+        That counts as in focus only what stays so when its depth is off by this much, metres.
     """
 
     points: FloatArray
@@ -51,6 +56,28 @@ class SampledSurface:
     pair_depth: FloatArray
     pair_cost: FloatArray
     focus_weight: float
+    model: CostModel = field(default_factory=CostModel)
+    depth_tolerance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Shares:
+    """What becomes of the surface: shares of its area, as the plan itself tells them.
+
+    They are estimated on the fresh samples of the plan, not on those of the report, so that a
+    report says what the plan says everywhere else. What has no importance is in none of them.
+
+    Attributes
+    ----------
+    sharp, blurred : float
+        In focus in the camera that images it best, and seen but out of focus there.
+    unseen : float
+        Seen by no camera.
+    """
+
+    sharp: float
+    blurred: float
+    unseen: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +101,8 @@ class ReportedPlan:
         Whether some shot of the pair's camera holds the sample in focus.
     held_area : (C,) array
         Square metres that each camera holds in focus.
+    shares : Shares or None
+        What becomes of the surface as a whole; None if only the samples tell.
     pictures : tuple of bytes
         WebP of what each camera will see, in the rig's order; empty if none were made.
     """
@@ -86,6 +115,7 @@ class ReportedPlan:
     sharp_views: IntArray
     pair_in_focus: NDArray[np.bool_]
     held_area: FloatArray
+    shares: Shares | None = None
     pictures: tuple[bytes, ...] = ()
 
 

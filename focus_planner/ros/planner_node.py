@@ -35,6 +35,7 @@ from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.steps import Steps
 from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
 from focus_planner.ros.supervisor import Supervisor
+from focus_planner.ros.visuals import VisualsPublisher
 from focus_planner.runtime.diagnostics import Diagnosis, diagnose
 from focus_planner.runtime.fork_server import ForkedProcess, ForkServer, ForkServerEnded
 from focus_planner.runtime.reason import Reason
@@ -73,6 +74,10 @@ class PlannerNode(ManagedNode):
     ~/focus_plan : focus_planner_msgs/msg/FocusPlan
     ~/cameras/<name>/focus : focus_planner_msgs/msg/CameraFocus
     ~/status : focus_planner_msgs/msg/PlannerStatus
+    ~/markers : visualization_msgs/msg/MarkerArray
+        The plan in 3D, computed only if somebody subscribes.
+    ~/quality_cloud : sensor_msgs/msg/PointCloud2
+        How well it images the surface, likewise.
 
     Publishes
     ---------
@@ -119,6 +124,7 @@ class PlannerNode(ManagedNode):
         self._status = StatusPublisher(self)
         self._cameras = CameraTopics(self)
         self._plans = PlanPublisher(self, self._cameras, self._status.planned)
+        self._visuals = VisualsPublisher(self, self._show)
         self._server = PlanServer(
             self, self._answering, self._current_settings, self._status.changed
         )
@@ -179,6 +185,7 @@ class PlannerNode(ManagedNode):
         with ExitStack() as on_failure:
             on_failure.callback(self.clean_up)
             self._plans.open()
+            self._visuals.open()
             directory = self._settings.current.recording.directory
             if directory is not None:
                 self._plans.restore(directory)
@@ -210,6 +217,7 @@ class PlannerNode(ManagedNode):
         self.deactivate()
         self._release(_SECONDS_TO_FINISH)
         self._plans.close()
+        self._visuals.close()
         self._status.clear()
 
     def _fork(self) -> ForkedProcess:
@@ -241,6 +249,9 @@ class PlannerNode(ManagedNode):
                 publish=self._plans.publish,
                 start=self._fork,
                 give_up=self._fail,
+                is_watched=lambda: self._visuals.is_watched,
+                show=self._visuals.show,
+                hide=self._visuals.hide,
             )
         )
         if self._stopping.is_set():
@@ -280,6 +291,7 @@ class PlannerNode(ManagedNode):
 
     def _tick(self) -> None:
         self._plans.repeat_if_due()
+        self._visuals.welcome_if_due()
         self._server.close_if_answered()
         self._server.requests.reject_overdue()
         period = self._settings.current.serving.status_period
@@ -292,6 +304,10 @@ class PlannerNode(ManagedNode):
             self._publishers_checked = time.monotonic()
             self._inputs.check_publishers()
             self._lens_states.check_publishers()
+
+    def _show(self) -> None:
+        if self._planning:
+            self._planning.show()
 
     def _current_settings(self) -> Settings:
         return self._settings.current

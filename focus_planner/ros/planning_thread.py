@@ -46,19 +46,19 @@ class PlanningThread:
     def receive_surface(self, arrival: Arrival[Surface]) -> None:
         """Keep a surface, and queue its parsing."""
         self._requests.planner.surface.receive(arrival)
-        self._enqueue(self._requests.digest)
+        self._enqueue(self._digest)
 
     def receive_rig(self, arrival: Arrival[Rig]) -> None:
         """Keep a rig, and queue its parsing."""
         self._requests.planner.rig.receive(arrival)
-        self._enqueue(self._requests.digest)
+        self._enqueue(self._digest)
 
     def note_unheard(self, surface: Unheard, rig: Unheard) -> None:
         """Note which publishers of surfaces and rigs are not received."""
         planner = self._requests.planner
         if (planner.surface.unheard, planner.rig.unheard) != (surface, rig):
             planner.surface.unheard, planner.rig.unheard = surface, rig
-            self._enqueue(self._requests.digest)
+            self._enqueue(self._digest)
 
     def plan(self, request: Request) -> None:
         """Queue a request."""
@@ -66,11 +66,15 @@ class PlanningThread:
         if not self._enqueue(self._answer_next):
             request.abort(Reason.SHUTTING_DOWN)
 
+    def show(self) -> None:
+        """Queue showing the plan in force to who has begun to watch, after waiting requests."""
+        self._enqueue(self._show)
+
     def resume(self) -> None:
         """Work, after :meth:`pause`."""
         if self._wished is Wish.STOP:
             self._wished = Wish.GO_ON
-            self._enqueue(self._requests.digest)
+            self._enqueue(self._digest)
 
     def pause(self) -> None:
         """End what is being done within a second; inputs are kept."""
@@ -128,10 +132,19 @@ class PlanningThread:
         except Exception:  # noqa: BLE001 - no message may end the node
             log_exception(self._log)
 
+    def _digest(self) -> None:
+        self._requests.digest(self._turns.waiting)
+
     def _answer_next(self) -> None:
         request = self._turns.next()
         if request is not None:
             self._requests.answer(request)
+
+    def _show(self) -> None:
+        if self._turns.waiting():
+            self.show()
+        else:
+            self._requests.show()
 
     def _warm_up(self) -> None:
         # The first calls take some time.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from types import SimpleNamespace
@@ -16,7 +17,7 @@ from rclpy.serialization import serialize_message
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan as Plan
 from focus_planner.core.planning.plan import WarmStart
-from focus_planner.core.progress import Progress
+from focus_planner.core.progress import Progress, Standing
 from focus_planner.core.validation import InputError
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import Stamp, plan_to_fields
@@ -27,6 +28,7 @@ from focus_planner.recording.run import Beginning, input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime import planning_orders as orders
+from focus_planner.runtime.feedback import Teller, feedback_fields
 from focus_planner.runtime.inputs import with_unheard
 from focus_planner.runtime.log import log_exception, log_lines
 from focus_planner.runtime.reason import Reason
@@ -78,6 +80,12 @@ class PlanningHost:
         Starts a planning process.
     give_up : callable
         Called, with the reason, when none can be started any more.
+    is_watched : callable
+        Returns whether somebody wants to see the plan in force.
+    show : callable
+        Shows the plan in force.
+    hide : callable
+        Shows no plan any more; called with the frame and the stamp of the one in force.
     """
 
     name: str
@@ -88,6 +96,25 @@ class PlanningHost:
     publish: Callable[[FocusPlan], None]
     start: Callable[[], Worker]
     give_up: Callable[[str], None] = lambda _: None
+    is_watched: Callable[[], bool] = lambda: False
+    show: Callable[[orders.Visuals], None] = lambda _: None
+    hide: Callable[[str, Stamp], None] = lambda *_: None
+
+
+@dataclass(frozen=True)
+class _InForce:
+    """The plan in force, unless it was restored from a record.
+
+    Attributes
+    ----------
+    plan_id : str
+    stamp : tuple of int
+    is_shown : bool
+    """
+
+    plan_id: str = ""
+    stamp: Stamp = (0, 0)
+    is_shown: bool = False
 
 
 class RequestPlanner:
@@ -120,17 +147,29 @@ class RequestPlanner:
         self._wish = wish
         self._warm_start: WarmStart | None = None
         self._logged_notes: tuple[Note, ...] = ()
+        self._in_force = _InForce()
 
     @property
     def recording_failure(self) -> str:
         """Why the last run is not recorded; empty if it is, or need not be."""
         return self.recorder.failure
 
-    def digest(self) -> None:
-        """Process the inputs received, and prepare to record a run on them."""
+    def digest(self, waiting: Callable[[], Sequence[Request]] = tuple) -> None:
+        """Process the inputs received, and prepare to record a run on them.
+
+        Parameters
+        ----------
+        waiting : callable, optional
+            Returns the requests that wait for it, to be told how far it is.
+        """
         settings = self._host.settings()
+
+        def tell(standing: Standing) -> None:
+            for request in waiting():
+                self._tell_reading(request, standing)
+
         try:
-            self._digest(settings)
+            self._digest(settings, tell)
         except PlanningEnded:
             return  # what was received is kept
         except PlanningDied as error:
@@ -147,7 +186,7 @@ class RequestPlanner:
         run = None
         description: Future[orders.Description] = Future()
         try:
-            self._digest(request.settings)
+            self._digest(request.settings, partial(self._tell_reading, request))
             if not request.begin():
                 return
             run = self._begin_recording(request)
@@ -166,14 +205,56 @@ class RequestPlanner:
             outcome = self._failure(request, Reason.INTERNAL, _internal(error), run)
         if not request.finish(outcome):
             outcome.on_sent()
-        if run is not None and outcome.plan is not None:
-            self._describe(run, description)
+        if outcome.plan is not None:
+            self._describe(outcome.plan, run, description)
 
-    def _digest(self, settings: Settings) -> None:
+    def show(self) -> None:
+        """Show the plan in force to who has begun to watch, unless it is shown."""
+        plan = self._in_force
+        if not plan.plan_id or plan.is_shown or not self._host.is_watched():
+            return
+        visuals, why = None, "the planning process that made it has gone"
+        if self.planner.pid is not None:
+            order = orders.Describe(plan.plan_id, False, plan.stamp)
+            try:
+                visuals = self.planner.describe(order).visuals
+            except PlanningDied as error:
+                why = str(error)
+        if visuals is None:
+            text = f"{plan.plan_id} is not shown in 3D: {why}; the next plan will be"
+            self._host.get_logger().warning(text)
+        self._show(visuals)
+
+    def _show(self, visuals: orders.Visuals | None) -> None:
+        """Show the plan in force, or nothing rather than the plan before it."""
+        self._in_force = replace(self._in_force, is_shown=visuals is not None)
+        if visuals is None:
+            self._host.hide(self.planner.frame_id, self._in_force.stamp)
+        else:
+            self._host.show(visuals)
+
+    def _digest(
+        self, settings: Settings, tell: Callable[[Standing], object] = lambda _: None
+    ) -> None:
+        teller = Teller(self._host.get_logger().info, "inputs", tell)
+
+        def wish() -> Wish:
+            teller.look()
+            return self._wish()
+
         try:
-            self.planner.digest(settings.optics, settings.serving.max_memory, self._wish)
+            self.planner.digest(settings.optics, settings.serving.max_memory, wish, teller.note)
         finally:
             self.take_snapshot()
+
+    @staticmethod
+    def _tell_reading(request: Request, standing: Standing) -> None:
+        """Tell the caller that inputs are being read; planning has not begun."""
+        message = SimpleNamespace(**request.asked)
+        with suppress(InputError):  # which is told when planning begins
+            budget = request_from_message(message, request.settings.request).time_budget
+            waiting = replace(standing, elapsed=0.0, time_budget=budget)
+            request.send_feedback(feedback_fields(waiting))
 
     def _begin_recording(self, request: Request) -> RunRecorder | None:
         """Begin to record a run, if runs are to be recorded."""
@@ -228,7 +309,16 @@ class RequestPlanner:
         settings = request.settings
         plan_request = request_from_message(SimpleNamespace(**request.asked), settings.request)
         self._host.get_logger().debug(f"planning: {plan_request}")
-        wish = partial(self._wish_of, request, time.monotonic())
+        teller = Teller(
+            self._host.get_logger().info,
+            request.plan_id,
+            lambda standing: request.send_feedback(feedback_fields(standing)),
+        )
+        began = time.monotonic()
+
+        def wish() -> Wish:
+            teller.look()
+            return self._wish_of(request, began)
 
         def go_on(_: Progress) -> bool:
             return wish() is Wish.GO_ON
@@ -240,9 +330,11 @@ class RequestPlanner:
             self._warm_start if settings.warm_start else None,
             keep_warm=settings.warm_start,
             is_recorded=run is not None,
+            plan_id=request.plan_id,
+            in_force=self._in_force.plan_id,
         )
         on_step = run.wrap_callback(go_on) if run else go_on
-        result = self.planner.plan(order, on_step, request.send_feedback, wish)
+        result = self.planner.plan(order, on_step, teller.note, wish)
         planned = self._planned(result, settings)
         self._warm_start = planned.warm_start
         reason = request.commit()
@@ -296,6 +388,9 @@ class RequestPlanner:
             run.keep_plan(serialize_message(message), published=published)
         if published:
             self._host.publish(message)
+            self._in_force = _InForce(request.plan_id, stamp)
+            if not self._host.is_watched():
+                self._show(None)
         failure = f"not recorded: {run.failure}" if run and run.failure else ""
         parts = [_PREFIXES.get(reason, ""), plan.summary(), planned.reminder, failure]
         summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
@@ -315,13 +410,24 @@ class RequestPlanner:
         )
         return Outcome(reason, summary, message, finish)
 
-    def _describe(self, run: RunRecorder, description: Future[orders.Description]) -> None:
-        """Have the plan described for its record, after its caller has been answered."""
-        stamp = run.markers_stamp(time.time_ns())
+    def _describe(
+        self, plan: FocusPlan, run: RunRecorder | None, description: Future[orders.Description]
+    ) -> None:
+        """Have a plan described for its record and for who watches, after it has been returned."""
+        watched = plan.plan_id == self._in_force.plan_id and self._host.is_watched()
+        if run is None and not watched:
+            return
+        visual = watched or (run is not None and run.with_visuals)
+        stamp = (plan.header.stamp.sec, plan.header.stamp.nanosec) if visual else None
+        order = orders.Describe(plan.plan_id, run is not None, stamp)
+        described = None
         try:
-            description.set_result(self.planner.describe(orders.Describe(stamp)))
+            described = self.planner.describe(order)
+            description.set_result(described)
         except PlanningDied as error:
             description.set_exception(error)
+        if watched:
+            self._show(described.visuals if described else None)
 
     def _wish_of(self, request: Request, began: float) -> Wish:
         """Return what is wanted of the plan for a request."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from focus_planner.core.planning.formulation import formulate_problem
@@ -62,6 +63,8 @@ class Planner:
         Called with every rig that comes into force.
     on_reading : callable
         Called with every message that is about to be parsed.
+    on_preparing : callable
+        Called with the share that is done, 0 to 1, while a surface is made ready to plan for.
     warm_start : WarmStart, optional
         From a plan made elsewhere, for the first plan that asks for a warm start.
 
@@ -78,10 +81,15 @@ class Planner:
         log: Log,
         on_rig: Callable[[Rig], None] = lambda _: None,
         on_reading: Callable[[Arrival[Any]], None] = lambda _: None,
+        on_preparing: Callable[[float], object] = lambda _: None,
         warm_start: WarmStart | None = None,
     ) -> None:
         self.surface: InputSlot[Surface, Scene] = InputSlot(
-            "surface", "a mesh on ~/mesh or a cloud on ~/cloud", Scene, log, on_reading
+            "surface",
+            "a mesh on ~/mesh or a cloud on ~/cloud",
+            partial(Scene, on_progress=on_preparing),
+            log,
+            on_reading,
         )
         self.rig: InputSlot[Rig, Rig] = InputSlot(
             "rig", "poses on ~/camera_poses or a rig on ~/rig", lambda rig: rig, log, on_reading

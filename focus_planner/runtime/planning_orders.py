@@ -15,9 +15,9 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.progress import Progress
+from focus_planner.core.progress import Progress, Standing
 from focus_planner.messages.reading import Optics
-from focus_planner.messages.writing import Fields, Stamp
+from focus_planner.messages.writing import Stamp
 from focus_planner.runtime.inputs import Arrival, InputState, Unheard
 
 # --- orders --------------------------------------------------------------------------------------
@@ -65,6 +65,11 @@ class Plan:
         Whether to return what the next plan can start from.
     is_recorded : bool
         Whether to send every step, and to wait for :class:`GoOn` before solving.
+    plan_id : str
+        The plan's name, by which it can be described later.
+    in_force : str
+        The name of the plan in force, which may still be described until the next is; all others
+        are forgotten.
     """
 
     request: PlanRequest
@@ -73,19 +78,26 @@ class Plan:
     warm_start: WarmStart | None
     keep_warm: bool
     is_recorded: bool
+    plan_id: str
+    in_force: str
 
 
 @dataclass(frozen=True)
 class Describe:
-    """Describe the last plan for its record; the result is :class:`Description`.
+    """Describe a plan; the result is :class:`Description`.
 
     Attributes
     ----------
-    markers_stamp : tuple of int or None
-        The stamp of the markers; None for none.
+    plan_id : str
+    for_record : bool
+        Whether fingerprints are wanted, which only the last plan has, once, if it is recorded.
+    visuals_stamp : tuple of int or None
+        The stamp of what shows it; None for nothing to show it.
     """
 
-    markers_stamp: Stamp | None
+    plan_id: str
+    for_record: bool
+    visuals_stamp: Stamp | None
 
 
 # --- during an order -----------------------------------------------------------------------------
@@ -109,6 +121,13 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class Preparing:
+    """A surface is being made ready to plan for; so much of that is done, 0 to 1."""
+
+    share: float
+
+
+@dataclass(frozen=True)
 class Step:
     """A step of a plan that is recorded."""
 
@@ -117,9 +136,9 @@ class Step:
 
 @dataclass(frozen=True)
 class Feedback:
-    """The fields of a feedback message."""
+    """How far a plan is."""
 
-    fields: Fields
+    standing: Standing
 
 
 @dataclass(frozen=True)
@@ -198,11 +217,35 @@ class Planned:
 
 
 @dataclass(frozen=True)
+class Visuals:
+    """What shows a plan, serialized.
+
+    Attributes
+    ----------
+    markers : bytes
+        ``visualization_msgs/msg/MarkerArray``.
+    quality_cloud : bytes
+        ``sensor_msgs/msg/PointCloud2``.
+    """
+
+    markers: bytes
+    quality_cloud: bytes
+
+
+@dataclass(frozen=True)
 class Description:
-    """What a record says of a plan besides the plan itself."""
+    """What is told of a plan besides the plan itself.
+
+    Attributes
+    ----------
+    fingerprints : tuple of Fingerprint
+        Empty unless asked for.
+    visuals : Visuals or None
+        None unless asked for, or if the process does not know the plan.
+    """
 
     fingerprints: tuple[Fingerprint, ...]
-    markers: bytes | None
+    visuals: Visuals | None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ Importing this module loads the solvers, which takes seconds.
 from __future__ import annotations
 
 import functools
+import math
 import resource
 import time
 import traceback
@@ -14,13 +15,14 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
 from focus_planner.core.planning.precompile import precompile
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.runtime import planning_orders as orders
-from focus_planner.runtime.description import describe_plan
+from focus_planner.runtime.description import ShownPlan
 from focus_planner.runtime.feedback import Feedback
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.planner import NotReady, Planner, internal_error
@@ -28,6 +30,8 @@ from focus_planner.runtime.status import without_problem
 
 # Between looks at what the node says, while a plan is being made.
 _SECONDS_BETWEEN_LOOKS = 0.005
+# Between two that say how much of a surface is prepared.
+_SECONDS_BETWEEN_SHARES = 0.1
 # Says Python where there is no memory for the stack of a thread.
 _NO_THREAD = "can't start new thread"
 # Linux ends this process before any other of the machine when memory runs out.
@@ -68,8 +72,12 @@ class PlanningProcess:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._new_rig: Rig | None = None
-        self._planner = Planner(_ConnectionLog(connection), self._note_rig, self._announce)
-        self._last: tuple[SolvedPlan, Rig] | None = None  # until it has been described
+        self._planner = Planner(
+            _ConnectionLog(connection), self._note_rig, self._announce, self._tell_share
+        )
+        self._told_share = -math.inf  # when
+        self._recorded: SolvedPlan | None = None  # until it has been described
+        self._shown: dict[str, ShownPlan] = {}
         self._unlimited_memory = 0
 
     def serve(self) -> None:
@@ -109,7 +117,8 @@ class PlanningProcess:
     @_do.register
     def _digest(self, order: orders.Digest) -> orders.Result:
         self._limit_memory(order.max_memory)
-        self._last = None
+        self._recorded = None
+        self._condense()
         planner = self._planner
         for slot, arrivals, unheard in (
             (planner.surface, order.surfaces, order.unheard[0]),
@@ -131,6 +140,7 @@ class PlanningProcess:
 
     @_do.register
     def _plan(self, order: orders.Plan) -> orders.Result:
+        self._shown = {name: each for name, each in self._shown.items() if name == order.in_force}
         feedback = Feedback(order.request.time_budget)
         looked, stopped = time.monotonic(), False
 
@@ -138,9 +148,9 @@ class PlanningProcess:
             nonlocal looked, stopped
             if order.is_recorded:
                 self._connection.send(orders.Step(progress))
-            fields = feedback.fields(progress)
-            if fields is not None:
-                self._connection.send(orders.Feedback(fields))
+            standing = feedback.standing(progress)
+            if standing is not None:
+                self._connection.send(orders.Feedback(standing))
             if order.is_recorded and progress.stage == "solving" and not stopped:
                 stopped = isinstance(self._connection.recv(), orders.Stop)
             now = time.monotonic()
@@ -158,8 +168,9 @@ class PlanningProcess:
             warm_start=order.keep_warm,
             limits=order.limits,
         )
+        self._shown[order.plan_id] = ShownPlan(plan, rig)
         if order.is_recorded:
-            self._last = plan, rig
+            self._recorded = plan
         return orders.Planned(
             plan=without_problem(plan),
             stop_log=plan.stop_log,
@@ -169,15 +180,35 @@ class PlanningProcess:
 
     @_do.register
     def _describe(self, order: orders.Describe) -> orders.Result:
-        assert self._last is not None
-        (plan, rig), self._last = self._last, None
-        return describe_plan(plan, rig, order.markers_stamp)
+        shown, visuals = self._shown.get(order.plan_id), None
+        if shown and order.visuals_stamp is not None:
+            visuals = shown.visuals(order.visuals_stamp)
+        return orders.Description(self._fingerprints() if order.for_record else (), visuals)
+
+    def _condense(self) -> None:
+        """Give back the memory of plans that may be shown; all of it, if there is too little."""
+        try:
+            for shown in self._shown.values():
+                shown.condense()
+        except MemoryError:
+            self._shown.clear()
+
+    def _fingerprints(self) -> tuple[Fingerprint, ...]:
+        assert self._recorded is not None
+        plan, self._recorded = self._recorded, None
+        return fingerprints(plan)
 
     def _note_rig(self, rig: Rig) -> None:
         self._new_rig = rig
 
     def _announce(self, arrival: Arrival[Any]) -> None:
         self._connection.send(orders.Reading(arrival.number))
+
+    def _tell_share(self, share: float) -> None:
+        now = time.monotonic()
+        if now - self._told_share > _SECONDS_BETWEEN_SHARES:
+            self._told_share = now
+            self._connection.send(orders.Preparing(share))
 
     def _limit_memory(self, max_memory: int) -> None:
         """Let allocations fail beyond a limit, rather than take what others need."""

@@ -12,6 +12,7 @@ from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
+from focus_planner.core.progress import Standing
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
@@ -186,16 +187,31 @@ class RemotePlanner:
             raise
         self._failed_loads = 0
 
-    def digest(self, optics: Optics, max_memory: int, wish: Callable[[], Wish]) -> None:
+    def digest(
+        self,
+        optics: Optics,
+        max_memory: int,
+        wish: Callable[[], Wish],
+        tell: Callable[[Standing], object] = lambda _: None,
+    ) -> None:
         """Have the inputs parsed that have arrived, and note which are in force.
 
-        An input that ends the process is refused.
+        An input that ends the process is refused. How far that is, if any are, is told.
 
         Raises
         ------
         PlanningEnded
             If that was not to be waited for; the inputs are kept for the next time.
         """
+        began = time.monotonic()
+
+        def handle(event: Any) -> None:
+            elapsed = time.monotonic() - began
+            if isinstance(event, orders.Reading):
+                tell(Standing("reading", elapsed=elapsed))
+            elif isinstance(event, orders.Preparing):
+                tell(Standing("preparing", share=event.share, elapsed=elapsed))
+
         has_died = False
         while True:
             restored = self._ready(wish)
@@ -207,7 +223,7 @@ class RemotePlanner:
                 surfaces, rigs, (self.surface.unheard, self.rig.unheard), optics, max_memory
             )
             try:
-                result = self._ask(order, wish)
+                result = self._ask(order, wish, handle)
                 self._check_memory(result)
                 break
             except PlanningEnded:
@@ -227,7 +243,7 @@ class RemotePlanner:
         self,
         order: orders.Plan,
         on_step: Callable[[Any], bool],
-        send_feedback: Callable[[Any], None],
+        tell: Callable[[Standing], object],
         wish: Callable[[], Wish],
     ) -> orders.Result:
         """Return the result of planning on what was in force when :meth:`digest` returned.
@@ -241,7 +257,7 @@ class RemotePlanner:
 
         def handle(event: Any) -> None:
             if isinstance(event, orders.Feedback):
-                send_feedback(event.fields)
+                tell(event.standing)
             elif isinstance(event, orders.Step):
                 more = on_step(event.progress)
                 if event.progress.stage == "solving":
@@ -253,9 +269,9 @@ class RemotePlanner:
         return result
 
     def describe(self, order: orders.Describe) -> orders.Description:
-        """Return what the record of the last plan says besides the plan.
+        """Return what is told of a plan besides the plan itself.
 
-        Whatever is wished meanwhile: it takes no time, and without it the run is not whole.
+        Whatever is wished meanwhile: it takes no time, and without it a record is not whole.
 
         Raises
         ------

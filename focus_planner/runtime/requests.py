@@ -273,6 +273,11 @@ class Turns:
         with self._lock:
             self._waiting.setdefault(request.caller, deque()).append(request)
 
+    def waiting(self) -> list[Request]:
+        """Return the requests that wait and have not been answered."""
+        with self._lock:
+            return [r for turns in self._waiting.values() for r in turns if not r.is_answered]
+
     def next(self) -> Request | None:
         """Return the next request that has not been answered, which then no longer waits."""
         with self._lock:

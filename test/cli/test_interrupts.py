@@ -110,7 +110,7 @@ def test_what_waits_is_interrupted_at_once(
 ) -> None:
     """As while it waits for a node, or before it handles signals itself."""
 
-    def wait(*_: Any) -> None:
+    def wait(*_: Any, **__: Any) -> None:
         signal.raise_signal(signal.SIGINT)
         pytest.fail("it was not interrupted")
 
@@ -125,7 +125,7 @@ def test_what_waits_is_interrupted_at_once(
 def test_the_demo_computes_undisturbed(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     done: list[str] = []
 
-    def run(_: Path, computing: Any) -> None:
+    def run(_: Path, computing: Any, **__: Any) -> None:
         with computing():
             press_ctrl_c()
             done.append("drawn")

@@ -20,7 +20,7 @@ import yaml
 from focus_planner.cli import main as cli
 from focus_planner.core.planning.field_spec import specified_fields
 from focus_planner.core.planning.request import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
-from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.layouts import cylinder_rig, dome_rig, turntable_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
@@ -76,6 +76,27 @@ def test_rig_cylinder_prints_the_contracts_rig(here: Path, capsys: Any) -> None:
     assert "".join(without) == rig_to_yaml(cylinder_rig())
     assert yaml.safe_load(out)["defaults"] == ["image", "lens"]
     assert len(yaml.safe_load(out)["cameras"]) == 168
+
+
+@pytest.mark.parametrize(
+    ("words", "rig"),
+    [
+        ("dome", dome_rig()),
+        (
+            "dome --rings 2 --columns 6 --radius 0.9 --lowest 10 --highest 70 --height 0.4",
+            dome_rig(2, 6, 0.9, 10.0, 70.0, 0.4),
+        ),
+        ("turntable", turntable_rig()),
+        (
+            "turntable --cameras 2 --stops 5 --radius 0.5 --lowest -5 --frame-id table",
+            turntable_rig(2, 5, 0.5, -5.0, frame_id="table"),
+        ),
+    ],
+)
+def test_rig_prints_domes_and_turntables(words: str, rig: Rig, here: Path, capsys: Any) -> None:
+    assert cli.main(["rig", *words.split()]) == 0
+    Path("rig.yaml").write_text(capsys.readouterr().out)
+    assert load_rig(Path("rig.yaml")) == rig
 
 
 def test_rig_cylinder_takes_a_lens(here: Path, capsys: Any) -> None:
@@ -622,9 +643,10 @@ def test_python_runs_the_package() -> None:
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
-        ("focus_planner r", {"rig", "replay"}),
+        ("focus_planner r", {"rig", "replay", "report"}),
         ("focus_planner plan --method ", set(METHODS)),
         ("focus_planner plan --sco", {"--scope"}),
+        ("focus_planner report --compare ", set(METHODS)),
     ],
 )
 def test_a_shell_completes_without_loading_what_plans(typed: str, offered: set[str]) -> None:
@@ -667,11 +689,17 @@ def test_node_passes_everything_on(command: str, monkeypatch: pytest.MonkeyPatch
 
 
 def test_demo_takes_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Path] = []
-    module("focus_planner.demo", monkeypatch, run=lambda folder, _: seen.append(folder))
+    seen: list[tuple[Path, bool]] = []
+
+    def run(folder: Path, _: Any, *, show: bool) -> None:
+        seen.append((folder, show))
+
+    module("focus_planner.demo", monkeypatch, run=run)
     assert cli.main(["demo"]) == 0
     assert cli.main(["demo", "--output", "there"]) == 0
-    assert seen == [Path("demo_output"), Path("there")]
+    assert cli.main(["demo", "--no-open"]) == 0
+    there, usual = Path("there"), Path("demo_output")
+    assert seen == [(usual, True), (there, True), (usual, False)]
 
 
 @pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens", "demo"])

@@ -72,3 +72,12 @@ def test_what_cannot_be_done_is_told_in_one_line(
     (tmp_path / "taken").write_text("")
     error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / "taken")
     assert "a file named *.png, or a folder" in error
+
+
+@pytest.mark.parametrize("name", ["one.jpg", "one.TIFF", "one.webp"])
+def test_the_name_of_another_kind_of_picture_is_no_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / name)
+    assert "--output: expected a file named *.png, or a folder" in error
+    assert not (tmp_path / name).exists()

@@ -43,6 +43,13 @@ def test_four_plans_make_a_wide_small_picture(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_flat_surface_leaves_room_for_the_scales(tmp_path: Path) -> None:
+    flat = replace(MESH, vertices=MESH.vertices * [1.0, 1.0, 0.1] + [0.0, 0.0, 0.7])
+    draw(Scene(flat), cylinder_rig(3, 8), ("em",), tmp_path / "flat.png")
+    # The label of the scale of cost is 2 inches long, at 100 pixels each.
+    assert imread(tmp_path / "flat.png").shape[0] > 650
+
+
 def test_a_cloud_is_drawn(tmp_path: Path) -> None:
     scene = Scene(PointCloud(MESH.vertices[::5]))
     draw(scene, cylinder_rig(3, 8), ("em",), tmp_path / "plan.png", samples=0)

@@ -390,3 +390,60 @@ def test_camera_info_is_read_as_it_is_documented(fields, changes):
 def test_camera_info_that_makes_no_image_is_an_input_error_of_its_camera(fields, error):
     with pytest.raises(InputError, match=f"camera left: {error}"):
         camera_from_message(camera_message(name="left", camera_info=INFO | fields), OPTICS)
+
+
+COLOURS = np.random.default_rng(11).integers(0, 256, (40, 3))
+
+
+@pytest.mark.parametrize("big_endian", [False, True])
+@pytest.mark.parametrize(
+    ("name", "datatype"),
+    [("rgb", Datatype.FLOAT32), ("rgb", Datatype.UINT32), ("rgba", Datatype.UINT32)],
+)
+def test_packed_colours(name, datatype, big_endian):
+    packed = (COLOURS @ [1 << 16, 1 << 8, 1]).astype(np.uint32)
+    packed |= 0xFF << 24 if name == "rgba" else 0  # as a float, it would be no number
+    order = ">" if big_endian else "<"
+    columns = np.random.default_rng(2).normal(size=(40, 3))
+    fields = cloud_fields(columns, gap=4, big_endian=big_endian)
+    data = np.frombuffer(fields["data"], np.uint8).reshape(40, -1).copy()
+    data[:, :4] = packed.astype(f"{order}u4")[:, None].view(np.uint8)
+    fields["data"] = data.tobytes()
+    fields["fields"].append({"name": name, "offset": 0, "datatype": int(datatype), "count": 1})
+    np.testing.assert_array_equal(read_cloud(fields).colours, COLOURS)
+
+
+def test_colours_in_fields_of_their_own():
+    fields = importance_fields(COLOURS[:, 0], name="r", kind="u1", datatype=Datatype.UINT8)
+    assert read_cloud(fields).colours is None
+    offset = fields["fields"][-1]["offset"]
+    for name in ("g", "b"):
+        fields["fields"].append({**fields["fields"][-1], "name": name, "offset": offset})
+    expected = np.repeat(COLOURS[:, :1], 3, axis=1)
+    np.testing.assert_array_equal(read_cloud(fields).colours, expected)
+
+
+@pytest.mark.parametrize(
+    "field",
+    [
+        {"datatype": int(Datatype.UINT8)},
+        {"datatype": int(Datatype.FLOAT64)},
+        {"datatype": 99},
+        {"count": 3},
+        {"offset": 10**9},
+    ],
+)
+def test_colours_in_no_form_that_is_known_are_not_looked_at(field):
+    fields = importance_fields(np.arange(40))
+    known = {"name": "rgb", "offset": 0, "datatype": int(Datatype.FLOAT32), "count": 1}
+    fields["fields"].append(known | field)
+    cloud = read_cloud(fields)
+    assert cloud.colours is None
+    assert len(cloud.points) == 40
+
+
+def test_without_colours_a_cloud_is_written_as_before():
+    points = np.random.default_rng(1).normal(size=(20, 3))
+    fields = cloud_to_fields(PointCloud(points), "world")
+    assert fields["data"] == points.astype("<f8").tobytes()
+    assert [field["name"] for field in fields["fields"]] == ["x", "y", "z"]

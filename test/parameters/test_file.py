@@ -163,11 +163,19 @@ def test_parameter_files_are_looked_at_before_ros_reads_them(tmp_path: Path) -> 
     pipe, deep = tmp_path / "pipe", tmp_path / "deep.yaml"
     os.mkfifo(pipe)
     deep.write_text("[" * 100_000)
+    text, empty = tmp_path / "text.yaml", tmp_path / "empty.yaml"
+    text.write_text("-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n")
+    empty.write_text("# nothing yet\n")
     for path, telling in (
         (pipe, "got a pipe"),
         (Path("/dev/zero"), "got a device"),
         (tmp_path / "none", r"none: expected a parameter file \(YAML\), got no such file"),
         (deep, "deep.yaml: expected YAML, got line 1, column 51: more than 50 lists"),
+        (
+            text,
+            r"text.yaml: expected a parameter file \(YAML\) with keys and values, got something",
+        ),
+        (empty, "empty.yaml: expected a parameter file"),
     ):
         with pytest.raises(InputError, match=telling):
             check_parameter_files([*arguments, str(path)])

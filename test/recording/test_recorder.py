@@ -11,8 +11,11 @@ import threading
 import time
 
 import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
 from focus_planner.core.progress import Progress, never_stop
+from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.messages.writing import plan_to_fields
 from focus_planner.parameters.planner_settings import Recording
@@ -23,9 +26,11 @@ from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
+from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run import inputs_of, read_run
 from testing.forked import run_forked
 from testing.runs import PLANNER, RIG, TORUS, Log, beginning_with, record, solved
+from testing.visuals import check_markers, cloud_columns
 
 NO_SPACE = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 PATIENCE = 240.0
@@ -308,19 +313,50 @@ def test_a_full_disk_leaves_nothing_that_was_prepared(large, recorder, tmp_path,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_markers_are_written_only_where_they_are_wanted(tmp_path):
+SHOWN = {"/focus_planner/markers", "/focus_planner/quality_cloud"}
+
+
+def test_what_shows_the_plan_is_written_only_where_it_is_wanted(tmp_path):
     for markers in (False, True):
         path = record(tmp_path, markers=markers)
-        topics = {message.topic: message for message in read_bag(path).messages}
-        assert ("/focus_planner/markers" in topics) is markers
-    assert topics["/focus_planner/markers"].read().markers
+        topics = {message.topic for message in read_bag(path).messages}
+        assert topics & SHOWN == (SHOWN if markers else set())
+
+
+def test_foxglove_s_reader_reads_what_shows_the_plan(tmp_path):
+    path = record(tmp_path, markers=True)
+    with (path / f"{path.name}_0.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        found = {
+            channel.topic: content
+            for _, channel, _, content in reader.iter_decoded_messages(topics=[*SHOWN])
+        }
+    run = read_run(path)
+    markers = found["/focus_planner/markers"].markers
+    check_markers(markers, RIG.frame_id, run.ending.stamp)
+    assert {marker.ns for marker in markers} >= {"chosen_cameras", "focal_planes", "names"}
+    cloud = found["/focus_planner/quality_cloud"]
+    assert cloud.header.frame_id == RIG.frame_id
+    assert (cloud.header.stamp.sec, cloud.header.stamp.nanosec) == run.ending.stamp
+    costs = cloud_columns(cloud)["cost"]
+    assert len(costs) == run.ending.plan.fresh_samples
+    assert 1000 * costs.mean(dtype=float) == pytest.approx(run.ending.plan.fresh_cost)
+
+
+def test_what_shows_the_plan_is_no_input_of_it(tmp_path):
+    cloud = PointCloud(TORUS.vertices, TORUS.vertex_normals)
+    paths = [record(tmp_path, surface=cloud, markers=markers) for markers in (False, True)]
+    runs = [read_run(path) for path in paths]
+    assert [len(run.inputs) for run in runs] == [2, 2]
+    assert runs[0].ending.plan.cameras == runs[1].ending.plan.cameras
+    assert differences(runs[1], plan_run(runs[1])) == []
 
 
 def test_a_run_that_failed_has_no_plan_and_no_markers(recorder, tmp_path):
     run = begin(recorder, tmp_path, beginning_with(), markers=True)
     run.finish(False, "no plan").result(PATIENCE)
     topics = {message.topic for message in read_bag(run.path).messages}
-    assert not topics & {"/focus_planner/markers", "/focus_planner/focus_plan"}
+    assert not topics & {*SHOWN, "/focus_planner/focus_plan"}
 
 
 # --- what fails --------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.surface.appearance import Texture
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import lens_tables_from_yaml
@@ -33,6 +34,7 @@ from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import (
+    VERTEX_DATA,
     Beginning,
     Ending,
     beginning_messages,
@@ -95,15 +97,30 @@ def uneven(mesh, *, normals=False, importance=False):
     )
 
 
+def coloured(surface):
+    """The surface, with a colour for every vertex or point."""
+    name, places = (
+        ("vertex_colours", surface.vertices)
+        if isinstance(surface, Mesh)
+        else ("colours", surface.points)
+    )
+    colours = np.random.default_rng(6).integers(0, 256, places.shape)
+    return replace(surface, **{name: colours.astype(np.uint8)})
+
+
 SURFACES = {
     "a mesh": uneven(torus()),
     "a mesh with normals": uneven(torus(), normals=True),
     "a mesh with importance": uneven(sphere(), importance=True),
     "a mesh with both": uneven(sphere(), normals=True, importance=True),
+    "a mesh with colours": coloured(uneven(torus())),
+    "a mesh with all": coloured(uneven(sphere(), normals=True, importance=True)),
     "a cloud": cloud(),
     "a cloud with normals": cloud(normals=True),
     "a cloud with importance": cloud(importance=True),
     "a cloud with both": cloud(normals=True, importance=True),
+    "a cloud with colours": coloured(cloud()),
+    "a cloud with all": coloured(cloud(normals=True, importance=True)),
 }
 LENSES = (
     Lens(),
@@ -146,6 +163,33 @@ def test_a_surface_is_read_to_the_bit(surface, tmp_path):
     # What was read is written as what it was read from.
     again = surface_messages(beginning.planner, arrival.read(Optics()), "world", beginning.at)
     assert [m.payload for m in again] == [m.payload for m in run.inputs if m.type_name != RIG]
+
+
+@pytest.mark.parametrize("name", ["normals", "colors"])
+@pytest.mark.parametrize(("count", "told"), [(4, "three numbers per vertex, got 4"), (30, "shape")])
+def test_data_of_other_vertices_is_told(name, count, told, tmp_path):
+    beginning = beginning_with()
+    inputs = inputs_of(beginning, coloured(uneven(torus(), normals=True)), SMALL_RIG)
+    inputs = [
+        with_payload(message, serialize(VERTEX_DATA, {name: np.ones(count)}))
+        if message.type_name == VERTEX_DATA
+        else message
+        for message in inputs
+    ]
+    run = written(tmp_path, beginning, inputs)
+    with pytest.raises(InputError, match=told):
+        run.surfaces()[0].read(Optics())
+
+
+def test_a_texture_is_recorded_as_colours_of_vertices(tmp_path):
+    mesh = uneven(torus())
+    image = np.random.default_rng(7).integers(0, 256, (9, 7, 3)).astype(np.uint8)
+    places = np.random.default_rng(8).random((len(mesh.triangles), 3, 2))
+    mesh = replace(mesh, texture=Texture(image, places.astype(np.float32)))
+    beginning = beginning_with()
+    run = written(tmp_path, beginning, inputs_of(beginning, mesh, SMALL_RIG))
+    read = run.surfaces()[0].read(Optics())
+    np.testing.assert_array_equal(read.vertex_colours, mesh.colours_of_vertices())
 
 
 @settings(max_examples=30)
@@ -352,6 +396,7 @@ def test_progress_is_read_as_it_was(tmp_path):
     beginning = beginning_with()
     run = written(tmp_path, beginning, [], [(0.25 * k, step) for k, step in enumerate(steps)])
     assert repr(run.progress) == repr(tuple(steps))
+    assert run.elapsed == (0.0, 0.25, 0.5)
     times = [m.at for m in read_bag(run.path).messages if m.topic.endswith("progress")]
     assert times == [beginning.at + k * 250_000_000 for k in range(3)]
 

@@ -6,6 +6,7 @@ import math
 import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,7 @@ def planner(start_planner, folder):
 def ready(client, body, rig):
     client.publish_mesh(body)
     client.publish_rig(rig)
+    assert client.plan(**SHORT).success  # so that all is read
     return client
 
 
@@ -135,6 +137,40 @@ def test_feedback_tells_how_far_a_plan_is(ready):
     assert (np.diff(bound) >= 0).all()
     assert bound[-1] <= result.plan.lower_bound <= result.plan.cost <= cost[0]
     assert len(heard.messages) <= 3 + len(heard.stages) + 10 * (arrived[-1] - began)
+
+
+def test_feedback_has_all_figures(ready):
+    heard, budget = Feedback(), 600.0
+    goal = sent(ready, heard, **{**LONG, "seed": 78, "time_budget": budget})
+    heard.wait_for(lambda m: math.isfinite(m.gap) and m.iteration > 3)
+    assert goal.cancel()
+    ended(goal)
+    elapsed = heard.values("elapsed")
+    assert (np.diff(elapsed) > 0).all()
+    np.testing.assert_allclose(heard.values("progress"), elapsed / budget, rtol=1e-6)
+    assert set(heard.values("time_budget")) == {budget}
+    cost, bound = heard.values("cost"), heard.values("lower_bound")
+    np.testing.assert_allclose(heard.values("gap"), (cost - bound) / cost, rtol=1e-12)
+
+
+def test_without_a_budget_feedback_says_so(ready):
+    heard = Feedback()
+    assert ended(sent(ready, heard, method="em"))[0] == SUCCEEDED
+    assert set(heard.values("time_budget")) == {0.0}
+    assert (heard.values("elapsed") >= 0).all()
+
+
+def test_a_goal_that_waits_for_its_inputs_is_told_so(ready, body):
+    first, heard = planning(ready), Feedback()
+    ready.publish_mesh(replace(body, vertices=body.vertices + 1e-4))
+    second = sent(ready, heard, **SHORT, time_budget=60.0)
+    cancelled(first)
+    assert ended(second)[0] == SUCCEEDED
+    assert heard.stages[:2] == ["reading", "preparing"]
+    for name, value in (("elapsed", 0.0), ("progress", 0.0), ("time_budget", 60.0)):
+        assert heard.values(name)[0] == value
+    ready.publish_mesh(body)
+    assert ready.plan(**SHORT).success  # so that it is read
 
 
 # --- cancelling --------------------------------------------------------------------------------

@@ -26,12 +26,18 @@ def usual_speed(monkeypatch):
 
 @pytest.mark.processes
 def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
-    drawn = {}
+    drawn, reported, opened = {}, {}, []
     # Drawing is tested where it is at home, and takes longer than all else here.
     monkeypatch.setattr(demo, "_SECONDS_TO_START", PATIENCE)
     monkeypatch.setattr(demo, "_SECONDS_TO_STOP", PATIENCE)
     monkeypatch.setattr(demo, "draw_plans", lambda scene, rig, plans, path: drawn.update(plans))
-    assert demo.run(tmp_path / "new") == 0
+    write = demo.write_report
+    monkeypatch.setattr(
+        demo, "write_report", lambda content, path: reported.update({path: content})
+    )
+    monkeypatch.setattr(demo, "open_report", opened.append)
+    monkeypatch.setattr(demo, "camera_pictures", lambda rig: None)  # as slow as drawing
+    assert demo.run(tmp_path / "new", show=True) == 0
     shown = capsys.readouterr().out
     assert "closest (autofocus)" in shown
     assert "optimal (proven)" in shown
@@ -44,6 +50,22 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     runs = [read_run(run) for run in sorted((tmp_path / "new" / "runs").iterdir())]
     assert [run.ending.plan.method for run in runs] == list(METHODS)
     assert [run.ending.plan for run in runs if run.ending.plan.method == plan.method] == [plan]
+    ((path, report),) = reported.items()
+    assert opened == [path] == [tmp_path / "new" / "report.html"]
+    assert f"The report:  {path}" in shown
+    assert report.title == "Focus plan for arms_out.ply"
+    assert report.plans[0].plan == plan
+    assert [each.plan for each in report.plans[1:5]] == [
+        run.ending.plan for run in runs if run.ending.plan.method != plan.method
+    ]
+    assert len(report.steps) > 5
+    assert dict(report.facts)["recorded run"] in {run.beginning.run_id for run in runs}
+    fresh = {row.title: (row.fresh_cost, row.standard_error) for row in report.costs}
+    for each in report.plans:
+        told = each.plan.fresh_cost, each.plan.fresh_standard_error
+        assert fresh[each.title] == pytest.approx(told, rel=1e-9)
+    write(report, path)
+    assert path.stat().st_size < 6_000_000
     page = (tmp_path / "new" / "sheet.html").read_text(encoding="utf-8")
     for camera in plan.cameras:
         assert f"{100 * camera.focus_distance:.0f}" in shown

@@ -57,6 +57,7 @@ from testing.ros.recorded import (
     rig_payload,
     whole,
 )
+from testing.visuals import check_markers
 
 pytestmark = pytest.mark.processes
 
@@ -275,18 +276,21 @@ def test_the_progress_is_recorded(ready, folder):
     assert_reproduced(run)
 
 
-def test_markers_are_recorded_on_request_only(ready, folder, planner):
-    def markers(run):
-        return [m for m in read_bag(run.path).messages if m.topic == f"{planner.name}/markers"]
+def test_what_shows_a_plan_is_recorded_on_request_only(ready, folder, planner):
+    def shown(run):
+        topics = [f"{planner.name}/{name}" for name in ("markers", "quality_cloud")]
+        return [m.read() for m in read_bag(run.path).messages if m.topic in topics]
 
     with having(ready, record_markers=True):
-        _, run = recorded(ready, folder)
-        assert len(markers(run)) == 1
-        assert markers(run)[0].read().markers
+        answer, run = recorded(ready, folder)
+        markers, cloud = shown(run)
+        stamp = (answer.plan.header.stamp.sec, answer.plan.header.stamp.nanosec)
+        check_markers(markers.markers, "world", stamp)
+        assert cloud.width == answer.plan.fresh_samples
         assert_reproduced(run)
         refused(ready, folder, method="guess")
     _, run = recorded(ready, folder)
-    assert not markers(run)
+    assert not shown(run)
 
 
 def test_what_a_plan_rests_on_is_on_disk_while_it_is_solved(elsewhere, ready, body):

@@ -20,6 +20,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
+from focus_planner.runtime.description import ShownPlan, describe_plan
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.remote_planner import (
     PlanningDied,
@@ -36,6 +37,7 @@ RIG = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
 OTHER_RIG = cylinder_rig(rows=2, columns=7, radius=1.0, bottom=-0.1, top=0.1)
 COUNT = count()
 BOX = box((0.3, 0.3, 0.3))
+OTHER = box((0.25, 0.3, 0.35))
 
 
 def the(content, _):
@@ -71,12 +73,28 @@ class Bench:
     def rig(self, content):
         self.planner.rig.receive(arrival("~/rig", content))
 
-    def digest(self, wish=go_on):
-        self.planner.digest(Optics(), 0, wish)
+    def digest(self, wish=go_on, tell=lambda _: None):
+        self.planner.digest(Optics(), 0, wish, tell)
 
-    def plan(self, request=REQUEST, wish=go_on, steps=None, limits=ResourceLimits()):  # noqa: B008
+    def plan(
+        self,
+        request=REQUEST,
+        wish=go_on,
+        steps=None,
+        limits=ResourceLimits(),  # noqa: B008
+        *,
+        plan_id="a plan",
+        in_force="",
+    ):
         order = orders.Plan(
-            request, CostModel(), limits, None, keep_warm=False, is_recorded=steps is not None
+            request,
+            CostModel(),
+            limits,
+            None,
+            keep_warm=False,
+            is_recorded=steps is not None,
+            plan_id=plan_id,
+            in_force=in_force,
         )
         on_step = (lambda step: steps.append(step) or True) if steps is not None else None
         return self.planner.plan(order, on_step, lambda _: None, wish)
@@ -113,6 +131,18 @@ def test_it_plans_as_a_planner_in_this_process(ready):
     assert result.reminder == ""
     assert ready.planner.frame_id == RIG.frame_id
     assert [rig.names for rig in ready.rigs] == [tuple(camera.name for camera in RIG.cameras)]
+
+
+def test_it_tells_that_inputs_are_read_and_how_far_a_surface_is(bench):
+    told = []
+    bench.surface(BOX)
+    bench.rig(RIG)
+    bench.digest(tell=told.append)
+    assert [each.stage for each in told] == ["reading", "preparing", "reading"]
+    assert told[1].share == 1.0
+    assert [each.elapsed for each in told] == sorted(each.elapsed for each in told)
+    bench.digest(tell=told.append)  # there is nothing to read
+    assert len(told) == 3
 
 
 def test_a_plan_is_on_the_inputs_of_the_last_digest_whatever_arrives_meanwhile(ready):
@@ -166,9 +196,68 @@ def test_steps_are_told_of_a_plan_that_is_recorded(ready):
     steps = []
     assert same(ready.plan(steps=steps).plan, BOX, RIG)
     assert "solving" in {step.stage for step in steps}
-    description = ready.planner.describe(orders.Describe(None))
+    description = ready.planner.describe(orders.Describe("a plan", True, None))
     assert [each.stage for each in description.fingerprints][:1] == ["fresh samples"]
-    assert description.markers is None
+    assert description.visuals is None
+
+
+def shown(ready, plan_id="a plan", stamp=(5, 6)):
+    return ready.planner.describe(orders.Describe(plan_id, False, stamp)).visuals
+
+
+def expected_visuals(surface, stamp=(5, 6)):
+    plan = plan_focus(Scene(surface), RIG, REQUEST)
+    return describe_plan(plan, RIG, stamp).visuals
+
+
+def test_a_plan_can_be_shown_later_as_at_once(ready):
+    ready.plan()
+    expected = expected_visuals(BOX)
+    assert shown(ready) == expected
+    ready.surface(OTHER)
+    ready.digest()
+    assert shown(ready) == expected
+    assert shown(ready, stamp=(7, 8)) == expected_visuals(BOX, (7, 8))
+
+
+def test_a_recorded_plan_is_described_once_and_can_be_shown_as_well(ready):
+    ready.plan(steps=[])
+    description = ready.planner.describe(orders.Describe("a plan", True, (5, 6)))
+    assert description.visuals == shown(ready) == expected_visuals(BOX)
+    assert description.fingerprints
+
+
+def test_only_the_last_plan_and_the_one_in_force_can_be_shown(ready):
+    ready.plan(plan_id="first")
+    ready.surface(OTHER)
+    ready.digest()
+    ready.plan(plan_id="second", in_force="first")
+    assert shown(ready, "first") == expected_visuals(BOX)
+    assert shown(ready, "second") == expected_visuals(OTHER)
+    ready.digest()
+    ready.plan(plan_id="third", in_force="second")
+    assert shown(ready, "first") is None
+    assert shown(ready, "second") == expected_visuals(OTHER)
+
+
+def test_inputs_are_worth_more_than_what_shows_a_plan(ready, monkeypatch):
+    def fail(_):
+        raise MemoryError
+
+    ready.plan()
+    monkeypatch.setattr(ShownPlan, "condense", fail)
+    ready.surface(OTHER)
+    ready.digest()
+    assert len(ready.workers) == 1
+    assert shown(ready) is None
+    assert same(ready.plan().plan, OTHER, RIG)
+
+
+def test_a_process_that_was_started_anew_shows_no_plan_of_the_last_one(ready):
+    ready.plan()
+    ready.planner.close()
+    ready.digest()
+    assert shown(ready) is None
 
 
 def test_a_plan_that_is_told_to_stop_ends_with_the_best_so_far(ready):

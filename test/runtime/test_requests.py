@@ -331,5 +331,7 @@ def test_who_has_been_answered_has_no_turn():
     turns.add(answered)
     turns.add(waiting)
     answered.stop(Reason.CANCELLED)
+    assert turns.waiting() == [waiting]
     assert turns.next() is waiting
+    assert turns.waiting() == []
     assert turns.next() is None

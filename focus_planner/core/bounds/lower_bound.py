@@ -75,7 +75,8 @@ def lower_bound(
         prices.descend(goal)
         rounds += 1
         below = cost_below(gains, min(prices.bound, in_focus))
-        if not on_progress(Progress("prices", rounds, cost, below)):
+        share = min(prices.steps / most_steps, 1.0) if most_steps else None
+        if not on_progress(Progress("prices", rounds, cost, below, share)):
             break
     bound = min(cost_below(gains, min(prices.bound, in_focus)), cost)
     return Bound(bound, pointwise_prices(problem, prices.price))

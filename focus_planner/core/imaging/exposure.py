@@ -47,7 +47,9 @@ class PictureCamera(DepthCamera):
         super().__init__(scene)
         self._shaded = shaded(scene, self._vertices, self._triangles)
 
-    def picture(self, camera: Camera, focus_distance: float, scale: float = 1.0) -> Colours:
+    def picture(
+        self, camera: Camera, focus_distance: float, scale: float = 1.0, density: float = 1.0
+    ) -> Colours:
         """Return what the camera sees, focused at a distance.
 
         Parameters
@@ -57,15 +59,19 @@ class PictureCamera(DepthCamera):
             s, metres; above 0.
         scale : float
             Of the picture's sides.
+        density : float
+            How many rays each pixel gets, relative to as many as leave no grain.
 
         Returns
         -------
         (H, W, 3) array of uint8
             As sRGB.
         """
-        return encode(self.exposure(camera, focus_distance, scale))
+        return encode(self.exposure(camera, focus_distance, scale, density))
 
-    def exposure(self, camera: Camera, focus_distance: float, scale: float = 1.0) -> FloatArray:
+    def exposure(
+        self, camera: Camera, focus_distance: float, scale: float = 1.0, density: float = 1.0
+    ) -> FloatArray:
         """Return (H, W, 3) the same as :meth:`picture` in linear light, 0 to 1."""
         intrinsics = camera.intrinsics
         grid = pixel_grid(intrinsics, scale)
@@ -88,7 +94,7 @@ class PictureCamera(DepthCamera):
                 self._light(camera, vertices),
                 aims,
                 starts,
-                _chosen(triangles, tiles, starts, inverse_focus, aperture / pixel),
+                _chosen(triangles, tiles, starts, density, inverse_focus, aperture / pixel),
                 aperture,
                 inverse_focus,
                 pixel,
@@ -109,6 +115,7 @@ def _chosen(
     triangles: kernels.Triangles,
     tiles: kernels.Tiles,
     starts: NDArray[np.int64],
+    density: float,
     inverse_focus: float,
     strength: float,
 ) -> NDArray[np.int64]:
@@ -119,6 +126,8 @@ def _chosen(
     triangles, tiles : kernels' arrays
     starts : (K + 1,) array
         Of the sets of rays.
+    density : float
+        How many rays there are to be, relative to as many as leave no grain.
     inverse_focus : float
         1/m.
     strength : float
@@ -128,5 +137,5 @@ def _chosen(
     kernels.farthest_off_focus(triangles, tiles, inverse_focus, farthest)
     # Those around a tile count as well: so few blurred edges run between tiles of different rays.
     widest = maximum_filter(np.minimum(strength * farthest, _WIDEST), 3, mode="nearest")
-    wanted = _RAYS + _RAYS_PER_AREA * widest**2
+    wanted = density * (_RAYS + _RAYS_PER_AREA * widest**2)
     return np.searchsorted(np.diff(starts), wanted).clip(max=len(starts) - 2)

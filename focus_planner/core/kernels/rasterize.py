@@ -183,7 +183,28 @@ def bound_triangles(vertices, corners, radius, inverse_focus, boxes):
             else:
                 behind += 1
         if 0 < behind < 3:
-            box[0], box[1], box[2], box[3] = -np.inf, np.inf, -np.inf, np.inf
+            _bound_beside(vertices, corners[t], radius, inverse_focus, box)
+
+
+@kernel
+def _bound_beside(vertices, triangle, radius, inverse_focus, box):
+    """Bound what of a triangle that reaches behind the camera is before it.
+
+    At depth z, what is at least d beside all of the aperture is seen at least d / z off.
+    """
+    nearest, farthest, depth = np.full(2, np.inf), np.full(2, -np.inf), 0.0
+    for i in range(3):
+        corner = vertices[triangle[i]]
+        depth = max(depth, corner[2])
+        for axis in range(2):
+            nearest[axis] = min(nearest[axis], corner[axis])
+            farthest[axis] = max(farthest[axis], corner[axis])
+    for axis in range(2):
+        box[2 * axis], box[2 * axis + 1] = -np.inf, np.inf
+        if nearest[axis] > radius:
+            box[2 * axis] = (nearest[axis] - radius) / depth - radius * inverse_focus
+        if farthest[axis] < -radius:
+            box[2 * axis + 1] = (farthest[axis] + radius) / depth + radius * inverse_focus
 
 
 @kernel

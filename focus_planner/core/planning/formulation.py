@@ -44,7 +44,7 @@ def formulate_problem(
     by: Density = "importance",
     *,
     fresh: bool = False,
-    keep_going: Callable[[], bool] | None = None,
+    keep_going: Callable[[float], bool] | None = None,
     enough: Callable[[], float] = lambda: math.inf,
 ) -> Problem:
     """Return the discrete problem of a request, to plan on or to estimate a plan's quality on.
@@ -59,8 +59,9 @@ def formulate_problem(
         Whether to take the request's fresh samples, which no solver sees, in place of those to
         plan on. That they fit is checked with the latter only.
     keep_going : callable, optional
-        Called every few hundredths of a second of ray casting; return False to stop. The problem
-        is then on the samples so far: fewer, but still a random draw.
+        Called every few hundredths of a second of ray casting, with the share of it that is
+        done; return False to stop. The problem is then on the samples so far: fewer, but still
+        a random draw.
     enough : callable, optional
         Called after a stop: how many of the samples so far are enough. Parts beyond are left out.
 
@@ -177,7 +178,7 @@ def choose_samples(
 
 
 def _fair_order(
-    request: PlanRequest, samples: Samples, keep_going: Callable[[], bool] | None
+    request: PlanRequest, samples: Samples, keep_going: Callable[[float], bool] | None
 ) -> NDArray[np.int64] | None:
     """Return an order of which every prefix is a random draw; None to keep the samples' own.
 

@@ -70,13 +70,17 @@ class Pacer:
         """Return how many of the samples with rays cast are enough, now that no more are."""
         return _ENOUGH_TO_STOP if self.callback_stopped else math.inf
 
-    def within(self, stage: str, share: float) -> Callable[[], bool]:
-        """Return what to call between parts of a stage that may take a share of the budget."""
+    def within(self, stage: str, budget_share: float) -> Callable[[float], bool]:
+        """Return what to call between parts of a stage that may take a share of the budget.
 
-        def keep_going() -> bool:
+        It is given the share of the stage that is done.
+        """
+
+        def keep_going(done: float) -> bool:
             self._questions += 1
-            self._ask(Progress(stage, self._questions, _NO_COST), Answer.CALLBACK_STOP)
-            more = self._decide(self.budget.has_share_left(share))
+            step = Progress(stage, self._questions, _NO_COST, share=done)
+            self._ask(step, Answer.CALLBACK_STOP)
+            more = self._decide(self.budget.has_share_left(budget_share))
             self.samples_left_out = self.samples_left_out or not more
             return more
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from focus_planner.core.planning.formulation import formulate_problem
@@ -13,6 +14,7 @@ from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
+from focus_planner.core.surface.surface import PointCloud
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +39,36 @@ class PlannedSubject:
     model: CostModel | None = None
 
     def with_method(self, method: str, on_progress: ProgressCallback = never_stop) -> SolvedPlan:
-        """Return another method's plan for the same request."""
-        request = replace(self.request, method=method)
+        """Return another method's plan for the same request, to compare with.
+
+        It is given all the time that it needs, and no lower bound is sought.
+        """
+        request = replace(self.request, method=method, time_budget=math.inf, bound="none")
         return plan_focus(self.scene, self.rig, request, self.model, on_progress)
 
     def fresh_problem(self, samples: int) -> Problem:
         """Return the problem on this many samples that no plan was made on, by area."""
-        request = replace(self.request, fresh_samples=samples)
+        # Without a number of samples, a request on a mesh chooses that of fresh ones as well.
+        request = replace(self.request, samples=self.plan.samples, fresh_samples=samples)
         return formulate_problem(self.scene, self.rig, request, self.model, by="area", fresh=True)
+
+
+def requested(plan: FocusPlan, scene: Scene) -> PlanRequest:
+    """Return the request of a plan for this scene, as far as the plan tells it.
+
+    Raises
+    ------
+    InputError
+        If there is no such request.
+    """
+    samples = plan.samples
+    if isinstance(scene.surface, PointCloud) and samples == len(scene.sample(0, plan.seed)):
+        samples = 0  # the cloud's own points
+    return PlanRequest(
+        method=plan.method,
+        samples=samples,
+        seed=plan.seed,
+        shots=plan.shots,
+        depth_tolerance=plan.depth_tolerance,
+        fresh_samples=plan.fresh_samples,
+    )

@@ -47,3 +47,15 @@ def image_corners(camera: Camera, depth: float) -> FloatArray:
     rotation = rotation_from_quaternion(np.array(camera.orientation))
     corners: FloatArray = np.array(camera.position) + depth * rays @ rotation.T
     return corners
+
+
+def corner_directions(rig: Rig) -> FloatArray:
+    """Return (C, 4, 3) the rays through each image's corners, of depth 1, in the rig's frame.
+
+    In the order of :func:`image_corners`: at a depth d the corners are at the camera's position
+    + d · these.
+    """
+    flat = np.array([corner_rays(camera.intrinsics) for camera in rig.cameras])
+    rays = np.concatenate([flat, np.ones((len(rig), 4, 1))], axis=2)
+    directions: FloatArray = rays @ camera_rotations(rig).transpose(0, 2, 1)
+    return directions

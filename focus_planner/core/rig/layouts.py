@@ -1,8 +1,9 @@
-"""Standard rigs: cameras on a cylinder."""
+"""Standard rigs: cameras on a cylinder, on a dome, and before a turntable."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
@@ -42,8 +43,7 @@ def cylinder_rig(
     """
     check_whole("rows", rows, 1)
     check_whole("columns", columns, 1)
-    if rows * columns > MAX_CAMERAS:
-        raise InputError("rows × columns", f"at most {MAX_CAMERAS}", str(rows * columns))
+    _check_total("rows × columns", rows * columns)
     check_number("radius", radius, above=0)
     check_number("bottom", bottom)
     check_number("top", top)
@@ -69,6 +69,167 @@ def cylinder_rig(
                 )
             )
     return Rig(tuple(cameras), frame_id, Grid(rows, columns))
+
+
+def dome_rig(
+    rings: int = 5,
+    columns: int = 20,
+    radius: float = 1.2,
+    lowest: float = 0.0,
+    highest: float = 80.0,
+    height: float = 0.8,
+    *,
+    intrinsics: CameraIntrinsics | None = None,
+    lens: Lens | None = None,
+    frame_id: str = "world",
+) -> Rig:
+    """Return cameras on a dome about the z axis, looking at its centre.
+
+    The rings are equally spaced in elevation. Higher ones are shorter and have fewer cameras, so
+    that their distances stay alike. Camera j of n stands at the angle 2πj/n from +x. Cameras are
+    listed ring by ring from the lowest.
+
+    Parameters
+    ----------
+    rings : int
+    columns : int
+        Cameras that a ring at the height of the centre has.
+    radius : float
+        Metres.
+    lowest, highest : float
+        Elevations of the first and the last ring above the centre, degrees; a single ring is
+        halfway between them.
+    height : float
+        z of the centre, metres.
+    intrinsics, lens : optional
+        Shared by all cameras; the paper's by default.
+    frame_id : str
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    check_whole("rings", rings, 1)
+    check_whole("columns", columns, 1)
+    elevations = _elevations(rings, lowest, highest)
+    counts = [max(1, round(columns * math.cos(elevation))) for elevation in elevations]
+    _check_total("cameras", sum(counts))
+    check_number("radius", radius, above=0)
+    check_number("height", height)
+    digits = max(2, len(str(max(counts) - 1)))
+    cameras = [
+        _looking_at_centre(
+            f"cam_{ring}_{column:0{digits}d}",
+            2 * math.pi * column / count,
+            elevation,
+            radius,
+            height,
+            intrinsics or CameraIntrinsics(),
+            lens or Lens(),
+        )
+        for ring, (elevation, count) in enumerate(zip(elevations, counts, strict=True))
+        for column in range(count)
+    ]
+    return Rig(tuple(cameras), frame_id)
+
+
+def turntable_rig(
+    cameras: int = 3,
+    stops: int = 24,
+    radius: float = 0.6,
+    lowest: float = 10.0,
+    highest: float = 60.0,
+    height: float = 0.05,
+    *,
+    intrinsics: CameraIntrinsics | None = None,
+    lens: Lens | None = None,
+    frame_id: str = "world",
+) -> Rig:
+    """Return the views that cameras on an arc have of a subject that turns before them.
+
+    At every stop each camera takes a picture with a focus distance of its own, so it is planned as
+    one camera per stop: ``cam_<camera>_<stop>``. Poses are in the frame of the turning subject,
+    with its axis as z. At stop 0 the cameras are above +x. The subject turns counter-clockwise
+    seen from above, so around it the cameras go clockwise: at stop k they are at −2πk/stops.
+
+    Parameters
+    ----------
+    cameras, stops : int
+    radius : float
+        From the centre to the cameras, metres.
+    lowest, highest : float
+        Elevations of the first and the last camera above the centre, degrees; a single one is
+        halfway between them.
+    height : float
+        z of the centre, at which the cameras look, metres.
+    intrinsics, lens : optional
+        Shared by all cameras; the paper's by default.
+    frame_id : str
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    check_whole("cameras", cameras, 1)
+    check_whole("stops", stops, 1)
+    _check_total("cameras × stops", cameras * stops)
+    check_number("radius", radius, above=0)
+    check_number("height", height)
+    digits = max(2, len(str(stops - 1)))
+    views = [
+        _looking_at_centre(
+            f"cam_{camera}_{stop:0{digits}d}",
+            -2 * math.pi * stop / stops,
+            elevation,
+            radius,
+            height,
+            intrinsics or CameraIntrinsics(),
+            lens or Lens(),
+        )
+        for camera, elevation in enumerate(_elevations(cameras, lowest, highest))
+        for stop in range(stops)
+    ]
+    return Rig(tuple(views), frame_id, Grid(cameras, stops))
+
+
+def _check_total(argument: str, count: int) -> None:
+    if count > MAX_CAMERAS:
+        raise InputError(argument, f"at most {MAX_CAMERAS}", str(count))
+
+
+def _elevations(count: int, lowest: float, highest: float) -> Sequence[float]:
+    """Return equally spaced elevations, radians; that of one is halfway."""
+    check_number("lowest", lowest, at_least=-90, at_most=90)
+    check_number("highest", highest, at_least=-90, at_most=90)
+    if highest < lowest:
+        raise InputError("highest", f"at least lowest ({lowest:g}°)", f"{highest:g}°")
+    shares = [i / (count - 1) for i in range(count)] if count > 1 else [0.5]
+    return [math.radians(lowest + share * (highest - lowest)) for share in shares]
+
+
+def _looking_at_centre(
+    name: str,
+    angle: float,
+    elevation: float,
+    radius: float,
+    height: float,
+    intrinsics: CameraIntrinsics,
+    lens: Lens,
+) -> Camera:
+    """Return a camera at an angle from +x and an elevation that looks at (0, 0, height)."""
+    level = radius * math.cos(elevation)
+    position = (
+        level * math.cos(angle),
+        level * math.sin(angle),
+        height + radius * math.sin(elevation),
+    )
+    x, y, z, w = _facing_axis(angle)
+    # Then a turn about its own x axis, downwards.
+    s, c = -math.sin(elevation / 2), math.cos(elevation / 2)
+    orientation = (w * s + x * c, y * c + z * s, z * c - y * s, w * c - x * s)
+    return Camera(name, position, orientation, intrinsics, lens)
 
 
 def _facing_axis(angle: float) -> tuple[float, float, float, float]:

@@ -45,6 +45,20 @@ class Texture:
         object.__setattr__(self, "image", image)
         object.__setattr__(self, "coordinates", coordinates)
 
+    def take(self, which: NDArray[np.bool_]) -> Texture:
+        """Return the texture of some of the triangles."""
+        return Texture(self.image, self.coordinates[which])
+
+    def at_corners(self) -> Colours:
+        """Return (T, 3, 3) the colour of the pixel at each triangle's corners."""
+        height, width = self.image.shape[:2]
+        u, v = self.coordinates[..., 0], self.coordinates[..., 1]
+        # The far edge of the image itself is in its last pixel, not in the first of the next.
+        columns = np.floor(np.where(u == 1, u - 0.5 / width, u) * width).astype(np.int64) % width
+        rows = np.floor(np.where(v == 0, 1 - 0.5 / height, 1 - v) * height).astype(np.int64)
+        corners: Colours = self.image[rows % height, columns]
+        return corners
+
 
 def check_colours(argument: str, colours: Any, count: int) -> Colours:
     """Return (count, 3) colours as an array of bytes that cannot be written to.

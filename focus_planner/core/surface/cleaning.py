@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours, Texture
 from focus_planner.core.surface.surface import (
     Mesh,
     PointCloud,
@@ -36,6 +37,8 @@ def clean_mesh(
     normals: NDArray[Any] | None = None,
     importance: NDArray[Any] | None = None,
     notes: tuple[Note, ...] = (),
+    colours: Colours | None = None,
+    texture: Texture | None = None,
 ) -> Mesh:
     """Return the mesh without what is no surface.
 
@@ -54,6 +57,9 @@ def clean_mesh(
     importance : (V,) array, optional
     notes : tuple of Note
         What is known of the mesh already.
+    colours : (V, 3) array of uint8, optional
+    texture : Texture, optional
+        With coordinates of all triangles.
 
     Raises
     ------
@@ -74,6 +80,7 @@ def clean_mesh(
     found = [*notes, *_left_out_triangles(len(triangles), whole, kept)]
     if not kept.all():
         triangles = triangles[kept]
+        texture = None if texture is None else texture.take(kept)
     if normals is not None:
         normals = check_array("mesh vertex_normals", normals, vertices.shape)
     if not _all_valid(finite, normals, importance):
@@ -82,12 +89,14 @@ def clean_mesh(
         if normals is not None:
             found += _unused_normals(normals, used)
         triangles = (np.cumsum(used) - 1)[triangles]
-        vertices, normals, importance = (_rows(a, used) for a in (vertices, normals, importance))
+        vertices, normals, importance, colours = (
+            _rows(array, used) for array in (vertices, normals, importance, colours)
+        )
     check_reach("mesh vertices", vertices)
     if normals is not None:
         normals, note = _complete_vertex_normals(vertices, triangles, normals)
         found += note
-    return Mesh(vertices, triangles, normals, importance, tuple(found))
+    return Mesh(vertices, triangles, normals, importance, tuple(found), colours, texture)
 
 
 def clean_cloud(
@@ -95,6 +104,7 @@ def clean_cloud(
     normals: NDArray[Any] | None = None,
     importance: NDArray[Any] | None = None,
     notes: tuple[Note, ...] = (),
+    colours: Colours | None = None,
 ) -> PointCloud:
     """Return the cloud without what is no surface.
 
@@ -111,6 +121,7 @@ def clean_cloud(
     importance : (M,) array, optional
     notes : tuple of Note
         What is known of the cloud already.
+    colours : (M, 3) array of uint8, optional
 
     Raises
     ------
@@ -131,12 +142,14 @@ def clean_cloud(
                 f"{count} that are finite, of {len(points)}",
             )
         found.append(_left_out(f"{left:,} of {len(points):,} points, which are not finite numbers"))
-        points, normals, importance = (_rows(a, finite) for a in (points, normals, importance))
+        points, normals, importance, colours = (
+            _rows(array, finite) for array in (points, normals, importance, colours)
+        )
     if len(points) >= PointCloud.MIN_POINTS and normals is not None:
         check_reach("cloud points", points)
         normals, note = _complete_point_normals(points, normals)
         found += note
-    return PointCloud(points, normals, importance, tuple(found))
+    return PointCloud(points, normals, importance, tuple(found), colours)
 
 
 def _rows(array: Any, chosen: _Mask) -> Any:

@@ -31,7 +31,7 @@ class PreparedCloud:
     Attributes
     ----------
     cloud : PointCloud
-        The one given, or what was made of it.
+        The one given, or what was made of it: averaged points have no colours.
     shape : CloudShape
     notes : tuple of Note
         If points were averaged because of noise or their number, or strays left out.
@@ -94,6 +94,7 @@ def _kept(cloud: PointCloud, which: NDArray[np.bool_]) -> PointCloud:
         points=cloud.points[which],
         normals=None if cloud.normals is None else cloud.normals[which],
         importance=None if cloud.importance is None else cloud.importance[which],
+        colours=None if cloud.colours is None else cloud.colours[which],
     )
 
 

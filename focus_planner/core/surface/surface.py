@@ -98,6 +98,20 @@ class Mesh:
         a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
         return np.cross(b - a, c - a)
 
+    def colours_of_vertices(self) -> Colours | None:
+        """Return (V, 3) the colours of vertices, taken from the texture if they have none.
+
+        Where several triangles meet, it is the mean; a vertex of no triangle is black. None if the
+        mesh has neither colours nor texture.
+        """
+        if self.vertex_colours is not None or self.texture is None:
+            return self.vertex_colours
+        corners, colours = self.triangles.ravel(), self.texture.at_corners().reshape(-1, 3)
+        count = len(self.vertices)
+        sums = [np.bincount(corners, colours[:, i], count) for i in range(3)]
+        around = np.maximum(np.bincount(corners, minlength=count), 1)
+        return np.rint(np.stack(sums, axis=1) / around[:, None]).astype(np.uint8)
+
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:

@@ -69,7 +69,7 @@ def visible_pairs(
     scene: Scene,
     rig: Rig,
     samples: Samples,
-    keep_going: Callable[[], bool] | None = None,
+    keep_going: Callable[[float], bool] | None = None,
     order: NDArray[np.int64] | None = None,
     enough: Callable[[], float] = lambda: np.inf,
 ) -> Visibility:
@@ -90,8 +90,9 @@ def visible_pairs(
     rig : Rig
     samples : Samples
     keep_going : callable, optional
-        Called between parts of the samples; return False to stop. The result then covers only the
-        samples tested so far, a fair selection if their order is random.
+        Called between parts of the samples with the share that is done; return False to stop. The
+        result then covers only the samples tested so far, a fair selection if their order is
+        random.
     order : (N,) array of int64, optional
         The order in which to test the samples; as given by default.
     enough : callable, optional
@@ -113,7 +114,7 @@ def visible_pairs(
             part, rays = _find_visible(scene, views, samples, taken, facing=True)
         parts.append(part)
         low += size
-        if low >= len(samples) or (keep_going is not None and not keep_going()):
+        if low >= len(samples) or (keep_going is not None and not keep_going(low / len(samples))):
             break
         size = min(2 * size, size * _RAYS_BETWEEN_CHECKS // max(rays, 1))
         size = max(size, _MIN_SAMPLES)

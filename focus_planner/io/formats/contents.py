@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours, Texture
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import unreadable
 
@@ -35,6 +36,10 @@ class SurfaceContents:
     numbered : int, optional
         How many vertices the file has, where ``numbering`` is given.
     notes : tuple of Note
+    colours : (N, 3) array of uint8, optional
+        Of every vertex or point, as sRGB.
+    texture : Texture, optional
+        Its coordinates are those of ``triangles``.
     """
 
     points: NDArray[Any]
@@ -44,6 +49,8 @@ class SurfaceContents:
     numbering: NDArray[np.int64] | None = None
     numbered: int | None = None
     notes: tuple[Note, ...] = ()
+    colours: Colours | None = None
+    texture: Texture | None = None
 
     @property
     def vertices_in_file(self) -> int:

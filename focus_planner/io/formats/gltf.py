@@ -18,6 +18,8 @@ from focus_planner.core.notes import Note
 from focus_planner.io.files import BrokenFileError, refusing, unreadable
 from focus_planner.io.formats.contents import SurfaceContents
 from focus_planner.io.formats.gltf_buffers import Gltf, read_gltf_file
+from focus_planner.io.formats.gltf_looks import Look, Looks
+from focus_planner.io.formats.textures import looks_or_note
 
 _INSTANCES = "EXT_mesh_gpu_instancing"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -31,6 +33,7 @@ class _Part(NamedTuple):
     points: FloatArray
     triangles: NDArray[np.int64]
     normals: FloatArray | None
+    look: Look
 
 
 def read_gltf(path: Path) -> SurfaceContents:
@@ -45,7 +48,8 @@ def read_gltf(path: Path) -> SurfaceContents:
     with refusing(path, kind):
         try:
             gltf = read_gltf_file(path)
-            parts = _parts(gltf)
+            looks = Looks(gltf)
+            parts = _parts(gltf, looks)
             notes = [*gltf.notes, *_other_scenes(path, gltf)]
         except KeyError as error:
             raise BrokenFileError(f"json that lacks {error.args[0]!r} somewhere") from None
@@ -55,18 +59,31 @@ def read_gltf(path: Path) -> SurfaceContents:
     normals = None
     if any(part.normals is not None for part in parts):
         normals = np.concatenate([_normals_or_none(part) for part in parts])
+    colours, texture = looks_or_note(
+        path,
+        "the texture",
+        lambda: looks.together(
+            [part.look for part in parts],
+            [part.triangles for part in parts],
+            [len(part.points) for part in parts],
+        ),
+        looks.notes,
+        (None, None),
+    )
     return SurfaceContents(
         np.concatenate([part.points for part in parts]),
         np.concatenate([p.triangles + first for p, first in zip(parts, firsts, strict=True)]),
         normals,
-        notes=tuple(notes),
+        notes=(*notes, *looks.notes),
+        colours=colours,
+        texture=texture,
     )
 
 
-def _parts(gltf: Gltf) -> list[_Part]:
+def _parts(gltf: Gltf, looks: Looks) -> list[_Part]:
     parts, vertices = list[_Part](), 0
     for node, pose in _nodes(gltf):
-        for part in _of_node(gltf, node, pose):
+        for part in _of_node(gltf, looks, node, pose):
             parts.append(part)
             vertices += len(part.points)
             if vertices > _MAX_VERTICES:
@@ -136,7 +153,7 @@ def _other_scenes(path: Path, gltf: Gltf) -> list[Note]:
 # --- meshes ------------------------------------------------------------------------------------
 
 
-def _of_node(gltf: Gltf, node: dict[str, Any], pose: FloatArray) -> Iterator[_Part]:
+def _of_node(gltf: Gltf, looks: Looks, node: dict[str, Any], pose: FloatArray) -> Iterator[_Part]:
     if _INSTANCES in node.get("extensions", {}):
         raise gltf.not_read(_INSTANCES)
     if "mesh" not in node:
@@ -146,17 +163,17 @@ def _of_node(gltf: Gltf, node: dict[str, Any], pose: FloatArray) -> Iterator[_Pa
     for primitive in mesh["primitives"]:
         if primitive.get("mode", _TRIANGLES) not in {_TRIANGLES, _STRIP, _FAN}:
             continue  # points and lines
-        triangles, attributes = _primitive(gltf, primitive, weights)
+        triangles, attributes, look = _primitive(gltf, looks, primitive, weights)
         poses = pose[None]
         if "skin" in node:  # whose own pose is ignored
             poses = _skinned(gltf, gltf.item("skins", node["skin"]), attributes)
-        yield _moved(attributes["POSITION"], attributes.get("NORMAL"), triangles, poses)
+        yield _moved(attributes["POSITION"], attributes.get("NORMAL"), triangles, poses, look)
 
 
 def _primitive(
-    gltf: Gltf, primitive: dict[str, Any], weights: list[float]
-) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
-    """Return the triangles and the attributes of a primitive, morphed by the weights."""
+    gltf: Gltf, looks: Looks, primitive: dict[str, Any], weights: list[float]
+) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]], Look]:
+    """Return the triangles and the attributes of a primitive, morphed by the weights, its look."""
     of_draco: dict[str, NDArray[Any]] = {}
     if gltf.is_only_in_draco(primitive):
         of_draco = gltf.draco(primitive)
@@ -178,7 +195,8 @@ def _primitive(
             of_draco["indices"] if "indices" in of_draco else gltf.accessor(primitive["indices"])
         )
         indices = given.reshape(-1).astype(np.int64)
-    return _triangles(indices, primitive.get("mode", _TRIANGLES)), attributes
+    triangles = _triangles(indices, primitive.get("mode", _TRIANGLES))
+    return triangles, attributes, looks.of(primitive, of_draco, count)
 
 
 def _triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
@@ -216,6 +234,7 @@ def _moved(
     normals: NDArray[Any] | None,
     triangles: NDArray[np.int64],
     poses: FloatArray,
+    look: Look,
 ) -> _Part:
     """Return a part in the scene's frame; ``poses`` is (1, 4, 4), or one for every vertex."""
     linear, shift = poses[:, :3, :3], poses[:, :3, 3]
@@ -228,4 +247,4 @@ def _moved(
         normals = np.where(mirrored[:, None], -normals, normals)
     if mirrored.all():  # turns triangles over
         triangles = triangles[:, ::-1]
-    return _Part(moved, triangles, normals)
+    return _Part(moved, triangles, normals, look)

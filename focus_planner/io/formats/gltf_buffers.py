@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import binascii
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -111,8 +110,7 @@ class Gltf:
     def _values(
         self, place: dict[str, Any], kind: np.dtype[Any], count: int, size: int
     ) -> NDArray[Any]:
-        view = self.item("bufferViews", place["bufferView"])
-        data = self._view(view)
+        view, data = self.item("bufferViews", place["bufferView"]), self.view(place["bufferView"])
         each = kind.itemsize * size
         stride, offset = view.get("byteStride", each), place.get("byteOffset", 0)
         # Less than a row apart, a few bytes would stand for any number of vertices.
@@ -131,7 +129,15 @@ class Gltf:
         values[rows] = self._values(sparse["values"], kind, count, values.shape[1])
         return values
 
-    def _view(self, view: dict[str, Any]) -> bytes:
+    def view(self, index: int) -> bytes:
+        """Return a part of a buffer.
+
+        Raises
+        ------
+        BrokenFileError
+            If it is not all there.
+        """
+        view = self.item("bufferViews", index)
         start, length = view.get("byteOffset", 0), view["byteLength"]
         if min(start, length) < 0:
             raise BrokenFileError("a part of a buffer before its start")
@@ -151,10 +157,7 @@ class Gltf:
         if uri is None:
             data = self.chunk if index == 0 else b""
         elif uri.startswith("data:"):
-            try:
-                data = base64.b64decode(uri.partition(",")[2], validate=True)
-            except binascii.Error:
-                raise BrokenFileError("a buffer that is no base64") from None
+            data = bytes_in_uri(uri, "a buffer")
         else:
             file = self.path.parent / unquote(uri)
             data = read_bytes(file, f"a buffer of {self.path.name}")
@@ -179,7 +182,7 @@ class Gltf:
         library = optional_library(self.path, f"glTF's {DRACO}", "DracoPy")
         packed = primitive["extensions"][DRACO]
         try:
-            mesh = library.decode(self._view(self.item("bufferViews", packed["bufferView"])))
+            mesh = library.decode(self.view(packed["bufferView"]))
         except Exception:  # noqa: BLE001 - whatever the library raises
             raise self.not_read(DRACO, f"{DRACO} that cannot be decoded") from None
         by_id = {each["unique_id"]: each["data"] for each in mesh.attributes}
@@ -192,6 +195,20 @@ class Gltf:
             if count != self.item("accessors", places[name])["count"]:
                 raise self.not_read(DRACO, f"{DRACO} with {count} numbers in {name}")
         return found
+
+
+def bytes_in_uri(uri: str, what: str) -> bytes:
+    """Return the bytes that a ``data:`` uri holds itself.
+
+    Raises
+    ------
+    BrokenFileError
+        If they are no base64.
+    """
+    try:
+        return base64.b64decode(uri.partition(",")[2], validate=True)
+    except ValueError:
+        raise BrokenFileError(f"{what} that is no base64") from None
 
 
 def read_gltf_file(path: Path) -> Gltf:

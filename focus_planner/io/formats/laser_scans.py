@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import SURFACE, read_bytes, unreadable
+from focus_planner.io.formats.colours import colours_of
 from focus_planner.io.formats.contents import SurfaceContents, check_announced, optional_library
 
 _LAS_NORMALS = ("NormalX", "NormalY", "NormalZ")  # as CloudCompare calls them
@@ -37,13 +39,19 @@ def read_las(path: Path) -> SurfaceContents:
         extra = list(points.point_format.extra_dimension_names)
         numbers = {name: np.asarray(points[name]) for name in extra}
         xyz = np.asarray(points.xyz)
+        colours = None
+        if {"red", "green", "blue"} <= set(points.point_format.dimension_names):
+            colours = np.stack([points.red, points.green, points.blue], axis=1)
     except Exception:  # noqa: BLE001 - whatever the library raises for broken files
         raise unreadable(path, kind, "what laspy cannot read") from None
     check_announced(path, kind, "points", len(xyz), announced)
     normals = None
     if numbers.keys() >= set(_LAS_NORMALS):
         normals = np.stack([numbers.pop(name) for name in _LAS_NORMALS], axis=1)
-    return SurfaceContents(xyz, None, normals, numbers)
+    # Of 16 bits, though some write 8.
+    if colours is not None:
+        colours = colours_of(colours) if colours.any() else None
+    return SurfaceContents(xyz, None, normals, numbers, colours=colours)
 
 
 def _check_header(path: Path, kind: str) -> None:
@@ -88,11 +96,19 @@ def read_e57(path: Path) -> SurfaceContents:
         raise
     except Exception:  # noqa: BLE001 - whatever the library raises for broken files
         raise unreadable(path, "e57", "what pye57 cannot read") from None
-    return SurfaceContents(np.concatenate([np.empty((0, 3)), *scans]))
+    points = np.concatenate([np.empty((0, 3)), *(scan for scan, _ in scans)])
+    colours = None
+    if any(each is not None for _, each in scans):
+        colours = np.concatenate(
+            [np.zeros(scan.shape, np.uint8) if each is None else each for scan, each in scans]
+        )
+    return SurfaceContents(points, colours=colours)
 
 
-def _scan(path: Path, file: Any, index: int) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return (n, 3) points, NaN where the scanner says that it saw nothing."""
+def _scan(
+    path: Path, file: Any, index: int
+) -> tuple[np.ndarray[Any, np.dtype[np.float64]], Colours | None]:
+    """Return (n, 3) points, NaN where the scanner says that it saw nothing, and their colours."""
     raw, header = file.read_scan_raw(index), file.get_header(index)
     check_announced(path, "e57", "points", len(next(iter(raw.values()))), header.point_count)
     if "cartesianX" in raw:
@@ -112,4 +128,7 @@ def _scan(path: Path, file: Any, index: int) -> np.ndarray[Any, np.dtype[np.floa
         points[np.asarray(invalid) > 0] = np.nan
     if header.has_pose():
         points = points @ header.rotation_matrix.T + header.translation
-    return points
+    names = [f"color{name}" for name in ("Red", "Green", "Blue")]
+    if not raw.keys() >= set(names):
+        return points, None
+    return points, colours_of(np.stack([raw[name] for name in names], axis=1))

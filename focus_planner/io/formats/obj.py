@@ -1,4 +1,4 @@
-"""Meshes from obj files: their polygons; lines, points, textures and materials do not matter here.
+"""Meshes from obj files: their polygons; lines and points do not matter here.
 
 A face names its corners by their numbers, counted from 1, or back from the last vertex so far.
 """
@@ -25,16 +25,15 @@ from focus_planner.io.files import (
     unfinished_line,
     without_byte_order_mark,
 )
+from focus_planner.io.formats.colours import guessed_colours
 from focus_planner.io.formats.contents import (
     SurfaceContents,
 )
+from focus_planner.io.formats.obj_materials import FACE, read_texture, statement
 from focus_planner.io.formats.polygons import triangulate
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
 
-_VERTEX, _NORMAL, _FACE = (
-    re.compile(rb"(?m)^[ \t]*" + keyword + rb"(?:[ \t]+([^\n]*))?$")
-    for keyword in (b"v", b"vn", b"fo?")  # fo in old files
-)
+_VERTEX, _NORMAL = statement(b"v"), statement(b"vn")
 _KEYWORD = re.compile(rb"(?m)^[ \t]*(vn?|fo?)(?:[ \t]|$)")
 # Surface that is not made of polygons, or is in another file.
 _ELSEWHERE = re.compile(rb"(?m)^[ \t]*(surf|call)\b")
@@ -70,6 +69,7 @@ class _Statements(NamedTuple):
     normals: list[bytes]
     faces: list[bytes]
     keywords: list[bytes]
+    text: bytes
 
 
 def read_obj(path: Path) -> SurfaceContents:
@@ -85,16 +85,20 @@ def read_obj(path: Path) -> SurfaceContents:
         finished = content.endswith((b"\n", b"\r"))
         statements = _statements(path, content)
         counts = _corner_counts(statements, finished)
-        points, vectors = _vectors(statements.vertices), _vectors(statements.normals)
+        vertices = _vectors(statements.vertices)
+        points, vectors = np.ascontiguousarray(vertices[:, :3]), _vectors(statements.normals)[:, :3]
         corners, of_normals = _corners(statements, counts)
     most = int(np.maximum(counts - 2, 1).sum())  # some count the triangles of polygons
-    notes = (
+    found = [
         *unfinished_line(path, content, THE_REST),
         *_compared(path, content, {"vertices": (len(points),) * 2, "faces": (len(counts), most)}),
-    )
+    ]
+    colours = guessed_colours(vertices[:, 3:6]) if vertices.shape[1] >= 6 else None
+    texture = read_texture(path, statements.text, statements.faces, points, corners, counts, found)
+    notes = tuple(found)
     if not (of_normals >= 0).any():
         triangles = triangulate(points, corners, counts)
-        return SurfaceContents(points, triangles, notes=notes)
+        return SurfaceContents(points, triangles, notes=notes, colours=colours, texture=texture)
     numbering, corners, normals = _with_normals(corners, of_normals, vectors)
     return SurfaceContents(
         points[numbering],
@@ -103,6 +107,8 @@ def read_obj(path: Path) -> SurfaceContents:
         numbering=numbering,
         numbered=len(points),
         notes=notes,
+        colours=None if colours is None else colours[numbering],
+        texture=texture,
     )
 
 
@@ -154,20 +160,23 @@ def _statements(path: Path, content: bytes) -> _Statements:
         raise InputError(
             str(path), "a mesh of polygons", _NOT_READ[elsewhere[1]], "convert it to polygons first"
         )
-    faces = _FACE.findall(text)
+    faces = FACE.findall(text)
     counted_back = b"-" in b" ".join(faces)
     keywords = _KEYWORD.findall(text) if counted_back else []
-    return _Statements(_VERTEX.findall(text), _NORMAL.findall(text), faces, keywords)
+    return _Statements(_VERTEX.findall(text), _NORMAL.findall(text), faces, keywords, text)
 
 
 def _vectors(lines: Sequence[bytes]) -> FloatArray:
-    """Return the first three numbers of every line: colours and weights may follow."""
+    """Return the numbers of every line, of which colours may follow the first three.
+
+    If not all lines have as many, only the first three.
+    """
     text = b"\n".join(lines)
     counts = words_per_line(text)
     if len(counts) < len(lines) or counts.min(initial=3) < 3:
         raise BrokenFileError("a vertex of less than three numbers")
     if len(counts) and (counts == counts[0]).all():
-        return np.ascontiguousarray(numbers_of_text(text).reshape(len(lines), -1)[:, :3])
+        return numbers_of_text(text).reshape(len(lines), -1)
     return columns_of_lines(text.decode("utf-8", "replace").split("\n"), (0, 1, 2))
 
 

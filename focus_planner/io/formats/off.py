@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.appearance import Texture
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
@@ -19,15 +21,18 @@ from focus_planner.io.files import (
     unreadable,
     without_byte_order_mark,
 )
+from focus_planner.io.formats.colours import guessed_colours
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     check_announced,
 )
-from focus_planner.io.formats.polygons import triangulate
+from focus_planner.io.formats.polygons import triangulate, triangulate_corners
 from focus_planner.io.formats.tables import columns_of_lines
+from focus_planner.io.formats.textures import looks_or_note, texture_of_faces
 from focus_planner.io.quoting import word as quoted
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+_NO_COLOUR = 170  # the format's own default is grey
 _COMMENT = re.compile(r"#[^\n]*")
 # Texture coordinates, colours and normals of vertices; four coordinates, or n of them.
 _KEYWORD = re.compile(r"(ST)?(C)?(N)?(4)?(n)?OFF\b")
@@ -60,27 +65,67 @@ def _read(path: Path, content: bytes) -> SurfaceContents:
     except (IndexError, ValueError):
         raise unreadable(path, "off", "no counts of vertices and faces") from None
     check_announced(path, "off", "lines", len(lines) - 1, vertices + faces)
-    wanted = [0, 1, 2, *((3, 4, 5) if keyword[3] else ())]
-    table = columns_of_lines(lines[1 : vertices + 1], wanted) if vertices else np.empty((0, 3))
-    corners, counts = _polygons(lines[vertices + 1 :])
+    first = 6 if keyword[3] else 3
+    rows = lines[1 : vertices + 1]
+    table = columns_of_lines(rows, range(first)) if vertices else np.empty((0, 3))
+    corners, counts, after = _polygons(lines[vertices + 1 :])
+    points = table[:, :3]
+    notes = list(unfinished_line(path, content, DIGITS))
+    colours = texture = None
+    if keyword[2] and vertices:
+        colours = looks_or_note(
+            path,
+            "the colours",
+            lambda: guessed_colours(columns_of_lines(rows, range(first, first + 3))),
+            notes,
+        )
+    elif after:
+        texture = looks_or_note(
+            path, "the colours", lambda: _texture(points, corners, counts, after), notes
+        )
     return SurfaceContents(
-        table[:, :3],
-        triangulate(table[:, :3], corners, counts),
-        table[:, 3:] if keyword[3] else None,
-        notes=unfinished_line(path, content, DIGITS),
+        points,
+        triangulate(points, corners, counts),
+        table[:, 3:6] if keyword[3] else None,
+        notes=tuple(notes),
+        colours=colours,
+        texture=texture,
     )
 
 
-def _polygons(lines: list[str]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the corners of all polygons, and how many each has; colours may follow them."""
+def _texture(
+    points: FloatArray,
+    corners: NDArray[np.int64],
+    counts: NDArray[np.int64],
+    after: dict[int, list[str]],
+) -> Texture | None:
+    """Return the colours of polygons, red, green, blue and maybe alpha; None if there are none.
+
+    A single number would be one of a list of colours, which is elsewhere.
+    """
+    colours = {row: words[:3] for row, words in after.items() if len(words) in (3, 4)}
+    if not colours:
+        return None
+    of_polygons = np.full((len(counts), 3), _NO_COLOUR, dtype=np.uint8)
+    of_polygons[list(colours)] = guessed_colours(np.array([*colours.values()], dtype=np.float64))
+    return texture_of_faces(of_polygons[triangulate_corners(points, corners, counts)[1]])
+
+
+def _polygons(
+    lines: list[str],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], dict[int, list[str]]]:
+    """Return the corners of all polygons, how many each has, and what follows those of some."""
     corners, counts = list[int](), list[int]()
+    after = dict[int, list[str]]()
     for line in lines:
         count, *words = line.split()
         counts.append(_whole(count))
         if not 0 < counts[-1] <= len(words):
             raise BrokenFileError(f"{len(words)} corners of the {count} announced")
         corners += map(_whole, words[: counts[-1]])
-    return np.array(corners, dtype=np.int64), np.array(counts, dtype=np.int64)
+        if len(words) > counts[-1]:
+            after[len(counts) - 1] = words[counts[-1] :]
+    return np.array(corners, dtype=np.int64), np.array(counts, dtype=np.int64), after
 
 
 def _whole(text: str) -> int:

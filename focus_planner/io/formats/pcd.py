@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours
 from focus_planner.io.files import (
     DIGITS,
     SURFACE,
@@ -24,6 +25,7 @@ from focus_planner.io.files import (
     unfinished_line,
     without_byte_order_mark,
 )
+from focus_planner.io.formats.colours import colours_among, unpacked_colours
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
@@ -77,7 +79,22 @@ def read_pcd(path: Path) -> SurfaceContents:
     else:
         notes = bytes_after_end(path, "pcd", rest, fields["x"].stride, "points")
     notes += _viewpoint(path, header.get("VIEWPOINT", []))
-    return SurfaceContents(points, None, normals, numbers, notes=notes)
+    colours = _colours(numbers, fields)
+    return SurfaceContents(points, None, normals, numbers, notes=notes, colours=colours)
+
+
+def _colours(numbers: dict[str, NDArray[Any]], fields: dict[str, _Field]) -> Colours | None:
+    """Return the points' colours: of three fields, or packed in the bits of one, as PCL does."""
+    name = next((name for name in ("rgb", "rgba") if name in numbers), None)
+    if name is None:
+        return colours_among(numbers)
+    if fields[name].kind.itemsize != 4:
+        return None
+    # Text has the same numbers, as doubles.
+    values = np.nan_to_num(numbers[name], nan=0.0, posinf=0.0, neginf=0.0)
+    if fields[name].kind.kind == "f":
+        return unpacked_colours(values.astype(np.float32).view(np.uint32))
+    return unpacked_colours((values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32))
 
 
 def _viewpoint(path: Path, words: list[str]) -> tuple[Note, ...]:

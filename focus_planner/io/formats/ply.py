@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.surface.appearance import Texture
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
@@ -27,12 +28,20 @@ from focus_planner.io.files import (
     unreadable,
     without_byte_order_mark,
 )
+from focus_planner.io.formats.colours import colours_among
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     bytes_after_end,
 )
-from focus_planner.io.formats.polygons import triangulate
+from focus_planner.io.formats.polygons import triangulate, triangulate_corners
 from focus_planner.io.formats.tables import numbers_of_text
+from focus_planner.io.formats.textures import (
+    Wrapped,
+    image_beside,
+    looks_or_note,
+    texture_of,
+    texture_of_faces,
+)
 
 _KINDS = {
     "i1": ("char", "int8"),
@@ -51,6 +60,15 @@ _NORMAL = ("nx", "ny", "nz")
 # One more element would take at least as much: a point of three short numbers.
 _SMALLEST_RECORD = 6
 _CORNERS = ("vertex_indices", "vertex_index")
+_TEXTURE = "texcoord"  # u and v of every corner of a face
+# The same of every vertex, as different programs call them.
+_TEXTURE_OF_VERTEX = (
+    ("s", "t"),
+    ("u", "v"),
+    ("texture_u", "texture_v"),
+    ("texture_s", "texture_t"),
+)
+_IMAGE = "texturefile"
 _FIRST_LINE = re.compile(rb"ply[ \t]*(\r\n|\n|\r)")
 
 
@@ -74,6 +92,7 @@ class _Element:
 class _Header:
     order: str
     elements: tuple[_Element, ...]
+    images: tuple[str, ...] = ()
 
     def count(self, name: str) -> int:
         return sum(each.count for each in self.elements if each.name == name)
@@ -106,7 +125,92 @@ def read_ply(path: Path) -> SurfaceContents:
     if vertices.keys() >= set(_NORMAL):
         normals = np.stack([vertices.pop(name) for name in _NORMAL], axis=1)
     triangles = _triangles(path, header, lists, points)
-    return SurfaceContents(points, triangles, normals, vertices, notes=notes)
+    colours = colours_among(_as_declared(header, "vertex", vertices))
+    found = list(notes)
+    texture = looks_or_note(
+        path,
+        "the texture",
+        lambda: _texture(path, header, columns, lists, points, has_colours=colours is not None),
+        found,
+    )
+    notes = tuple(found)
+    return SurfaceContents(
+        points, triangles, normals, vertices, notes=notes, colours=colours, texture=texture
+    )
+
+
+# --- textures ----------------------------------------------------------------------------------
+
+
+def _texture(
+    path: Path,
+    header: _Header,
+    columns: dict[str, _Columns],
+    lists: dict[str, _Lists],
+    points: NDArray[Any],
+    *,
+    has_colours: bool,
+) -> Texture | None:
+    """Return the texture; or the colours of faces as one, if the vertices have none."""
+    if not header.count("face"):
+        return None
+    lengths, corners = next(lists["face"][name] for name in _CORNERS if name in lists["face"])
+    corners, filled = corners.astype(np.int64), np.flatnonzero(lengths)
+    faces = _as_declared(header, "face", columns["face"])
+    coordinates = of_faces = None
+    if header.images:
+        coordinates = _coordinates(columns["vertex"], lists["face"], corners)
+    elif not has_colours:
+        of_faces = colours_among(faces)
+    if coordinates is None and of_faces is None:
+        return None
+    if corners.min(initial=0) < 0 or corners.max(initial=-1) >= len(points):
+        return None  # which is refused as a mesh
+    places, polygons = triangulate_corners(points, corners, lengths[filled])
+    polygons = filled[polygons]
+    if of_faces is not None:
+        return texture_of_faces(of_faces[polygons])
+    assert coordinates is not None
+    images = [image_beside(path, name, len(header.images)) for name in header.images]
+    which = np.zeros(len(places), dtype=np.int64)
+    if "texnumber" in faces and len(images) > 1:
+        which = np.clip(faces["texnumber"][polygons].astype(np.int64), 0, len(images) - 1)
+    plain = np.zeros((len(places), 3), dtype=np.uint8)
+    return texture_of(images, Wrapped(which, coordinates[places], plain))
+
+
+def _as_declared(header: _Header, name: str, columns: _Columns) -> _Columns:
+    """Return an element's columns of whole numbers as such, where text made doubles of them."""
+    kinds = {
+        each.name: each.kind
+        for element in header.elements
+        if element.name == name
+        for each in element.properties
+    }
+    return {
+        each: values.astype(kinds[each])
+        if kinds[each] in ("u1", "u2") and values.dtype.kind == "f"
+        else values
+        for each, values in columns.items()
+    }
+
+
+def _coordinates(
+    vertices: _Columns, faces: _Lists, corners: NDArray[np.int64]
+) -> NDArray[Any] | None:
+    """Return (c, 2) the place in the texture of every corner; None if the file does not tell."""
+    if _TEXTURE in faces:
+        _, values = faces[_TEXTURE]
+        if len(values) != 2 * len(corners):
+            raise BrokenFileError(f"{len(values)} numbers of {_TEXTURE} for {len(corners)} corners")
+        return values.reshape(-1, 2)
+    for names in _TEXTURE_OF_VERTEX:
+        if vertices.keys() >= set(names):
+            return np.stack([vertices[name] for name in names], axis=1)[corners]
+    return None
+
+
+# --- triangles ---------------------------------------------------------------------------------
 
 
 def _triangles(
@@ -141,8 +245,11 @@ def _header(content: bytes) -> tuple[_Header, bytes]:
     if first is None or end < 0 or last is None:
         raise BrokenFileError("no complete header")
     order, elements = "?", list[tuple[str, int, list[_Property]]]()
+    images = list[str]()
     for line in content[first.end() : end].decode("utf-8", "replace").splitlines():
         match line.split():
+            case ["comment", word, _, *_] if word.lower() == _IMAGE:
+                images.append(line.split(None, 2)[2])
             case [] | ["comment" | "obj_info", *_]:
                 pass
             case ["format", name, _] if name in _ORDERS:
@@ -157,7 +264,8 @@ def _header(content: bytes) -> tuple[_Header, bytes]:
                 elements[-1][2].append(_Property(name, _TYPES[kind], _TYPES[count]))
             case _:
                 raise BrokenFileError(f"a header with the line {line.strip()!r}")
-    header = _Header(order, tuple(_Element(name, n, tuple(p)) for name, n, p in elements))
+    layouts = tuple(_Element(name, n, tuple(p)) for name, n, p in elements)
+    header = _Header(order, layouts, tuple(images))
     _check_names(header)
     return header, content[last.end() :]
 
@@ -255,7 +363,7 @@ def _too_few(element: _Element, count: int) -> str:
 def _rows_of_any_length(
     element: _Element, order: str, data: bytes, at: int
 ) -> tuple[_Columns, _Lists, int]:
-    """Return what :func:`_element` does, row by row as far as must be; of lists only corners."""
+    """Return what :func:`_element` does, row by row as far as must be; of lists what matters."""
     anchors, counts, end = _walk(element, order, data, at)
     columns, lists = dict[str, NDArray[Any]](), _Lists()
     anchor, gap = 0, 0
@@ -265,7 +373,7 @@ def _rows_of_any_length(
             lengths = counts[:, anchor]
             anchor, gap = anchor + 1, 0
             firsts = anchors[:, anchor] - lengths * kind.itemsize
-            if each.name in _CORNERS:
+            if each.name in (*_CORNERS, _TEXTURE):
                 within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
                 places = np.repeat(firsts, lengths) + within * kind.itemsize
                 lists[each.name] = lengths, _numbers_at(data, places, kind)

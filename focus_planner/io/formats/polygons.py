@@ -60,6 +60,26 @@ def triangulate(
     return triangles[made]
 
 
+def triangulate_corners(
+    vertices: NDArray[Any], corners: NDArray[np.int64], counts: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return what the triangles of :func:`triangulate` were made of.
+
+    Returns
+    -------
+    places : (T, 3) array of int
+        Which of ``corners`` each triangle has.
+    polygons : (T,) array of int
+        The polygon that each triangle is of.
+    """
+    alone = np.arange(len(corners))
+    if (counts == 3).all():
+        places = alone.reshape(-1, 3)
+    else:
+        places = triangulate(vertices[corners], alone, counts)
+    return places, np.repeat(np.arange(len(counts)), counts)[places[:, 0]]
+
+
 def _fans(polygons: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return (P, max(n − 2, 1), 3) the triangles from the first of (P, n) corners to all others."""
     count = polygons.shape[1]

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.io.files import BrokenFileError
 from focus_planner.io.quoting import word as quoted
+from focus_planner.io.reading import became_numbers, became_words
 
 _OLD_NAN = re.compile(rb"[-+]?1\.#(?:QNAN|SNAN|IND|INF)\w*")
+_SPACE = re.compile(rb"\s")
 _BLOCK = 1 << 24  # bytes at a time: it takes several times as much memory
+_LINES = 1 << 18  # at a time
 
 
 def numbers_of_text(text: bytes) -> FloatArray:
@@ -26,6 +29,17 @@ def numbers_of_text(text: bytes) -> FloatArray:
     BrokenFileError
         If there is anything else in it; names it.
     """
+    parts, at = [], 0
+    while at < len(text):
+        space = _SPACE.search(text, at + _BLOCK)
+        end = space.end() if space else len(text)
+        parts.append(_numbers_of_text(text if end - at == len(text) else text[at:end]))
+        became_numbers(end - at)
+        at = end
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _numbers_of_text(text: bytes) -> FloatArray:
     text = with_usual_nan(text)
     if not text.strip():
         return np.empty(0)
@@ -63,6 +77,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
         end = text.find(b"\n", at + _BLOCK)
         end = len(text) if end < 0 else end + 1
         parts.append(_words_per_line(np.frombuffer(text, np.uint8, end - at, at)))
+        became_words(end - at)
         at = end
     return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
 
@@ -88,9 +103,16 @@ def columns_of_lines(lines: Sequence[str], columns: Sequence[int]) -> FloatArray
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of empty input, which is refused as a surface
         try:
-            return np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
+            starts = range(0, max(len(lines), 1), _LINES)
+            return np.concatenate([_columns(lines[i : i + _LINES], columns) for i in starts])
         except (ValueError, OverflowError):
             raise BrokenFileError(_first_that_is_wrong(lines, columns)) from None
+
+
+def _columns(lines: Sequence[str], columns: Sequence[int]) -> FloatArray:
+    numbers: FloatArray = np.loadtxt(lines, usecols=columns, ndmin=2, comments=None)
+    became_numbers(sum(map(len, lines)))
+    return numbers
 
 
 def _first_that_is_wrong(lines: Sequence[str], columns: Sequence[int]) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
+from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
@@ -29,6 +30,7 @@ from focus_planner.io.files import (
     unfinished_line,
     without_byte_order_mark,
 )
+from focus_planner.io.formats.colours import colours_among
 from focus_planner.io.formats.contents import (
     SurfaceContents,
     check_announced,
@@ -86,6 +88,8 @@ class _Columns(NamedTuple):
     normals: Sequence[int]
     numbers: dict[str, int]
     understood: bool = True
+    # Which may be colours, where there are no titles.
+    others: Sequence[int] = ()
 
 
 def read_text_cloud(path: Path) -> SurfaceContents:
@@ -112,7 +116,11 @@ def read_text_cloud(path: Path) -> SurfaceContents:
             _check_last_digits(text)
         columns = _columns(path, kind, titles, min((words for words, _ in scans), default=3))
         tables = [_table(lines, words, columns) for words, lines in scans]
-    table = np.concatenate(tables) if tables else np.empty((0, 3 + len(columns.normals)))
+    if tables:
+        narrowest = min(table.shape[1] for table in tables)
+        table = np.concatenate([table[:, :narrowest] for table in tables])
+    else:
+        table = np.empty((0, 3 + len(columns.normals)))
     normals = table[:, 3:6] if columns.normals else None
     numbers = {
         title: table[:, i]
@@ -122,7 +130,16 @@ def read_text_cloud(path: Path) -> SurfaceContents:
     notes = unfinished_line(path, whole, DIGITS if counted else THE_REST)
     if not columns.understood:
         notes += (_not_understood(path, titles),)
-    return SurfaceContents(table[:, :3], None, normals, numbers, notes=notes)
+    colours = colours_among(numbers)
+    if columns.others and table.shape[1] == 3 + len(columns.others):
+        colours = _untitled_colours(table[:, 3:])
+    return SurfaceContents(table[:, :3], None, normals, numbers, notes=notes, colours=colours)
+
+
+def _untitled_colours(values: FloatArray) -> Colours | None:
+    """Return columns as colours if they can hardly be anything else: normals go up to 1."""
+    whole = ((values >= 0) & (values <= 255) & (values % 1 == 0)).all()
+    return values.astype(np.uint8) if whole and values.max(initial=0) > 1 else None
 
 
 def _not_understood(path: Path, titles: _Titles) -> Note:
@@ -252,7 +269,9 @@ def _columns(path: Path, kind: str, titles: _Titles, width: int) -> _Columns:
             "name them x, y and z, or delete the line if the first three are",
         )
     if kind != "xyzn":
-        return _Columns((0, 1, 2), (), {}, understood)
+        first = 4 if kind == "pts" and width > 6 else 3  # in pts the intensity comes before
+        untitled = (*range(first, first + 3),) if width > 5 and not names else ()
+        return _Columns((0, 1, 2), (), {}, understood, untitled)
     if width < 6:
         raise BrokenFileError(f"{width} numbers per line, where the normal follows the point")
     return _Columns((0, 1, 2), (3, 4, 5), {}, understood)
@@ -279,7 +298,7 @@ def _table(lines: bytes, words: int, columns: _Columns) -> FloatArray:
     except ValueError:
         text = lines.decode("utf-8", "replace").split("\n")
         return columns_of_lines([line for line in text if line.strip()], wanted)
-    return numbers[:, [*wanted, *columns.numbers.values()]]
+    return numbers[:, [*wanted, *columns.numbers.values(), *columns.others]]
 
 
 def _check_last_digits(text: bytes) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from focus_planner import Camera, CameraIntrinsics, Mesh, PointCloud, Scene
-from focus_planner.core.imaging.depth import DepthCamera
+from focus_planner.core.imaging.depth import DepthCamera, listed_by_tile
 from focus_planner.core.imaging.pixels import pixel_grid, tiles_of
 from focus_planner.core.rig.geometry import rotation_from_quaternion
 
@@ -154,3 +154,17 @@ def test_a_smaller_picture_shows_the_same():
     assert depths.shape == (30, 40)
     assert pixel_grid(SMALL, 0.5).first == (0.5, 0.5)
     assert pixel_grid(SMALL, 1e-6).width == 1
+
+
+def test_a_triangle_far_beside_the_picture_is_in_none_of_its_tiles():
+    # From before the camera to behind it, 1 m to the right: only seen at more than 1 / 0.1.
+    radius = 0.01
+    triangle = np.array([[1.0, 0.0, 0.1], [1.2, 0.1, 0.1], [1.0, 0.2, -0.1]])
+    tiles = tiles_of(SMALL, pixel_grid(SMALL))
+    corners = np.array([[0, 1, 2]], np.int32)
+    for beside in (triangle, triangle * [-1, 1, 1], triangle[:, [1, 0, 2]]):
+        placed = np.ascontiguousarray(beside)
+        assert not len(listed_by_tile(placed, corners, tiles, radius, 1.0).listed)
+    across = triangle - [1.0, 0.0, 0.0]  # within the aperture: it may be seen anywhere
+    listed = listed_by_tile(np.ascontiguousarray(across), corners, tiles, radius, 1.0).listed
+    assert len(listed) == tiles.bounds[..., 0].size

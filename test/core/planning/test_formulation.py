@@ -28,7 +28,7 @@ def test_a_formulated_problem_is_the_plans(shots):
 def test_stopped_early_it_is_the_problem_on_fewer_samples():
     request = PlanRequest(samples=3000, seed=3)
     whole = formulate_problem(SCENE, RIG, request)
-    ended = formulate_problem(SCENE, RIG, request, keep_going=lambda: False)
+    ended = formulate_problem(SCENE, RIG, request, keep_going=lambda _: False)
     assert 0 < ended.sample_count < whole.sample_count
     first = slice(0, ended.sample_count)
     np.testing.assert_array_equal(ended.samples.points, whole.samples.points[first])
@@ -45,11 +45,11 @@ def test_stopped_early_it_takes_a_clouds_points_from_everywhere(normals):
     cloud = PointCloud(drawn.points[order], drawn.normals[order] if normals else None)
     scene, request = Scene(cloud), PlanRequest(samples=0)
     whole = formulate_problem(scene, RIG, request)
-    asked = formulate_problem(scene, RIG, request, keep_going=lambda: True)
+    asked = formulate_problem(scene, RIG, request, keep_going=lambda _: True)
     np.testing.assert_array_equal(asked.samples.points, cloud.points)
     np.testing.assert_array_equal(asked.samples.weights, whole.samples.weights)
     np.testing.assert_array_equal(asked.base_cost, whole.base_cost)
-    ended = formulate_problem(scene, RIG, request, keep_going=lambda: False)
+    ended = formulate_problem(scene, RIG, request, keep_going=lambda _: False)
     assert ended.sample_count == 512
     assert (np.diff(ended.samples.points[:, 0]) >= 0).all()
     assert abs(np.median(ended.samples.points[:, 0])) < 0.05

@@ -29,7 +29,7 @@ def counts(pacer):
 def test_without_a_limit_nothing_is_stopped(clock):
     pacer = paced(clock)
     for share in (FRESH_SHARE, SAMPLES_SHARE):
-        assert pacer.within("visibility", share)()
+        assert pacer.within("visibility", share)(0.5)
     assert pacer.untimed("cells")()
     pacer.start_solver(1e6, bound=True)
     for _ in range(10):
@@ -54,10 +54,10 @@ def test_a_stage_takes_its_share(clock):
     pacer = paced(clock, 10.0)
     keep_going = pacer.within("visibility", 0.5)
     clock.now += 4.99
-    assert keep_going()
+    assert keep_going(0.5)
     assert not pacer.samples_left_out
     clock.now += 0.02
-    assert not keep_going()
+    assert not keep_going(0.5)
     assert pacer.samples_left_out
 
 
@@ -65,8 +65,8 @@ def test_what_an_earlier_stage_left_out_is_not_forgotten(clock):
     pacer = paced(clock, 10.0)
     fresh, visibility = (pacer.within(s, share) for s, share in (("fresh", 0.1), ("visible", 0.9)))
     clock.now += 2
-    assert not fresh()
-    assert visibility()
+    assert not fresh(0.5)
+    assert visibility(0.5)
     assert pacer.samples_left_out
 
 
@@ -107,7 +107,7 @@ def test_a_callback_gets_what_solvers_report_and_is_not_called_after_it_stopped(
 
     pacer = paced(clock, on_progress=on_progress)
     keep_going = pacer.within("visibility", 0.5)
-    assert keep_going()
+    assert keep_going(0.5)
     step = Progress("em", 1, 3.0, 2.0)
     assert pacer(step)
     assert not pacer(step)
@@ -119,7 +119,7 @@ def test_a_callback_gets_what_solvers_report_and_is_not_called_after_it_stopped(
     pacer.start_bound()
     assert pacer.stopped
     assert not pacer(step)
-    assert not keep_going()
+    assert not keep_going(0.5)
     assert pacer.samples_left_out
     assert len(heard) == 3
 
@@ -157,7 +157,7 @@ def test_a_stop_before_solving_is_replayed_at_the_first_step(clock):
 def test_the_time_budgets_answers_are_logged_and_given_again(clock):
     pacer = paced(clock, 1.0)
     keep_going = pacer.within("visibility", 0.5)
-    asked = [keep_going, lambda: pacer(STEP)]
+    asked = [lambda: keep_going(0.5), lambda: pacer(STEP)]
     script = [(0, 0.1), (0, 0.1), (1, 0.1), (0, 0.5), (1, 0.5), (1, 0.0)]
     answered = []
     for which, seconds in script:
@@ -172,7 +172,7 @@ def test_the_time_budgets_answers_are_logged_and_given_again(clock):
     clock.now += 1000
     again = paced(clock, 1.0, replayed=pacer.stop_log)
     keep_going = again.within("visibility", 0.5)
-    asked = [keep_going, lambda: again(STEP)]
+    asked = [lambda: keep_going(0.5), lambda: again(STEP)]
     assert [asked[which]() for which, _ in script] == answered
     assert again.samples_left_out
     assert again.stopped
@@ -213,12 +213,12 @@ def test_where_the_callback_stopped_is_logged_and_replayed(clock, before, late):
     answered = []
     for _ in range(before + 2):
         clock.now += 10.0 if late else 0.1
-        answered.append((keep_going(), pacer.callback_stopped, pacer.enough()))
+        answered.append((keep_going(0.5), pacer.callback_stopped, pacer.enough()))
     assert answered[before:] == [(False, True, 4096)] * 2
     assert [stopped for _, stopped, _ in answered[:before]] == [False] * before
     again = paced(clock, replayed=pacer.stop_log)
     keep_going = again.within("visibility", 1.0)
-    assert [(keep_going(), again.callback_stopped, again.enough()) for _ in answered] == answered
+    assert [(keep_going(0.5), again.callback_stopped, again.enough()) for _ in answered] == answered
     assert again.stop_log == pacer.stop_log
 
 
@@ -231,7 +231,7 @@ def test_of_untimed_questions_only_a_stop_is_logged(clock, before, late):
         keep_going, answers = pacer.within("visibility", 1.0), []
         for _ in range(before):
             clock.now += 10.0 if late else 0.1
-            answers.append(keep_going())
+            answers.append(keep_going(0.5))
         assert not pacer.callback_stopped
         cells = pacer.untimed("cells")
         found = [cells() for _ in range(5)]
@@ -248,7 +248,7 @@ def test_of_untimed_questions_only_a_stop_is_logged(clock, before, late):
 def test_logs_from_before_there_were_untimed_questions_are_replayed(clock):
     again = paced(clock, replayed=StopLog.from_counts((2, 1, 1, 1)))
     keep_going = again.within("visibility", 1.0)
-    assert [keep_going() for _ in range(3)] == [True, True, False]
+    assert [keep_going(0.5) for _ in range(3)] == [True, True, False]
     assert again.untimed("cells")()
     assert again(STEP)
     assert not again(STEP)
@@ -257,10 +257,10 @@ def test_logs_from_before_there_were_untimed_questions_are_replayed(clock):
 def test_a_stop_by_the_time_budget_is_not_one_by_the_callback(clock):
     pacer = paced(clock, 1.0)
     clock.now += 2.0
-    assert not pacer.within("visibility", 0.5)()
+    assert not pacer.within("visibility", 0.5)(0.5)
     assert not pacer.callback_stopped
     assert pacer.enough() == math.inf
     assert pacer.untimed("cells")()  # whatever the time
     again = paced(clock, replayed=pacer.stop_log)
-    assert not again.within("visibility", 0.5)()
+    assert not again.within("visibility", 0.5)(0.5)
     assert not again.callback_stopped

@@ -91,7 +91,10 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
     for samples in (4000, 0) if "cloud" in kind else (4000,):
         for answers in ([False], [True, True, False]):
             formulate_problem(
-                scene, rig, PlanRequest(samples=samples), keep_going=iter(answers).__next__
+                scene,
+                rig,
+                PlanRequest(samples=samples),
+                keep_going=lambda _, left=answers: left.pop(0),
             )
     listed = Lens(focus_distances=(0.6, 0.8, 1.0, 1.2, 1.4))
     for lens in (rig.cameras[0].lens, listed):

@@ -3,7 +3,15 @@ import math
 import numpy as np
 import pytest
 
-from focus_planner import CameraIntrinsics, Grid, InputError, Lens, cylinder_rig
+from focus_planner import (
+    CameraIntrinsics,
+    Grid,
+    InputError,
+    Lens,
+    cylinder_rig,
+    dome_rig,
+    turntable_rig,
+)
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
 from testing import reference
 
@@ -69,3 +77,70 @@ def test_a_rig_takes_image_lens_and_frame():
 def test_rigs_that_cannot_be(values, message):
     with pytest.raises(InputError, match=message):
         cylinder_rig(**values)
+
+
+def looks_at(camera, target):
+    """Return whether a camera looks at a point, upright: its x axis is horizontal, y downward."""
+    x, y, z = reference.camera_axes(camera)
+    towards = np.subtract(target, camera.position)
+    np.testing.assert_allclose(z, towards / np.linalg.norm(towards), atol=1e-14)
+    assert abs(x[2]) < 1e-14
+    assert y[2] <= 1e-14
+    np.testing.assert_allclose(np.cross(z, x), y, atol=1e-14)
+
+
+def elevations(rig, centre):
+    offsets = camera_positions(rig) - centre
+    return np.degrees(np.arctan2(offsets[:, 2], np.hypot(offsets[:, 0], offsets[:, 1])))
+
+
+def test_a_dome_looks_at_its_centre_from_equal_distances():
+    rig = dome_rig(4, 12, 1.5, -10.0, 90.0, 0.7, frame_id="dome")
+    centre = np.array([0, 0, 0.7])
+    np.testing.assert_allclose(np.linalg.norm(camera_positions(rig) - centre, axis=1), 1.5)
+    for camera in rig.cameras:
+        looks_at(camera, centre)
+    assert rig.frame_id == "dome"
+    assert rig.grid is None
+
+
+def test_higher_rings_of_a_dome_have_fewer_cameras():
+    rig = dome_rig(4, 12, 1.0, 0.0, 90.0, 0.0)
+    rings = [camera.name.split("_")[1] for camera in rig.cameras]
+    assert [rings.count(str(ring)) for ring in range(4)] == [12, 10, 6, 1]
+    np.testing.assert_allclose(np.unique(elevations(rig, 0).round(9)), [0, 30, 60, 90])
+    assert [camera.name for camera in rig.cameras] == sorted(camera.name for camera in rig.cameras)
+
+
+def test_a_single_ring_is_halfway():
+    for rig in (dome_rig(1, 8, 1.0, 10.0, 50.0, 0.2), turntable_rig(1, 8, 1.0, 10.0, 50.0, 0.2)):
+        np.testing.assert_allclose(elevations(rig, [0, 0, 0.2]), 30.0)
+
+
+def test_a_turntable_turns_the_subject_counter_clockwise():
+    rig = turntable_rig(2, 4, 0.5, 0.0, 45.0, 0.1)
+    names = [camera.name for camera in rig.cameras]
+    assert names[:5] == ["cam_0_00", "cam_0_01", "cam_0_02", "cam_0_03", "cam_1_00"]
+    assert rig.grid == Grid(2, 4)
+    # A quarter of a turn brings the subject's -y to where its +x was: before the camera.
+    np.testing.assert_allclose(rig.cameras[0].position, [0.5, 0, 0.1], atol=1e-15)
+    np.testing.assert_allclose(rig.cameras[1].position, [0, -0.5, 0.1], atol=1e-15)
+    for camera in rig.cameras:
+        looks_at(camera, [0, 0, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: dome_rig(rings=0), "rings: expected a whole number of at least 1"),
+        (lambda: dome_rig(lowest=50, highest=40), r"highest: expected at least lowest \(50°\)"),
+        (lambda: dome_rig(highest=91), "highest: expected a number of at least -90, at most 90"),
+        (lambda: dome_rig(rings=3000, columns=2000), "cameras: expected at most"),
+        (lambda: dome_rig(radius=0), "radius: expected a number above 0"),
+        (lambda: turntable_rig(stops=0), "stops: expected a whole number of at least 1"),
+        (lambda: turntable_rig(3000, 2000), "cameras × stops: expected at most"),
+    ],
+)
+def test_impossible_domes_and_turntables_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()

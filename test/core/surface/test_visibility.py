@@ -429,8 +429,10 @@ def test_being_asked_changes_nothing(kind, shuffled):
     scene, rig, samples = formulated(kind)
     order = np.random.default_rng(1).permutation(len(samples)) if shuffled else None
     asked = []
-    found = visible_pairs(scene, rig, samples, lambda: asked.append(1) or True, order)
+    found = visible_pairs(scene, rig, samples, lambda share: asked.append(share) or True, order)
     assert len(asked) > 2
+    assert 0 < asked[0] < asked[-1] < 1
+    assert asked == sorted(asked)
     assert_same(found, visible_pairs(scene, rig, samples))
     np.testing.assert_array_equal(found.taken, np.arange(len(samples)))
 
@@ -442,7 +444,7 @@ def test_an_ended_search_is_that_of_the_samples_taken(kind, shuffled, questions)
     scene, rig, samples = formulated(kind)
     order = np.random.default_rng(1).permutation(len(samples)) if shuffled else None
     answers = iter([True] * (questions - 1) + [False])
-    found = visible_pairs(scene, rig, samples, lambda: next(answers), order)
+    found = visible_pairs(scene, rig, samples, lambda _: next(answers), order)
     count = len(found.taken)
     assert 0 < count < len(samples)
     first = np.arange(count) if order is None else np.sort(order[:count])
@@ -455,6 +457,6 @@ def test_questions_come_at_once_and_then_steadily(monkeypatch):
     cast = []
     occluded = scene.occluded
     monkeypatch.setattr(scene, "occluded", lambda rays: (cast.append(len(rays)), occluded(rays))[1])
-    visible_pairs(scene, rig, samples, lambda: True)
+    visible_pairs(scene, rig, samples, lambda _: True)
     assert cast[0] < 512 * len(rig)
     assert max(cast) < 100_000

@@ -1,0 +1,1 @@
+"""Every picture in README and docs, made anew from real runs: ``make figures``."""

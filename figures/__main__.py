@@ -1,0 +1,28 @@
+"""Draw the pictures of README and docs anew: ``python -m figures [PART ...]``, all by default."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+from rich.console import Console
+
+#: Modules that draw, in order; the last one takes minutes.
+_PARTS = ("figures.plans", "figures.report", "figures.gallery", "benchmarks.growth")
+
+
+def main() -> int:
+    """Draw the parts named on the command line."""
+    parts = {part.rpartition(".")[2]: part for part in _PARTS}
+    chosen = sys.argv[1:] or list(parts)
+    unknown = [name for name in chosen if name not in parts]
+    if unknown:
+        print(f"figures: expected some of {', '.join(parts)}, got {unknown[0]!r}")
+        return 2
+    console = Console()
+    for name in chosen:
+        import_module(parts[name]).run(console)
+    return 0
+
+
+sys.exit(main())

@@ -1,0 +1,80 @@
+"""The report of a run that was planned again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from focus_planner.cli.progress import Tell, show_share
+from focus_planner.cli.reporting import ReportOptions, check_report_option, make_report
+from focus_planner.core.validation import InputError
+
+if TYPE_CHECKING:
+    from focus_planner.recording.run import Run
+    from focus_planner.report.comparison import ComparedPlan
+
+
+def check_single(report: Path, runs: Sequence[Path]) -> None:
+    """Raise unless there is one run, and a report of it can be written.
+
+    Raises
+    ------
+    InputError
+        Says which of these is wrong.
+    """
+    if len(runs) != 1:
+        raise InputError("--report", "a single run to report on", f"{len(runs)} runs", "name one")
+    check_report_option(report, runs)
+
+
+def report_replay(
+    wanted: ReportOptions,
+    recorded: Run,
+    again: Run,
+    changes: Sequence[str],
+    tell: Tell,
+    *,
+    beside: bool,
+) -> None:
+    """Write a report of a run's new plan.
+
+    Parameters
+    ----------
+    wanted : ReportOptions
+    recorded, again : Run
+        As it was recorded, and as it was planned again.
+    changes : sequence of str
+        What was changed: ``f_number=8``.
+    tell : callable
+    beside : bool
+        Whether to show the recorded plan beside the new one, if there is one.
+
+    Raises
+    ------
+    InputError
+        As :func:`~focus_planner.cli.reporting.make_report`.
+    """
+    from dataclasses import replace
+    from datetime import datetime
+
+    from focus_planner.recording.provenance import provenance_of
+    from focus_planner.recording.subject import subject_of
+
+    subject = subject_of(again, show_share(tell, "preparing the surface again"))
+    provenance = replace(
+        provenance_of(again), planned=datetime.now().astimezone(), changed=", ".join(changes)
+    )
+    also = list(_recorded(recorded)) if beside else []
+    make_report(wanted, subject, provenance, tell, also)
+
+
+def _recorded(run: Run) -> Iterator[ComparedPlan]:
+    """Yield the plan as it was recorded, with the rig that it was made for."""
+    from focus_planner.recording.subject import subject_of
+    from focus_planner.report.comparison import ComparedPlan, title_of
+
+    if run.ending is None or run.ending.plan is None:
+        return
+    plan, rig = run.ending.plan, subject_of(run).rig
+    yield ComparedPlan(f"{title_of(plan)}, as recorded", "the recorded plan", plan, rig)

@@ -1,0 +1,146 @@
+"""``focus_planner rig cylinder | dome | turntable``: rigs of regular layout."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from focus_planner.cli.rig_options import (
+    add_image_options,
+    add_lens_options,
+    has_image,
+    intrinsics_of,
+    lens_of,
+    print_rig,
+)
+
+if TYPE_CHECKING:
+    from focus_planner.core.rig.rig import Rig
+
+_COUNT: dict[str, Any] = {"type": int, "metavar": "N"}
+_METRES: dict[str, Any] = {"type": float, "metavar": "METRES"}
+_DEGREES: dict[str, Any] = {"type": float, "metavar": "DEGREES"}
+
+
+def add(kinds: Any) -> None:
+    """Add the layouts."""
+    _add_cylinder(kinds)
+    _add_dome(kinds)
+    _add_turntable(kinds)
+
+
+def _add_cylinder(kinds: Any) -> None:
+    cylinder = kinds.add_parser(
+        "cylinder",
+        help="cameras on a cylinder, facing its axis",
+        description="Print the rig.yaml of cameras on a cylinder about the z axis, which they face"
+        " horizontally. Column j is at the angle 2πj/columns from +x; the order is row by row from"
+        " the bottom. The defaults are the paper's.",
+    )
+    cylinder.set_defaults(command=_cylinder)
+    _add_numbers(
+        cylinder,
+        rows=(7, "number of rows", _COUNT),
+        columns=(24, "number of columns", _COUNT),
+        radius=(0.75, "metres", _METRES),
+        bottom=(0.1, "z of the lowest row, metres", _METRES),
+        top=(1.7, "z of the highest row, metres", _METRES),
+    )
+
+
+def _add_dome(kinds: Any) -> None:
+    dome = kinds.add_parser(
+        "dome",
+        help="cameras on a dome, looking at its centre",
+        description="Print the rig.yaml of cameras on rings of a dome about the z axis, which look"
+        " at its centre. Higher rings have fewer cameras. Camera j of n is at the angle 2πj/n from"
+        " +x; the order is ring by ring from the lowest.",
+    )
+    dome.set_defaults(command=_dome)
+    _add_numbers(
+        dome,
+        rings=(5, "number of rings, equally spaced in elevation", _COUNT),
+        columns=(20, "cameras of a ring at the height of the centre", _COUNT),
+        radius=(1.2, "metres", _METRES),
+        lowest=(0.0, "elevation of the lowest ring above the centre, degrees", _DEGREES),
+        highest=(80.0, "elevation of the highest ring, degrees", _DEGREES),
+        height=(0.8, "z of the centre, metres", _METRES),
+    )
+
+
+def _add_turntable(kinds: Any) -> None:
+    turntable = kinds.add_parser(
+        "turntable",
+        help="cameras before a turntable, one per camera and stop",
+        description="Print the rig.yaml of cameras on an arc before a subject that turns: every"
+        " picture is a camera, cam_CAMERA_STOP, with a focus distance of its own. Poses are in the"
+        " turning subject's frame, its axis is z. At stop 0 the cameras are above +x; the subject"
+        " turns counter-clockwise seen from above.",
+    )
+    turntable.set_defaults(command=_turntable)
+    _add_numbers(
+        turntable,
+        cameras=(3, "number of cameras, equally spaced in elevation", _COUNT),
+        stops=(24, "pictures that each camera takes in a turn", _COUNT),
+        radius=(0.6, "from the centre to the cameras, metres", _METRES),
+        lowest=(10.0, "elevation of the lowest camera above the centre, degrees", _DEGREES),
+        highest=(60.0, "elevation of the highest camera, degrees", _DEGREES),
+        height=(0.05, "z of the centre, at which the cameras look, metres", _METRES),
+    )
+
+
+def _add_numbers(parser: Any, **numbers: tuple[float, str, dict[str, Any]]) -> None:
+    """Add options by name, each with its default, meaning and kind, and those of all layouts."""
+    for name, (default, meaning, kind) in numbers.items():
+        help_ = f"{meaning} (default: %(default)s)"
+        parser.add_argument(f"--{name}", default=default, help=help_, **kind)
+    parser.add_argument(
+        "--frame-id",
+        default="world",
+        metavar="NAME",
+        help="frame of the poses (default: %(default)s)",
+    )
+    add_image_options(parser)
+    add_lens_options(parser)
+
+
+def _cylinder(options: argparse.Namespace) -> int:
+    from focus_planner.core.rig.layouts import cylinder_rig
+
+    numbers = (options.rows, options.columns, options.radius, options.bottom, options.top)
+    return _print(cylinder_rig(*numbers, **_shared(options)), options)
+
+
+def _dome(options: argparse.Namespace) -> int:
+    from focus_planner.core.rig.layouts import dome_rig
+
+    numbers = (options.rings, options.columns, *_around_a_centre(options))
+    return _print(dome_rig(*numbers, **_shared(options)), options)
+
+
+def _turntable(options: argparse.Namespace) -> int:
+    from focus_planner.core.rig.layouts import turntable_rig
+
+    numbers = (options.cameras, options.stops, *_around_a_centre(options))
+    return _print(turntable_rig(*numbers, **_shared(options)), options)
+
+
+def _around_a_centre(options: argparse.Namespace) -> tuple[float, float, float, float]:
+    return options.radius, options.lowest, options.highest, options.height
+
+
+def _shared(options: argparse.Namespace) -> dict[str, Any]:
+    return {"lens": lens_of(options), "frame_id": options.frame_id}
+
+
+def _print(rig: Rig, options: argparse.Namespace) -> int:
+    """Print a layout with the image that the options tell."""
+    from dataclasses import replace
+
+    from focus_planner.core.rig.defaults import keys_of
+
+    image_of = intrinsics_of(options)
+    cameras = tuple(replace(each, intrinsics=image_of(each.name)) for each in rig.cameras)
+    of_image = frozenset[str]() if has_image(options) else keys_of("image")
+    assumed = {camera.name: of_image for camera in cameras}
+    return print_rig(replace(rig, cameras=cameras, assumed=assumed), options)

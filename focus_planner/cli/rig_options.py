@@ -1,0 +1,159 @@
+"""Options of every kind of rig: image and lens; and how a rig is printed."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from focus_planner.cli.terminal import show_note
+from focus_planner.core.validation import InputError
+
+if TYPE_CHECKING:
+    from focus_planner.core.rig.camera import CameraIntrinsics
+    from focus_planner.core.rig.lens import Lens
+    from focus_planner.core.rig.rig import Rig
+
+_IMAGE_OPTIONS = ("image", "fx", "fy", "cx", "cy")
+
+_LENS_OPTIONS: dict[str, dict[str, Any]] = {
+    "focal_length": {"help": "focal length, metres (default: 0.05)"},
+    "hyperfocal_distance": {
+        "help": "focal length² / (f-number · circle of confusion), metres (default: 10)"
+    },
+    "f_number": {"help": "with --circle-of-confusion: replaces --hyperfocal-distance"},
+    "circle_of_confusion": {
+        "help": "largest blur spot on the sensor that counts as sharp, metres; beside"
+        " --hyperfocal-distance it tells previews and masks the aperture"
+    },
+    "min_focus": {"help": "nearest distance at which the lens can focus, metres"},
+    "max_focus": {"help": "farthest distance at which the lens can focus, metres"},
+    "focus_distances": {
+        "nargs": "+",
+        "help": "the only distances at which the lens can focus, metres",
+    },
+    "focus_steps": {
+        "type": int,
+        "metavar": "N",
+        "help": "or number of focus positions from --min-focus to --max-focus, equally spaced in"
+        " dioptres",
+    },
+    "hiatus": {
+        "help": "how far the rear principal plane is behind the front one, metres; for distances"
+        " from the sensor (default: 0, a thin lens)"
+    },
+}
+
+
+def add_image_options(parser: Any) -> None:
+    """Add the options of the cameras' image."""
+    group = parser.add_argument_group(
+        "image", "Applies to all cameras; the default is the paper's."
+    )
+    group.add_argument(
+        "--camera-info",
+        type=Path,
+        metavar="FILE",
+        help="YAML file as written by camera_calibration, or a folder with NAME.yaml per camera",
+    )
+    group.add_argument(
+        "--image",
+        metavar="WxH",
+        help="width and height, pixels; with --fx, instead of --camera-info",
+    )
+    for name, meaning in (
+        ("fx", "horizontal focal length, pixels"),
+        ("fy", "vertical focal length, pixels (default: --fx)"),
+        (
+            "cx",
+            "horizontal principal point, pixels; the first pixel's centre is 0 (default: middle)",
+        ),
+        ("cy", "vertical principal point, pixels (default: middle)"),
+    ):
+        group.add_argument(f"--{name}", type=float, metavar="X", help=meaning)
+
+
+def has_image(options: argparse.Namespace) -> bool:
+    """Return whether the options tell the image."""
+    given = (getattr(options, name) for name in ("camera_info", *_IMAGE_OPTIONS))
+    return any(value is not None for value in given)
+
+
+def intrinsics_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
+    """Return a function from a camera's name to its intrinsics."""
+    from focus_planner.core.rig.camera import CameraIntrinsics
+    from focus_planner.io.camera_info import intrinsics_lookup
+
+    by_flags = any(getattr(options, name) is not None for name in _IMAGE_OPTIONS)
+    if options.camera_info is not None:
+        if by_flags:
+            raise InputError("--camera-info", "it, or --image and --fx", "both")
+        return intrinsics_lookup(options.camera_info)
+    image = _pinhole(options) if by_flags else CameraIntrinsics()
+    return lambda _: image
+
+
+def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
+    from focus_planner.core.rig.camera import CameraIntrinsics
+
+    size, fx, fy, cx, cy = (getattr(options, name) for name in _IMAGE_OPTIONS)
+    if size is None or fx is None:
+        raise InputError("--image and --fx", "both or neither", "one without the other")
+    match = re.fullmatch(r"(\d+)[x×](\d+)", size)
+    if match is None:
+        raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(size))
+    width, height = int(match[1]), int(match[2])
+    return CameraIntrinsics(
+        width,
+        height,
+        fx,
+        fx if fy is None else fy,
+        (width - 1) / 2 if cx is None else cx,
+        (height - 1) / 2 if cy is None else cy,
+    )
+
+
+def add_lens_options(parser: Any) -> None:
+    """Add the options of the cameras' lens."""
+    lens = parser.add_argument_group("lens")
+    for name, settings in _LENS_OPTIONS.items():
+        flag = f"--{name.replace('_', '-')}"
+        lens.add_argument(flag, **{"type": float, "metavar": "X"} | settings)
+
+
+def lens_of(options: argparse.Namespace) -> Lens:
+    """Return the lens of the options, the paper's where they say nothing."""
+    from focus_planner.io.rigs import lens_from_values
+
+    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
+    return lens_from_values(
+        "lens", {name: value for name, value in given.items() if value is not None}
+    )
+
+
+def print_rig(rig: Rig, options: argparse.Namespace) -> int:
+    """Print a rig, and what nothing tells of it: its lenses, and images that it has assumed."""
+    from dataclasses import replace
+
+    from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
+    from focus_planner.io.rigs import rig_to_yaml
+
+    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
+    lens = {name: value for name, value in given.items() if value is not None}
+    of_lens = assumed_values(lens, {}) & keys_of("lens")
+    assumed = {
+        camera.name: of_lens | rig.assumed.get(camera.name, frozenset()) for camera in rig.cameras
+    }
+    defaults = notes_on_defaults(
+        assumed.values(),
+        "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
+        " or edit the rig's file",
+        "use --camera-info, or --image with --fx, or edit the rig's file",
+    )
+    for note in (*rig.notes, *defaults):
+        show_note(note.text)
+    sys.stdout.write(rig_to_yaml(replace(rig, assumed=assumed)))
+    return 0

@@ -1,0 +1,62 @@
+"""The options that say how a file is to be taken as a surface."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from focus_planner.cli.progress import Tell, show_reading
+from focus_planner.core.validation import InputError
+
+if TYPE_CHECKING:
+    from focus_planner.core.surface.surface import Surface
+
+
+def add_surface_options(parser: Any) -> None:
+    """Add the options."""
+    option = parser.add_argument
+    option(
+        "--up",
+        choices=("z", "y", "x", "-z", "-y", "-x"),
+        default="z",
+        help="axis of SURFACE that is up in the world; the surface is turned so that it becomes z"
+        " (default: %(default)s)",
+    )
+    option(
+        "--importance",
+        type=Path,
+        metavar="FILE",
+        help="importance of each vertex or point: a text file of one number per line, or a .npy"
+        " file; replaces the property importance of SURFACE",
+    )
+    option(
+        "--importance-property",
+        metavar="NAME",
+        help="property, field or column of SURFACE that holds the importance of each vertex or"
+        " point, such as weight (default: importance, if SURFACE has it)",
+    )
+
+
+def read_surface(options: argparse.Namespace, tell: Tell) -> Surface:
+    """Return the surface of the file, with its importance, turned up.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or the options contradict each other.
+    """
+    from focus_planner.core.surface.up_axis import with_z_up
+    from focus_planner.io.importance import IMPORTANCE
+    from focus_planner.io.surfaces import load_surface
+
+    name = options.importance_property
+    if options.importance is not None and name is not None:
+        raise InputError("--importance and --importance-property", "one of them", "both")
+    surface = load_surface(
+        options.surface,
+        options.importance,
+        importance_property=IMPORTANCE if name is None else name,
+        on_progress=show_reading(tell, options.surface),
+    )
+    return with_z_up(surface, options.up)

@@ -1,0 +1,78 @@
+"""How well a plan images each sample of a surface: what maps of its quality show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    # Importing it loads compiled kernels.
+    from focus_planner.core.problem.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class SampledQuality:
+    """The quality of a plan on N samples.
+
+    Attributes
+    ----------
+    points : (N, 3) array
+        Metres, in the rig's frame.
+    spacing : float
+        Between neighbouring samples, about; metres.
+    cost : (N,) array
+        In the picture that images the sample best, 0 to 1; 1 where no camera sees it.
+    picture : (N,) array of int32
+        That picture: shot j of camera c is picture c · shots + j; -1 where no camera sees it.
+    in_focus : (N,) array of bool
+        Whether the sample is in focus in that picture.
+    views : (N,) array of int32
+        How many cameras hold the sample in focus, in any of their pictures.
+    shots : int
+        Pictures of each camera.
+    """
+
+    points: FloatArray
+    spacing: float
+    cost: FloatArray
+    picture: IntArray
+    in_focus: NDArray[np.bool_]
+    views: IntArray
+    shots: int
+
+    @property
+    def camera(self) -> IntArray:
+        """(N,) the camera that images each sample best; -1 where none sees it."""
+        cameras: IntArray = self.picture // self.shots  # -1 stays -1
+        return cameras
+
+
+def sampled_quality(problem: Problem, focus: FloatArray) -> SampledQuality:
+    """Return how well focus distances image each sample of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+    focus : (C,) array
+        Metres.
+    """
+    cost, best = problem.evaluate(focus)
+    chosen = focus[problem.camera_index]
+    held = (problem.focus_near <= chosen) & (chosen <= problem.focus_far)
+    # Pairs are ordered by sample, then by camera: a camera's shots of a sample are neighbours.
+    by_camera = held.reshape(-1, problem.shots).any(axis=1)
+    samples = problem.sample_index[:: problem.shots][by_camera]
+    return SampledQuality(
+        points=problem.samples.points,
+        spacing=float(np.sqrt(problem.samples.areas.mean())),
+        cost=cost,
+        picture=best,
+        in_focus=problem.in_focus(focus, best),
+        views=np.bincount(samples, minlength=problem.sample_count).astype(np.int32),
+        shots=problem.shots,
+    )

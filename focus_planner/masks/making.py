@@ -1,0 +1,175 @@
+"""Which pixels of a picture show the subject in focus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.imaging.blur import blur_diameters
+from focus_planner.core.imaging.depth import DepthCamera, DepthImage
+from focus_planner.core.planning.plan import Shot
+from focus_planner.core.planning.subject import PlannedSubject
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.rig.camera import Camera
+from focus_planner.masks.programs import PictureName
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class MaskedPicture:
+    """What a picture shows, pixel by pixel.
+
+    Attributes
+    ----------
+    name : PictureName
+    mask : (H, W) array of bool
+        The subject, in focus.
+    depths : (H, W) array of float32
+        Metres along the optical axis; inf where the subject is not.
+    blur : (H, W) array of float32, or None
+        Diameter of what a point of the subject becomes, columns of the picture; NaN where the
+        subject is not. None if nobody asked.
+    """
+
+    name: PictureName
+    mask: Mask
+    depths: DepthImage
+    blur: NDArray[np.float32] | None
+
+    @property
+    def subject_pixels(self) -> int:
+        """How many pixels show the subject."""
+        return int(np.isfinite(self.depths).sum())
+
+    @property
+    def sharp_pixels(self) -> int:
+        """How many of them are in focus."""
+        return int(self.mask.sum())
+
+
+def masked_pictures(
+    subject: PlannedSubject,
+    names: Sequence[PictureName],
+    *,
+    max_blur: float | None = None,
+    with_blur: bool = False,
+    on_progress: Callable[[int], object] = lambda _: None,
+) -> Iterator[MaskedPicture]:
+    """Yield what each picture of a plan shows.
+
+    A pixel is in focus if the surface at its centre is: as far within the depth of field of the
+    shot as the plan's depth tolerance asks, which is what the plan counted.
+
+    Parameters
+    ----------
+    subject : PlannedSubject
+    names : sequence of PictureName
+        The pictures; those of a camera one after the other.
+    max_blur : float, optional
+        Largest diameter of blur that still counts as sharp, columns of the picture, for those who
+        are stricter than the depth of field.
+    with_blur : bool
+        Whether to tell the blur.
+    on_progress : callable, optional
+        Called with the number of pictures that are done, before each.
+    """
+    made = DepthCamera(subject.scene)
+    depths, of_camera = np.empty((0, 0), np.float32), -1
+    for done, name in enumerate(names):
+        on_progress(done)
+        camera, shot = subject.rig.cameras[name.camera], _shot(subject, name)
+        if of_camera != name.camera:
+            depths, of_camera = made.depths(camera), name.camera
+        mask = within_depth_of_field(depths, shot, subject.plan.depth_tolerance)
+        blur = None
+        if with_blur or max_blur is not None:
+            blur = _blur(depths, camera, shot)
+        if blur is not None and max_blur is not None:
+            mask &= blur <= max_blur
+        yield MaskedPicture(name, mask, depths, blur if with_blur else None)
+
+
+def within_depth_of_field(
+    depths: NDArray[np.floating], shot: Shot, tolerance: float
+) -> NDArray[np.bool_]:
+    """Return where a depth and all that differ from it by the tolerance are in focus."""
+    held: Mask = (
+        np.isfinite(depths)
+        & (depths >= shot.near_limit + tolerance)
+        & (depths <= shot.far_limit - tolerance)
+    )
+    return held
+
+
+def _shot(subject: PlannedSubject, name: PictureName) -> Shot:
+    return subject.plan.cameras[name.camera].shots[name.shot]
+
+
+def _blur(depths: DepthImage, camera: Camera, shot: Shot) -> NDArray[np.float32]:
+    diameters = blur_diameters(depths, camera, shot.focus_distance)
+    return np.where(np.isfinite(depths), diameters, np.nan).astype(np.float32)
+
+
+def sharp_elsewhere(
+    subject: PlannedSubject, samples: int, max_blur: float | None = None
+) -> float | None:
+    """Return which share of the blurred pixels shows what is in focus in another picture.
+
+    It is estimated on samples of the surface, each of which counts in every picture that shows it
+    by the pixels that it takes there.
+
+    Parameters
+    ----------
+    subject : PlannedSubject
+    samples : int
+    max_blur : float, optional
+        As :func:`masked_pictures` takes it.
+
+    Returns
+    -------
+    float or None
+        0 to 1; None if no pixel is blurred.
+    """
+    problem = subject.fresh_problem(samples)
+    shots = [shot for camera in subject.plan.cameras for shot in camera.shots]
+    cameras = [
+        camera
+        for camera, focus in zip(subject.rig.cameras, subject.plan.cameras, strict=True)
+        for _ in focus.shots
+    ]
+    taken = problem.camera_index
+    near, far = (
+        np.array([getattr(shot, name) for shot in shots])[taken]
+        for name in ("near_limit", "far_limit")
+    )
+    tolerance = subject.plan.depth_tolerance
+    sharp = (problem.depth >= near + tolerance) & (problem.depth <= far - tolerance)
+    if max_blur is not None:
+        for i, (camera, shot) in enumerate(zip(cameras, shots, strict=True)):
+            pairs = taken == i
+            sharp[pairs] &= (
+                blur_diameters(problem.depth[pairs], camera, shot.focus_distance) <= max_blur
+            )
+    somewhere = np.zeros(problem.sample_count, dtype=bool)
+    somewhere[problem.sample_index[sharp]] = True
+    pixels = np.where(sharp, 0.0, _pixels_of_pairs(problem, cameras))
+    blurred = float(pixels.sum())
+    return float(pixels[somewhere[problem.sample_index]].sum()) / blurred if blurred else None
+
+
+def _pixels_of_pairs(problem: Problem, cameras: Sequence[Camera]) -> FloatArray:
+    """Return (P,) how many pixels each pair's sample takes, but for distortion."""
+    images = [camera.intrinsics for camera in cameras]
+    per_area = np.array([i.fx * i.fy / (i.binning[0] * i.binning[1]) for i in images])
+    taken, samples = problem.camera_index, problem.samples
+    positions = np.array([camera.position for camera in cameras])
+    views = samples.points[problem.sample_index] - positions[taken]
+    facing = np.abs((samples.normals[problem.sample_index] * views).sum(axis=1))
+    areas = samples.areas[problem.sample_index]
+    pixels: FloatArray = per_area[taken] * areas * facing / problem.depth**3
+    return pixels

@@ -1,0 +1,262 @@
+"""The plans that a report compares, and what each is worth on the same fresh samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from focus_planner.core.notes import Note
+from focus_planner.core.planning.formulation import formulate_problem
+from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.planning.quality import Estimate, estimate_quality
+from focus_planner.core.planning.request import METHODS, PlanRequest
+from focus_planner.core.planning.subject import PlannedSubject
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.progress import ProgressCallback, never_stop
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.validation import InputError, check_choice
+from focus_planner.report.content import CostRow, Shares
+
+AUTOFOCUS = "closest"
+_AUTOFOCUS = "autofocus"
+_BASELINES = (AUTOFOCUS, "average", "em")
+_BEST = "k_view"
+
+# Costs of one plan on one surface and rig differ by no more, of 1000: rays that graze an edge may
+# hit on one machine and miss on another.
+_SAME_COST = 0.05
+_NOTHING = 1e-9
+# Costs on different samples of one surface, in standard errors.
+_LIKELY = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedPlan:
+    """A plan to compare, for the same surface.
+
+    Attributes
+    ----------
+    title : str
+        "closest (autofocus)".
+    called : str
+        What it is called in a sentence: "autofocus", "the recorded plan".
+    plan : FocusPlan
+    rig : Rig
+        That it was made for: the cameras of the plan that it is compared with, in the same order,
+        with the same or other lenses.
+    """
+
+    title: str
+    called: str
+    plan: FocusPlan
+    rig: Rig
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a plan is worth on fresh samples.
+
+    Attributes
+    ----------
+    cost : Estimate
+        1000 × the weighted mean.
+    in_focus_area : Estimate
+        In focus in the camera that images it best, square metres.
+    covered_area : float
+        Seen by some camera, square metres.
+    counted_area : float
+        Of the surface that has any importance, square metres.
+    """
+
+    cost: Estimate
+    in_focus_area: Estimate
+    covered_area: float
+    counted_area: float
+
+
+def shares_of(worth: Worth, area: float) -> Shares:
+    """Return what becomes of a surface of this area, square metres."""
+    sharp, seen = worth.in_focus_area.value, worth.covered_area
+    blurred, unseen = (
+        # What is left by rounding of sums is no surface.
+        part if part > _NOTHING * area else 0.0
+        for part in (seen - sharp, worth.counted_area - seen)
+    )
+    return Shares(sharp / area, blurred / area, unseen / area)
+
+
+def title_of(plan: FocusPlan) -> str:
+    """Return a plan's method, and what that stands for: "closest (autofocus)"."""
+    if plan.method == AUTOFOCUS:
+        return f"{plan.method} (autofocus)"
+    proven = plan.method == "optimal" and plan.converged
+    return f"{plan.method} (proven)" if proven else plan.method
+
+
+def called(method: str) -> str:
+    """Return what a method's plan is called in a sentence."""
+    return _AUTOFOCUS if method == AUTOFOCUS else method
+
+
+def usual_comparisons(method: str) -> tuple[str, ...]:
+    """Return the methods that show what a method's plan gains, or what it leaves to gain.
+
+    The first is autofocus; for autofocus itself, the default method.
+    """
+    others = [each for each in _BASELINES if each != method]
+    return (_BEST, *others) if method == AUTOFOCUS else tuple(others)
+
+
+def check_methods(argument: str, compare: Iterable[str] | None) -> None:
+    """Raise unless these are methods.
+
+    Raises
+    ------
+    InputError
+        Names one that is not.
+    """
+    for method in compare or ():
+        check_choice(argument, method, METHODS)
+
+
+def plans_to_compare(
+    subject: PlannedSubject,
+    compare: Sequence[str] | None = None,
+    on_progress: Callable[[str], ProgressCallback] = lambda _: never_stop,
+    argument: str = "compare",
+) -> Iterator[ComparedPlan]:
+    """Yield other methods' plans for the same request, made anew.
+
+    Parameters
+    ----------
+    subject : PlannedSubject
+    compare : sequence of str, optional
+        The methods; by default those that show what the plan gains.
+    on_progress : callable, optional
+        Returns, for a method, the callback to call after every step.
+    argument : str
+        What the user calls the methods.
+
+    Raises
+    ------
+    InputError
+        If one of them is the plan's own method, or cannot plan for the request.
+    """
+    own = subject.plan.method
+    methods = usual_comparisons(own) if compare is None else tuple(dict.fromkeys(compare))
+    if own in methods:
+        raise InputError(argument, "methods other than the plan's own", repr(own))
+    for method in methods:
+        plan = subject.with_method(method, on_progress(method))
+        yield ComparedPlan(title_of(plan), called(method), plan, subject.rig)
+
+
+def own_worth(plan: FocusPlan, counted_area: float) -> Worth:
+    """Return what a plan says of itself."""
+    return Worth(
+        Estimate(plan.fresh_cost, plan.fresh_standard_error),
+        Estimate(plan.in_focus_area, plan.in_focus_standard_error),
+        plan.covered_area,
+        counted_area,
+    )
+
+
+def worth_of(plans: Sequence[ComparedPlan], subject: PlannedSubject) -> list[Worth]:
+    """Return what plans are worth on the fresh samples that the subject's request asks for."""
+    request = _with_samples_told(subject)
+    problems: dict[int, Problem] = {}
+    found = []
+    for each in plans:
+        rig = id(each.rig)
+        if rig not in problems:
+            problems[rig] = formulate_problem(
+                subject.scene, each.rig, request, subject.model, fresh=True
+            )
+        problem = with_shots(problems[rig], each.plan.shots)
+        quality = estimate_quality(problem, each.plan.focus_distances)
+        counted = float(problem.samples.areas.sum())
+        found.append(
+            Worth(quality.cost, quality.in_focus_area, quality.covered_area.value, counted)
+        )
+    return found
+
+
+def _with_samples_told(subject: PlannedSubject) -> PlanRequest:
+    """Return the request for one shot, with the numbers of samples that it came down to."""
+    request, plan = subject.request, subject.plan
+    chosen = not request.samples and isinstance(subject.scene.surface, Mesh)
+    fresh = plan.fresh_samples if chosen else request.fresh_samples
+    return replace(request, shots=1, samples=plan.samples, fresh_samples=fresh)
+
+
+def other_inputs(plan: FocusPlan, now: Worth) -> Note | None:
+    """Return a note if a plan is probably not one for the surface and rig that are at hand.
+
+    Parameters
+    ----------
+    plan : FocusPlan
+    now : Worth
+        On the surface and rig at hand.
+    """
+    allowed = _SAME_COST
+    if any(note.code == "budget" for note in plan.notes):
+        # It was estimated on the first of more fresh samples, which are not drawn by themselves.
+        errors = (plan.fresh_standard_error**2 + now.cost.standard_error**2) ** 0.5
+        allowed = _LIKELY * errors
+    if abs(now.cost.value - plan.fresh_cost) <= allowed:
+        return None
+    return Note(
+        "other_inputs",
+        f"the plan says that its cost on fresh samples is {plan.fresh_cost:.1f}, and on this"
+        f" surface and rig it is {now.cost.value:.1f}: the surface, the rig, its lens tables or the"
+        " importance are probably not those that the plan was made for, and what is shown is how"
+        " its distances would do here; give those that it was made for, or report on a recorded"
+        " run, which has them",
+    )
+
+
+def find_autofocus(plans: Sequence[ComparedPlan]) -> int | None:
+    """Return which of the plans is that of autofocus; None if none is."""
+    return next((i for i, each in enumerate(plans) if each.called == _AUTOFOCUS), None)
+
+
+def cost_rows(
+    plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float, *, foreign: bool
+) -> tuple[CostRow, ...]:
+    """Return a row per plan, the dearest first, and one of the lower bound.
+
+    Parameters
+    ----------
+    plans, worths
+        That the report is about first.
+    area : float
+        Of the surface, square metres.
+    foreign : bool
+        Whether that plan was made for something else: its own costs do not hold here.
+    """
+    return tuple(_rows(plans, worths, area, foreign=foreign))
+
+
+def _rows(
+    plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float, *, foreign: bool
+) -> Iterator[CostRow]:
+    autofocus = find_autofocus(plans)
+    usual = None if autofocus is None else worths[autofocus].cost.value
+    order = sorted(range(len(plans)), key=lambda i: -worths[i].cost.value)
+    for i in order:
+        plan, worth = plans[i].plan, worths[i]
+        change = worth.cost.value / usual - 1 if usual and i != autofocus else None
+        yield CostRow(
+            title=plans[i].title,
+            cost=None if foreign and i == 0 else plan.cost,
+            fresh_cost=worth.cost.value,
+            standard_error=worth.cost.standard_error,
+            in_focus_share=worth.in_focus_area.value / area,
+            change=change,
+            reported=i == 0,
+        )
+    bound = plans[0].plan.lower_bound
+    if bound is not None and not foreign:
+        yield CostRow(title="lower bound", cost=bound)

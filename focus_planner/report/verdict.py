@@ -1,0 +1,149 @@
+"""What a plan achieves, in a few plain sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from focus_planner.core.notes import Note
+from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.report.comparison import ComparedPlan, Worth, find_autofocus, shares_of
+
+# What a note of each kind casts doubt on. Others tell what was done, not what may be wrong.
+_DOUBTS = {
+    "other_inputs": "the surface or the rig is probably not the plan's",
+    "up_axis": "the surface and the cameras probably do not fit each other",
+    "quaternion_order": "the surface and the cameras probably do not fit each other",
+    "camera_axes": "the surface and the cameras probably do not fit each other",
+    "inverted_poses": "the surface and the cameras probably do not fit each other",
+    "unseen_cameras": "many cameras see nothing",
+    "winding": "part of the surface is seen from behind only",
+    "default_lens": "lenses or images are assumed",
+    "default_image": "lenses or images are assumed",
+    "noise": "the cloud is noisy",
+    "left_out": "parts of the input were left out",
+}
+# Percentage points of standard error that are told.
+_REMARKABLE = 1.0
+# Of the surface, by rounding.
+_NOTHING = 1e-9
+# Percent that a gap is told in: less is of no use to anyone.
+_LEAST = 0.01
+# A gap that is wider says nothing of the plan.
+_TELLING = 0.5
+
+
+def verdict(
+    plans: Sequence[ComparedPlan],
+    worths: Sequence[Worth],
+    notes: Sequence[Note],
+    area: float,
+    *,
+    foreign: bool,
+) -> str:
+    """Return what the first of the plans achieves.
+
+    Parameters
+    ----------
+    plans : sequence of ComparedPlan
+        That the report is about first.
+    worths : sequence of Worth
+        Of each.
+    notes : sequence of Note
+        All that the report has.
+    area : float
+        Of the surface, square metres.
+    foreign : bool
+        Whether the plan was made for something else.
+    """
+    sentences = [
+        _achieved(plans, worths, area, foreign=foreign),
+        _lacking(worths[0], area),
+        *([] if foreign else _limits(plans[0].plan)),
+        *_doubts(notes),
+    ]
+    return " ".join(sentences)
+
+
+def percent(share: float) -> str:
+    """Return a share as whole percent; near none and near all, to a tenth, or as much as it takes.
+
+    It is 0 only for nothing, and 100 only for all.
+    """
+    if share <= 0 or share >= 1:
+        return "0 %" if share <= 0 else "100 %"
+    value = 100 * share
+    if 1 <= value < 99:
+        return f"{value:.0f} %"
+    if value < 1:
+        return f"{value:.1g} %" if value < 0.95 else "1 %"
+    return f"{min(math.floor(10 * value) / 10, 99.9):.1f} %"
+
+
+def _achieved(
+    plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float, *, foreign: bool
+) -> str:
+    shares = [shares_of(worth, area).sharp for worth in worths]
+    error = 100 * worths[0].in_focus_area.standard_error / area
+    told = f" (± {error:.1g})" if error >= _REMARKABLE else ""
+    autofocus = find_autofocus(plans)
+    who = "With autofocus" if autofocus == 0 else "With this plan"
+    here = " here" if foreign else ""
+    text = (
+        f"{who} {percent(shares[0])}{told} of the surface is sharp{here} in the picture that"
+        " images it best"
+    )
+    others = [
+        f"{plans[i].called} holds {percent(shares[i])}"
+        for i in dict.fromkeys([1, autofocus])
+        if i is not None and 0 < i < len(plans)
+    ]
+    return f"{text}{'; ' if others else ''}{' and '.join(others)}."
+
+
+def _lacking(worth: Worth, area: float) -> str:
+    shares = shares_of(worth, area)
+    blurred, unseen = shares.blurred, shares.unseen
+    ignored = 1 - worth.counted_area / area
+    if not blurred and not unseen:
+        text = "None of it was found blurred or unseen"
+    elif not unseen:
+        text = f"{percent(blurred)} is seen but blurred there, and none was found unseen"
+    elif not blurred:
+        text = f"{percent(unseen)} is seen by no camera, and none was found seen but blurred"
+    else:
+        text = (
+            f"{percent(blurred)} is seen but blurred there, and {percent(unseen)} is seen by no"
+            " camera"
+        )
+    if ignored > _NOTHING:
+        text += f"; {percent(ignored)} has no importance and was not planned for"
+    return f"{text}."
+
+
+def _limits(plan: FocusPlan) -> Iterator[str]:
+    """Yield how far from the best the plan can be, and whether its search was cut short."""
+    if plan.gap is not None and plan.gap <= 0:
+        yield "No plan for its samples costs less."
+    elif plan.gap is not None and plan.gap < _TELLING:
+        yield f"No plan for its samples can cost more than {_ceiling(plan.gap)} less."
+    if plan.converged:
+        return
+    if plan.method == "optimal":
+        yield "It could not be proven to be as close to the best as was asked for."
+    else:
+        yield "Its search was ended early: given more time, it may find a better plan."
+
+
+def _ceiling(share: float) -> str:
+    """Return a share in percent, rounded up to two digits."""
+    value = max(100 * share, _LEAST)
+    step: float = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{min(math.ceil(round(value / step, 9)) * step, 100.0):.2g} %"
+
+
+def _doubts(notes: Sequence[Note]) -> Iterator[str]:
+    codes = {note.code for note in notes}
+    found = dict.fromkeys(doubt for code, doubt in _DOUBTS.items() if code in codes)
+    if found:
+        yield f"Read the notes first: {'; '.join(found)}."

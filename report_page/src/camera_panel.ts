@@ -1,0 +1,101 @@
+// What is told of a camera.
+import { h, table } from "./dom";
+import { histogram } from "./histogram";
+import type { Model, Plan } from "./model";
+import type { Shot } from "./payload";
+import { area, metres, millimetres, percent } from "./words";
+
+const STATUS = [
+  "Unknown",
+  "Planned",
+  "Sees only what others image better: leave it as it is",
+  "Sees none of the surface: leave it as it is",
+];
+
+/** What the panel says of a camera, its plans side by side. */
+export function cameraPanel(model: Model, camera: number, plans: number[]): Node[] {
+  const shown = plans.map((k) => model.plans[k]!);
+  const nodes: Node[] = [];
+  const statuses = shown.map((plan) => STATUS[plan.cameras[camera]!.status] ?? STATUS[0]!);
+  const differ = new Set(statuses).size > 1;
+  shown.forEach((plan, k) => {
+    const text = differ ? `${plan.title}: ${statuses[k]}` : statuses[k]!;
+    if (differ || k === 0) nodes.push(h("p", { class: "status" }, text));
+  });
+  const columns = shown.flatMap((plan) =>
+    plan.cameras[camera]!.shots.map((shot, k, all) => ({
+      plan,
+      shot,
+      title: all.length > 1 ? `${plan.title}, shot ${k + 1}` : plan.title,
+    })),
+  );
+  const rows: [string, (shot: Shot, plan: Plan) => string][] = [
+    ["focus, from the centre of projection", (shot) => metres(shot.focus)],
+    ["from the sensor", (shot) => (shot.fromSensor === null ? "–" : metres(shot.fromSensor))],
+    ["dioptres", (shot) => (1 / shot.focus).toFixed(3)],
+    ["near limit", (shot) => metres(shot.near)],
+    ["far limit", (shot) => metres(shot.far)],
+    ["depth of field", (shot) => (shot.far === null ? "∞" : millimetres(shot.far - shot.near))],
+    ["samples it images best", (shot) => `${shot.assigned}`],
+    ["of them in focus", (shot) => `${shot.inFocus}`],
+  ];
+  if (columns.some(({ shot }) => shot.device !== null)) {
+    rows.splice(2, 0, ["device value", (shot, plan) => device(shot, plan, camera)]);
+  }
+  nodes.push(
+    table(
+      "Where the lens is set, and what that holds",
+      ["", ...columns.map(({ title }) => ({ text: title, number: true }))],
+      rows.map(([name, of]) => [name, ...columns.map(({ shot, plan }) => of(shot, plan))]),
+    ),
+  );
+  nodes.push(...heldNodes(model, camera, shown));
+  for (const k of plans) nodes.push(...pictureNodes(model, camera, k, plans.length > 1));
+  return nodes;
+}
+
+function device(shot: Shot, plan: Plan, camera: number): string {
+  if (shot.device === null) return "–";
+  const unit = plan.cameras[camera]!.unit ?? "";
+  return `${Number(shot.device.toPrecision(6))} ${unit}`.trim();
+}
+
+function heldNodes(model: Model, camera: number, plans: Plan[]): Node[] {
+  const pairs = model.pairsOf(camera);
+  if (!pairs.length) return [];
+  let seen = 0;
+  for (const q of pairs) seen += model.areas[model.pairSample[q]!]!;
+  const nodes: Node[] = [
+    h("h4", {}, "Depths seen"),
+    h(
+      "p",
+      { class: "about" },
+      `It sees ${area(seen)}. The band is what is in focus, the line the focus. In the picture what ` +
+        "it holds has its full colour; what it sees out of focus is pale, the rest grey.",
+    ),
+  ];
+  for (const plan of plans) {
+    const held = plan.held[camera] ?? 0;
+    const says = `${plan.title}: holds ${area(held)}, ${percent(held / seen)} of what it sees`;
+    const drawing = histogram(model, plan, camera, plans);
+    if (drawing) nodes.push(h("figure", {}, drawing, h("figcaption", {}, says)));
+  }
+  return nodes;
+}
+
+function pictureNodes(model: Model, camera: number, plan: number, named: boolean): Node[] {
+  const address = model.picture(plan, camera);
+  if (!address) return [];
+  const { name } = model.cameras[camera]!;
+  const { title, cameras } = model.plans[plan]!;
+  const { main, shots } = cameras[camera]!;
+  const shot = shots.length > 1 ? `, shot ${main + 1} of ${shots.length}` : "";
+  const image = h("img", {
+    src: address,
+    alt: `What ${name} will see with the plan ${title}${shot}`,
+    class: "picture",
+  });
+  image.addEventListener("load", () => URL.revokeObjectURL(address), { once: true });
+  const caption = `Its picture${named ? `, ${title}` : ""}${shot}`;
+  return [h("figure", {}, image, h("figcaption", {}, caption))];
+}

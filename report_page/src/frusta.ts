@@ -1,0 +1,172 @@
+// The cameras as pyramids, all in one draw call; and all of one that is selected.
+import * as THREE from "three";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
+import { corners, fromCamera, plus } from "./geometry";
+import type { Camera, Model, Plan, Vector } from "./model";
+
+export interface Inks {
+  paper: string;
+  camera: string;
+  idle: string;
+  selected: string;
+  held: string;
+  faint: string;
+}
+
+const PLANNED = 1;
+
+/** All cameras, each as long as it is small beside the surface. */
+export class Frusta {
+  readonly lines: LineSegments2;
+  private readonly segments: number;
+
+  constructor(
+    private readonly model: Model,
+    readonly length: number,
+  ) {
+    const places: number[] = [];
+    for (const camera of model.cameras) {
+      for (const [a, b] of pyramid(camera, length)) places.push(...a, ...b);
+    }
+    this.segments = places.length / 6;
+    this.lines = new LineSegments2(new LineSegmentsGeometry(), lineMaterial(1.25, true));
+    this.lines.geometry.setPositions(places);
+    this.lines.material.transparent = true;
+    this.lines.material.opacity = 0.85;
+  }
+
+  paint(plan: Plan, inks: Inks): void {
+    const colours: number[] = [];
+    const [planned, idle] = [new THREE.Color(inks.camera), new THREE.Color(inks.idle)];
+    const each = this.segments / this.model.cameras.length;
+    for (const focus of plan.cameras) {
+      const colour = focus.status === PLANNED ? planned : idle;
+      for (let k = 0; k < 2 * each; k++) colours.push(colour.r, colour.g, colour.b);
+    }
+    this.lines.geometry.setColors(colours);
+  }
+}
+
+function pyramid(camera: Camera, length: number): [Vector, Vector][] {
+  const deepest = 1 / Math.hypot(...(camera.picture.corners[0] ?? [0, 0]), 1);
+  const [a, b, c, d] = corners(camera, length * deepest) as [Vector, Vector, Vector, Vector];
+  const apex = camera.position;
+  const top = plus(plus(a, b), apex, 0).map((each) => each / 2) as Vector;
+  const up = fromCamera(camera, [0, -0.16 * length, 0]);
+  const shift: Vector = [up[0] - apex[0], up[1] - apex[1], up[2] - apex[2]];
+  const peak = plus(top, shift);
+  return [
+    ...[a, b, c, d].map((corner): [Vector, Vector] => [apex, corner]),
+    [a, b],
+    [b, c],
+    [c, d],
+    [d, a],
+    [a, peak],
+    [peak, b],
+  ];
+}
+
+export function lineMaterial(width: number, coloured = false): LineMaterial {
+  return new LineMaterial({ linewidth: width, vertexColors: coloured, worldUnits: false });
+}
+
+export function segments(pairs: [Vector, Vector][], colour: string, width: number): LineSegments2 {
+  const lines = new LineSegments2(new LineSegmentsGeometry(), lineMaterial(width));
+  lines.geometry.setPositions(pairs.flatMap(([a, b]) => [...a, ...b]));
+  lines.material.color.set(colour);
+  return lines;
+}
+
+/** A selected camera's frustum, planes of focus, and depths of field, in a plan. */
+export function selectedCamera(
+  model: Model,
+  plan: Plan,
+  camera: Camera,
+  farthest: number,
+  inks: Inks,
+): THREE.Group {
+  const group = new THREE.Group();
+  const shots = model.focus(plan, camera.index).shots;
+  const ends = shots.map((shot) => Math.min(shot.far ?? Infinity, farthest));
+  const end = Math.max(...ends, ...shots.map((shot) => shot.focus));
+  const rim = corners(camera, end);
+  group.add(segments(rim.map((each) => [camera.position, each]), inks.selected, 1.5));
+  shots.forEach((shot, k) => {
+    const far = Math.max(ends[k]!, shot.near);
+    group.add(slab(corners(camera, shot.near), corners(camera, far), inks.selected));
+    const plane = corners(camera, Math.min(shot.focus, farthest));
+    group.add(sheet(plane, inks.selected), segments(outline(plane), inks.selected, 2.5));
+  });
+  return group;
+}
+
+function outline(quad: Vector[]): [Vector, Vector][] {
+  return quad.map((each, k) => [each, quad[(k + 1) % quad.length]!]);
+}
+
+function slab(near: Vector[], far: Vector[], colour: string): THREE.Group {
+  const group = new THREE.Group();
+  const places = [...near, ...far].flat();
+  const faces = [0, 1, 2, 0, 2, 3, 4, 6, 5, 4, 7, 6];
+  for (let k = 0; k < 4; k++) {
+    const next = (k + 1) % 4;
+    faces.push(k, k + 4, next, next, k + 4, next + 4);
+  }
+  group.add(translucent(places, faces, colour, 0.13));
+  const edges = [...outline(near), ...outline(far)];
+  edges.push(...near.map((each, k): [Vector, Vector] => [each, far[k]!]));
+  group.add(segments(edges, colour, 1.1));
+  return group;
+}
+
+function sheet(quad: Vector[], colour: string): THREE.Mesh {
+  return translucent(quad.flat(), [0, 1, 2, 0, 2, 3], colour, 0.16);
+}
+
+function translucent(places: number[], faces: number[], colour: string, opacity: number) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+  geometry.setIndex(faces);
+  const material = new THREE.MeshBasicMaterial({
+    color: colour,
+    transparent: true,
+    opacity,
+    side: THREE.DoubleSide,
+    depthWrite: false,
+  });
+  return new THREE.Mesh(geometry, material);
+}
+
+/** A selected point's lines of sight in a plan: sharp ones strong, others faint. */
+export function linesOfSight(model: Model, plan: Plan, p: number, inks: Inks): THREE.Group {
+  const group = new THREE.Group();
+  const point = plus(model.point(p), model.normal(p), model.facts.spacing / 2);
+  const of = (held: number) => {
+    const lines: [Vector, Vector][] = [];
+    for (let q = model.offsets[p]!; q < model.offsets[p + 1]!; q++) {
+      if (plan.pairHeld[q] === held) {
+        lines.push([point, model.cameras[model.pairCamera[q]!]!.position]);
+      }
+    }
+    return lines;
+  };
+  const [faint, strong] = [of(0), of(1)];
+  if (faint.length) {
+    const lines = segments(faint, inks.faint, 1);
+    lines.material.transparent = true;
+    lines.material.opacity = 0.7;
+    group.add(lines);
+  }
+  if (strong.length) group.add(segments(strong, inks.held, 2));
+  return group;
+}
+
+export function disposeOf(group: THREE.Object3D): void {
+  group.traverse((each) => {
+    const mesh = each as THREE.Mesh;
+    mesh.geometry?.dispose();
+    (mesh.material as THREE.Material | undefined)?.dispose();
+  });
+}

@@ -1,0 +1,121 @@
+// Where a camera images a point, and what a lens holds in focus: as the planner computes it.
+import type { Camera, Vector } from "./model";
+import type { Image, Lens } from "./payload";
+
+export function minus(a: Vector, b: Vector): Vector {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+}
+
+export function plus(a: Vector, b: Vector, times = 1): Vector {
+  return [a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2]];
+}
+
+export function dot(a: Vector, b: Vector): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+export function norm(a: Vector): number {
+  return Math.hypot(a[0], a[1], a[2]);
+}
+
+/** A camera's x, y or z axis in the rig's frame. */
+export function axis(camera: Camera, which: 0 | 1 | 2): Vector {
+  const r = camera.rotation;
+  return [r[which]!, r[3 + which]!, r[6 + which]!];
+}
+
+/** A point of the rig's frame in the camera's: x right, y down, z forward. */
+export function toCamera(camera: Camera, point: Vector): Vector {
+  const d = minus(point, camera.position);
+  return [dot(axis(camera, 0), d), dot(axis(camera, 1), d), dot(axis(camera, 2), d)];
+}
+
+export function fromCamera(camera: Camera, [x, y, z]: Vector): Vector {
+  const along = plus(camera.position, axis(camera, 0), x);
+  return plus(plus(along, axis(camera, 1), y), axis(camera, 2), z);
+}
+
+/** The four points that the image's corners show at a depth, in the rig's frame. */
+export function corners(camera: Camera, depth: number): Vector[] {
+  return camera.picture.corners.map(([x, y]) => fromCamera(camera, [x * depth, y * depth, depth]));
+}
+
+/** The image of (x, y, 1) relative to the principal point, in focal lengths. */
+function distorted(image: Image, x: number, y: number): [number, number] {
+  const k = image.k;
+  const square = x * x + y * y;
+  if (image.kind === "pinhole") return [x, y];
+  if (image.kind === "fisheye") {
+    const tangent = Math.sqrt(square);
+    const angle = Math.atan(tangent);
+    const t = angle * angle;
+    const grown = angle * (1 + t * (k[0]! + t * (k[1]! + t * (k[2]! + t * k[3]!))));
+    const scale = tangent > 0 ? grown / tangent : 1;
+    return [scale * x, scale * y];
+  }
+  const above = 1 + square * (k[0]! + square * (k[1]! + square * k[4]!));
+  const below = 1 + square * (k[5]! + square * (k[6]! + square * k[7]!));
+  const scale = below > 0 ? above / below : Infinity;
+  const twice = 2 * x * y;
+  return [
+    scale * x + k[2]! * twice + k[3]! * (square + 2 * x * x) + square * (k[8]! + square * k[9]!),
+    scale * y + k[2]! * (square + 2 * y * y) + k[3]! * twice + square * (k[10]! + square * k[11]!),
+  ];
+}
+
+/** By how many pixels a point in front of a camera misses its picture; 0 if it is in it. */
+export function pixelsOutside(camera: Camera, [x, y, z]: Vector): number {
+  const image = camera.picture;
+  if (image.reach !== null && !(Math.hypot(x, y) / z < image.reach)) return Infinity;
+  const [a, b] = distorted(image, x / z, y / z);
+  const u = image.f[0] * a + image.c[0];
+  const v = image.f[1] * b + image.c[1];
+  if (u >= -0.5 && u < image.size[0] - 0.5 && v >= -0.5 && v < image.size[1] - 0.5) return 0;
+  const beyond = (at: number, size: number) => Math.max(-0.5 - at, at - (size - 0.5), 0);
+  return Math.max(Math.hypot(beyond(u, image.size[0]), beyond(v, image.size[1])), 1e-3);
+}
+
+/** The focus distances that hold a depth in focus, of those that the lens takes; null if none. */
+export function focusInterval(
+  depth: number,
+  lens: Lens,
+  tolerance: number,
+): [number, number] | null {
+  const { hyperfocal: h, focal: f } = lens;
+  const back = depth + tolerance;
+  const front = depth - tolerance;
+  let near = Math.max((back * (h + f)) / (h + back), lens.limits[0]);
+  let far = h > front ? (front * (h - f)) / (h - front) : Infinity;
+  far = Math.min(far, lens.limits[1] ?? Infinity);
+  if (lens.distances) {
+    const [low, high] = [near, far];
+    near = lens.distances[countBelow(lens.distances, (each) => each < low)] ?? Infinity;
+    far = lens.distances[countBelow(lens.distances, (each) => each <= high) - 1] ?? -Infinity;
+  } else if (!lens.anyDistance) return null;
+  return near <= far && front > f ? [near, far] : null;
+}
+
+/** How many of ascending numbers come before the first that is not below. */
+function countBelow(numbers: number[], isBelow: (each: number) => boolean): number {
+  let low = 0;
+  let high = numbers.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (isBelow(numbers[middle]!)) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** By what the f-number must be multiplied for a focus to hold a depth; Infinity if none does. */
+export function stoppedDown(focus: number, depth: number, lens: Lens, tolerance: number): number {
+  const least = Math.max(
+    ...[depth - tolerance, depth + tolerance].map((d) => {
+      // From D_N = H·s / (H + s − F) and D_F = H·s / (H − s + F).
+      const away = Math.abs(d - focus);
+      const most = away > 0 ? (d * (focus - lens.focal)) / away : Infinity;
+      return most > 0 ? lens.hyperfocal / most : Infinity;
+    }),
+  );
+  return least;
+}
