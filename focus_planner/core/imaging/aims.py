@@ -16,7 +16,7 @@ _PLASTIC = 1.32471795724474602596
 # What a ray is to have of the variances of a pixel of side 1, and of a disc of diameter 1.
 _VARIANCES = np.array([1 / 12, 1 / 12, 1 / 16, 1 / 16])
 # Rays per pixel: for the sharpest, and for those of the widest blur.
-_FEWEST, _MOST, _GROWTH = 8, 512, 1.4
+_FEWEST, _MOST, _GROWTH = 8, 48, 1.3
 
 
 @cache
@@ -56,10 +56,9 @@ def aims(count: int) -> FloatArray:
     """
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count) / 2, i * _GOLDEN_ANGLE
-    beside = [
-        i * _coprime(count, count / _PLASTIC) % count,
-        i * _coprime(count, count / _PLASTIC**2) % count,
-    ]
+    first = _coprime(count, count / _PLASTIC)
+    second = _coprime(count, count / _PLASTIC**2, (first, count - first))
+    beside = [i * first % count, i * second % count]
     disc = [radius * np.cos(angle), radius * np.sin(angle)]
     spread = np.column_stack([*((np.array(beside) + 0.5) / count), *disc])
     spread -= spread.mean(axis=0)
@@ -70,6 +69,7 @@ def aims(count: int) -> FloatArray:
     return rays
 
 
-def _coprime(count: int, near: float) -> int:
-    """Return the whole number nearest to ``near`` that has no divisor in common with ``count``."""
-    return min((n for n in range(1, count) if math.gcd(n, count) == 1), key=lambda n: abs(n - near))
+def _coprime(count: int, near: float, but: tuple[int, ...] = ()) -> int:
+    """Return the number nearest to ``near``, but not these, without a divisor of ``count``."""
+    able = (n for n in range(1, count) if math.gcd(n, count) == 1 and n not in but)
+    return min(able, key=lambda n: abs(n - near))

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.imaging.aims import sets_of_aims
-from focus_planner.core.imaging.blur import blur_diameters
 from focus_planner.core.imaging.depth import DepthCamera, in_optical_frame, listed_by_tile
 from focus_planner.core.imaging.looks import decode, encode, shaded
 from focus_planner.core.imaging.pixels import pixel_grid, tiles_of
@@ -26,8 +26,10 @@ from focus_planner.core.surface.scene import Scene
 
 # Behind the surface: neutral, as sRGB.
 BACKGROUND = (58, 60, 64)
-# The share of pixels at each end of the depths whose blur does not count as usual.
-_RARE = 0.02
+# Rays per pixel: of the sharpest, and how many more per square pixel of the widest blur, so that
+# single edges do not show in it. At most those of the largest set: there, each counts too little.
+_RAYS, _RAYS_PER_AREA = 12, 0.5
+_WIDEST = 1e3  # pixels: for which there are rays enough
 
 
 class PictureCamera(DepthCamera):
@@ -78,6 +80,7 @@ class PictureCamera(DepthCamera):
         aims, starts = sets_of_aims()
         radius = aperture * float(np.sqrt((aims[:, :2] ** 2).sum(axis=1)).max())
         margin = float(np.abs(aims[:, 2:]).max() * 2 * np.abs(tiles.affine[..., 7:]).max())
+        pixel = grid.pitch[0] / intrinsics.fx
         image = np.empty((grid.height, grid.width, 3))
         with kernels.threads_for(image.size):
             vertices = in_optical_frame(self._vertices, camera)
@@ -91,24 +94,14 @@ class PictureCamera(DepthCamera):
                 self._light(camera, vertices),
                 aims,
                 starts,
-                density,
+                _chosen(triangles, tiles, starts, density, inverse_focus, aperture / pixel),
                 aperture,
                 inverse_focus,
-                self._usual_blur(camera, focus_distance, scale),
-                grid.pitch[0] / intrinsics.fx,
+                pixel,
                 decode(np.array(BACKGROUND, np.uint8)).astype(np.float64),
                 image,
             )
         return image
-
-    def _usual_blur(self, camera: Camera, focus_distance: float, scale: float) -> float:
-        """Return the diameter, in pixels, that nearly all of what the camera sees is below."""
-        depths = self.depths(camera, scale)
-        seen = depths[np.isfinite(depths)]
-        if not len(seen):
-            return 0.0
-        blur = blur_diameters(np.quantile(seen, [_RARE, 1 - _RARE]), camera, focus_distance, scale)
-        return float(blur.max())
 
     def _light(self, camera: Camera, vertices: FloatArray) -> NDArray[np.float32]:
         rotation = rotation_from_quaternion(np.array(camera.orientation))
@@ -116,3 +109,33 @@ class PictureCamera(DepthCamera):
         light = np.empty((len(self._triangles), 3, 2), np.float32)
         kernels.light_corners(vertices, self._triangles, normals, rotation[2].copy(), light)
         return light
+
+
+def _chosen(
+    triangles: kernels.Triangles,
+    tiles: kernels.Tiles,
+    starts: NDArray[np.int64],
+    density: float,
+    inverse_focus: float,
+    strength: float,
+) -> NDArray[np.int64]:
+    """Return (Y, X) which set of rays is dense enough for each tile's widest blur.
+
+    Parameters
+    ----------
+    triangles, tiles : kernels' arrays
+    starts : (K + 1,) array
+        Of the sets of rays.
+    density : float
+        How many rays there are to be, relative to as many as leave no grain.
+    inverse_focus : float
+        1/m.
+    strength : float
+        Pixels of blur per difference of inverse depths, 1/m.
+    """
+    farthest = np.empty(tiles.bounds.shape[:2])
+    kernels.farthest_off_focus(triangles, tiles, inverse_focus, farthest)
+    # Those around a tile count as well: so few blurred edges run between tiles of different rays.
+    widest = maximum_filter(np.minimum(strength * farthest, _WIDEST), 3, mode="nearest")
+    wanted = density * (_RAYS + _RAYS_PER_AREA * widest**2)
+    return np.searchsorted(np.diff(starts), wanted).clip(max=len(starts) - 2)

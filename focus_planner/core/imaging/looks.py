@@ -18,7 +18,7 @@ from focus_planner.core.surface.surface import Mesh
 # Corners whose normal is farther off their triangle's, in degrees, are at an edge of the surface.
 _CREASE = 50.0
 # The pattern's coarsest level, in cells along the surface's diagonal, and its noise.
-_CELLS, _NOISE_SIZE, _NOISE_SEED = 128, 64, 1
+_CELLS, _NOISE_SEED = 128, 1
 # Ground and chips, as sRGB.
 _PALETTE = ((226, 218, 204), (74, 84, 96), (190, 120, 84))
 
@@ -159,14 +159,14 @@ def _corner_normals(scene: Scene, vertices: FloatArray, triangles: IntArray) -> 
 def _noise() -> NDArray[np.int8]:
     """Return periodic noise of one octave, of variance 1/9, with features of some four cells."""
     random = np.random.default_rng(_NOISE_SEED)
-    white = np.fft.rfftn(random.standard_normal((_NOISE_SIZE,) * 3))
-    along = np.fft.fftfreq(_NOISE_SIZE)
+    white = np.fft.rfftn(random.standard_normal((kernels.NOISE_SIZE,) * 3))
+    along = np.fft.fftfreq(kernels.NOISE_SIZE)
     square = (
         along[:, None, None] ** 2
         + along[None, :, None] ** 2
-        + np.fft.rfftfreq(_NOISE_SIZE)[None, None, :] ** 2
+        + np.fft.rfftfreq(kernels.NOISE_SIZE)[None, None, :] ** 2
     )
     band = np.exp(-((np.sqrt(square) - 0.14) ** 2) / (2 * 0.05**2))
     noise = np.fft.irfftn(white * band)
     scaled = kernels.NOISE_UNITS / 3 * noise / noise.std()
-    return np.round(scaled.clip(-127, 127)).astype(np.int8)
+    return np.round(scaled.clip(-127, 127)).astype(np.int8).ravel()

@@ -79,10 +79,12 @@ from focus_planner.core.kernels.rasterize import (
     bound_tiles,
     bound_triangles,
     depths,
+    farthest_off_focus,
     list_by_tile,
     undistort,
 )
 from focus_planner.core.kernels.shading import (
+    NOISE_SIZE,
     NOISE_UNITS,
     PATTERN,
     TEXTURE,
@@ -113,6 +115,7 @@ __all__ = [
     "COEFFICIENTS",
     "FISHEYE",
     "NEVER",
+    "NOISE_SIZE",
     "NOISE_UNITS",
     "PATTERN",
     "PLACES",
@@ -163,6 +166,7 @@ __all__ = [
     "descend",
     "distort",
     "expose",
+    "farthest_off_focus",
     "fill_rays",
     "focus_room",
     "gains_by_sample",

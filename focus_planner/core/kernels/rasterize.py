@@ -252,13 +252,26 @@ def _meet(box, other, margin):
 
 
 @kernel
-def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
+def scan(triangles, tiles, tile, bounds, origin, shift, inverse, shown, where):
     """Fill in, for a tile's pixels, the inverse depth that each shows, the triangle, and where.
 
-    ``origin`` is where the rays start: x, y in the plane of the aperture, metres; ``shift`` is
-    added to the rays' x and y. ``inverse`` is (TILE, TILE), 0 where nothing is; ``shown`` (TILE,
-    TILE) is twice the triangle's index, one more if its inner side is seen, or -1; and ``where``
-    (TILE, TILE, 2) the weights of the second and the third corner, times the inverse depth.
+    Parameters
+    ----------
+    triangles : Triangles
+    tiles : Tiles
+    tile : int
+    bounds : (4,) array
+        The tile's.
+    origin : (2,) array
+        Where the rays start: x, y in the plane of the aperture, metres.
+    shift : (2,) array
+        Added to the rays' x and y.
+    inverse : (TILE, TILE) array
+        1/m; 0 where nothing is.
+    shown : (TILE, TILE) array of int
+        Twice the triangle's index, one more if its inner side is seen; -1 where nothing is.
+    where : (TILE, TILE, 2) array
+        The weights of the second and the third corner, times the inverse depth.
     """
     inverse[:] = 0.0
     shown[:] = -1
@@ -266,7 +279,7 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
     ty, tx = tile // tiles.bounds.shape[1], tile % tiles.bounds.shape[1]
     top, left = ty * TILE, tx * TILE
     bottom, right = min(top + TILE, rays.shape[0]), min(left + TILE, rays.shape[1])
-    bounds, affine = tiles.bounds[ty, tx], tiles.affine[ty, tx]
+    affine = tiles.affine[ty, tx]
     # Rows of arrays as objects of their own would cost more, here, than what is done with them.
     vertices, corners, listed = triangles.vertices, triangles.corners, triangles.listed
     from_x, from_y, shift_x, shift_y = origin[0], origin[1], shift[0], shift[1]
@@ -319,11 +332,39 @@ def scan(triangles, tiles, tile, origin, shift, inverse, shown, where):
                 ec = ncx * x + ncy * y + ncz
                 if ea >= 0 and eb >= 0 and ec >= 0:
                     near = (ea + eb + ec) * scale
-                    if near > inverse[v - top, u - left]:
-                        inverse[v - top, u - left] = near
-                        shown[v - top, u - left] = 2 * t + inner
-                        where[v - top, u - left, 0] = eb * scale
-                        where[v - top, u - left, 1] = ec * scale
+                    i, j = v - top, u - left
+                    if near > inverse[i, j]:
+                        inverse[i, j] = near
+                        shown[i, j] = 2 * t + inner
+                        where[i, j, 0], where[i, j, 1] = eb * scale, ec * scale
+
+
+@kernel
+def _see(triangles, tiles, tile):
+    """Return (TILE, TILE) the inverse depth of what the centres of a tile's pixels show."""
+    inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
+    centre, where = np.zeros(2), np.empty((TILE, TILE, 2))
+    bounds = tiles.bounds[tile // tiles.bounds.shape[1], tile % tiles.bounds.shape[1]]
+    scan(triangles, tiles, tile, bounds, centre, centre, inverse, shown, where)
+    return inverse
+
+
+@parallel_kernel
+def farthest_off_focus(triangles, tiles, inverse_focus, farthest):
+    """Fill in (Y, X) by how much 1/depth of what a tile shows differs, at most, from the focus's.
+
+    0 where nothing is.
+    """
+    columns = farthest.shape[1]
+    for tile in prange(farthest.shape[0] * columns):
+        most = 0.0
+        if triangles.starts[tile + 1] > triangles.starts[tile]:
+            inverse = _see(triangles, tiles, tile)
+            for v in range(TILE):
+                for u in range(TILE):
+                    if inverse[v, u] > 0:
+                        most = max(most, abs(inverse[v, u] - inverse_focus))
+        farthest[tile // columns, tile % columns] = most
 
 
 @parallel_kernel
@@ -332,9 +373,7 @@ def depths(triangles, tiles, image):
     height, width = image.shape
     columns = tiles.bounds.shape[1]
     for tile in prange(tiles.bounds.shape[0] * columns):
-        inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
-        centre, where = np.zeros(2), np.empty((TILE, TILE, 2))
-        scan(triangles, tiles, tile, centre, centre, inverse, shown, where)
+        inverse = _see(triangles, tiles, tile)
         top, left = tile // columns * TILE, tile % columns * TILE
         for v in range(top, min(top + TILE, height)):
             for u in range(left, min(left + TILE, width)):

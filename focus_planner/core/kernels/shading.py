@@ -16,17 +16,21 @@ from focus_planner.core.kernels.rasterize import TILE, scan
 
 #: What a surface's colours come from.
 PATTERN, VERTEX_COLOURS, TEXTURE = 0, 1, 2
-#: Bytes, as the noise has to fit into a core's cache.
-NOISE_UNITS = 64
+#: The pattern's noise along each axis, a power of 2, and units of its bytes: it has to fit into a
+#: core's cache.
+NOISE_SIZE, NOISE_UNITS = 64, 64
+_MASK = NOISE_SIZE - 1
 # The pattern: each level's cells are this many times as small as those of the level before. The
 # finest that is drawn has cells of this many pixels.
 _FINER, _PIXELS = 4.0, 0.6
 _LOG_FINER = np.log(_FINER)
 _THRESHOLD, _SLOPE = 0.45, 0.35
-# Rays per pixel, and per square pixel of the widest blur: with fewer, one edge would show as many.
-_RAYS, _RAYS_PER_AREA = 12.0, 0.8
+# Where rays are farther apart than pixels, colours are averaged over this share of the distance.
+_SMOOTH = 0.5
 # Textures are taken this many levels sharper than one texel per pixel: every pixel has many rays.
 _SHARPER = 0.7
+# Numbers of what a ray hits.
+_HIT = 6
 
 
 class Looks(NamedTuple):
@@ -40,8 +44,8 @@ class Looks(NamedTuple):
         PATTERN: the vertices, in cells of the coarsest level.
     cell : float
         PATTERN: the size of such a cell, metres.
-    noise : (N, N, N) array of int8
-        PATTERN: periodic, N a power of 2; in units of 1 / NOISE_UNITS.
+    noise : (NOISE_SIZE³,) array of int8
+        PATTERN: periodic; in units of 1 / NOISE_UNITS.
     palette : (3, 3) array of float32
         PATTERN: the ground, and two kinds of chips in it.
     colours : (V, 3) array of float32
@@ -99,108 +103,6 @@ def light_corners(vertices, corners, normals, up, light):
                 light[t, i, side] = 0.22 + 0.33 * sky + 0.45 * max(sign * facing, 0.0)
 
 
-@kernel
-def _noise(volume, x, y, z):
-    """Interpolate periodic noise."""
-    mask = volume.shape[0] - 1
-    i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-    x, y, z = x - i, y - j, z - k
-    i0, j0, k0 = i & mask, j & mask, k & mask
-    i1, j1, k1 = (i + 1) & mask, (j + 1) & mask, (k + 1) & mask
-    low = (volume[i0, j0, k0] * (1 - z) + volume[i0, j0, k1] * z) * (1 - y) + (
-        volume[i0, j1, k0] * (1 - z) + volume[i0, j1, k1] * z
-    ) * y
-    high = (volume[i1, j0, k0] * (1 - z) + volume[i1, j0, k1] * z) * (1 - y) + (
-        volume[i1, j1, k0] * (1 - z) + volume[i1, j1, k1] * z
-    ) * y
-    return (low * (1 - x) + high * x) / NOISE_UNITS
-
-
-@kernel
-def _pattern(looks, x, y, z, pixel):
-    """Return the colour of chips at three scales, the finest that ``pixel``, in cells, resolves."""
-    finest = max(-np.log(_PIXELS * pixel) / _LOG_FINER, 0.0)
-    last = int(finest)
-    palette, noise = looks.palette, looks.noise
-    r, g, b = palette[0, 0], palette[0, 1], palette[0, 2]
-    first = max(last - 2, 0)
-    scale = 1.0
-    for _ in range(first):
-        scale *= _FINER
-    for level in range(first, last + 1):
-        # Levels fade in and out as the camera comes nearer.
-        strength = finest - last if level == last and last > 0 else 1.0
-        if level == last - 2:
-            strength = 1.0 - (finest - last)
-        # Shifted so that the levels' cells do not line up.
-        value = _noise(
-            noise, x * scale + 17.3 * level, y * scale + 7.7 * level, z * scale - 11.9 * level
-        )
-        edge = max(_SLOPE * scale * pixel, 1e-6)
-        share = min(max((abs(value) - _THRESHOLD) / edge + 0.5, 0.0), 1.0) * strength
-        if share > 0:
-            chip = 1 if value > 0 else 2
-            r += share * (palette[chip, 0] - r)
-            g += share * (palette[chip, 1] - g)
-            b += share * (palette[chip, 2] - b)
-        scale *= _FINER
-    return r, g, b
-
-
-@kernel
-def _texel(looks, level, u, v):
-    """Interpolate one level of a texture that repeats."""
-    texels, decode, levels = looks.texels, looks.decode, looks.levels
-    start, width, height = levels[level, 0], levels[level, 1], levels[level, 2]
-    x, y = u * width - 0.5, (1 - v) * height - 0.5
-    i, j = int(np.floor(x)), int(np.floor(y))
-    x, y = x - i, y - j
-    left, right = i % width, (i + 1) % width
-    above, below = j % height, (j + 1) % height
-    r, g, b = 0.0, 0.0, 0.0
-    for row, across in ((above, 1 - y), (below, y)):
-        for column, along in ((left, 1 - x), (right, x)):
-            texel, weight = start + row * width + column, across * along
-            r += weight * decode[texels[texel, 0]]
-            g += weight * decode[texels[texel, 1]]
-            b += weight * decode[texels[texel, 2]]
-    return r, g, b
-
-
-@kernel
-def _texture(looks, t, wa, wb, wc, pixel):
-    """Return the texture's colour, averaged over about a pixel."""
-    uv = looks.coordinates
-    u = wa * uv[t, 0, 0] + wb * uv[t, 1, 0] + wc * uv[t, 2, 0]
-    v = wa * uv[t, 0, 1] + wb * uv[t, 1, 1] + wc * uv[t, 2, 1]
-    level = np.log2(max(looks.density[t] * pixel, 1e-9)) - _SHARPER
-    level = min(max(level, 0.0), len(looks.levels) - 1.0)
-    sharp = int(level)
-    r, g, b = _texel(looks, sharp, u, v)
-    share = level - sharp
-    if share > 0:
-        smooth = _texel(looks, sharp + 1, u, v)
-        r += share * (smooth[0] - r)
-        g += share * (smooth[1] - g)
-        b += share * (smooth[2] - b)
-    return r, g, b
-
-
-@kernel
-def _colour(looks, corners, t, wa, wb, wc, pixel):
-    """Return the colour at the place of a triangle with these weights of its corners."""
-    if looks.kind == TEXTURE:
-        return _texture(looks, t, wa, wb, wc, pixel)
-    of = looks.colours if looks.kind == VERTEX_COLOURS else looks.places
-    a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-    x = wa * of[a, 0] + wb * of[b, 0] + wc * of[c, 0]
-    y = wa * of[a, 1] + wb * of[b, 1] + wc * of[c, 1]
-    z = wa * of[a, 2] + wb * of[b, 2] + wc * of[c, 2]
-    if looks.kind == VERTEX_COLOURS:
-        return x, y, z
-    return _pattern(looks, x, y, z, pixel / looks.cell)
-
-
 @parallel_kernel
 def expose(
     triangles,
@@ -209,10 +111,9 @@ def expose(
     light,
     aims,
     starts,
-    density,
+    chosen,
     aperture,
     inverse_focus,
-    blur,
     pixel,
     background,
     image,
@@ -230,17 +131,13 @@ def expose(
         Of each of a pixel's rays, x and y in an aperture of diameter 1, and how far beside the
         pixel's centre it is imaged, columns and rows.
     starts : (K + 1,) array of int
-        ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays, ever larger ones. Each tile
-        has the first that is dense enough for its widest blur, and for ``blur``.
-    density : float
-        How many rays there are to be, relative to as many as leave no grain.
+        ``aims[starts[k] : starts[k + 1]]`` is one of K sets of rays.
+    chosen : (Y, X) array of int
+        Which set each tile takes.
     aperture : float
         Its diameter, metres.
     inverse_focus : float
         Of the distance of the plane of focus, 1/m.
-    blur : float
-        Pixels: tiles with narrower blur have no fewer rays, so that few blurred edges run between
-        tiles of different rays.
     pixel : float
         The size of a pixel at depth 1.
     background : (3,) array
@@ -248,52 +145,55 @@ def expose(
     height, width = image.shape[:2]
     columns = tiles.bounds.shape[1]
     for tile in prange(tiles.bounds.shape[0] * columns):
+        ty, tx = tile // columns, tile % columns
+        top, left = ty * TILE, tx * TILE
+        bottom, right = min(top + TILE, height), min(left + TILE, width)
+        if triangles.starts[tile + 1] == triangles.starts[tile]:
+            image[top:bottom, left:right] = background
+            continue
         inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
-        where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE, TILE, 3))
-        hits, shift, origin = np.zeros((TILE, TILE)), np.empty(2), np.empty(2)
-        steps = tiles.affine[tile // columns, tile % columns, 7:]
-        top, left = tile // columns * TILE, tile % columns * TILE
-        first, last = 0, 0
-        if triangles.starts[tile + 1] > triangles.starts[tile]:
-            widest = max(aperture / pixel * _widest(triangles, tile, inverse_focus), blur)
-            chosen = 0
-            while chosen < len(starts) - 2 and (
-                starts[chosen + 1] - starts[chosen]
-                < density * (_RAYS + _RAYS_PER_AREA * widest * widest)
-            ):
-                chosen += 1
-            first, last = starts[chosen], starts[chosen + 1]
+        where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE * TILE, 4))
+        hits, shift, origin = np.empty((TILE * TILE, _HIT)), np.empty(2), np.empty(2)
+        bounds, steps = tiles.bounds[ty, tx], tiles.affine[ty, tx, 7:]
+        first, last = starts[chosen[ty, tx]], starts[chosen[ty, tx] + 1]
+        # Half of how far apart, on the sensor, the rays are that meet off the plane of focus.
+        smooth = _SMOOTH * aperture / np.sqrt(last - first)
         for s in range(first, last):
             for axis in range(2):
                 origin[axis] = aperture * aims[s, axis]
                 beside = aims[s, 2] * steps[axis] + aims[s, 3] * steps[2 + axis]
                 shift[axis] = beside - origin[axis] * inverse_focus
-            scan(triangles, tiles, tile, origin, shift, inverse, shown, where)
-            _add(triangles.corners, looks, light, pixel, inverse, shown, where, total, hits)
-        for v in range(min(TILE, height - top)):
-            for u in range(min(TILE, width - left)):
-                share = hits[v, u] / (last - first) if last > first else 0.0
+            scan(triangles, tiles, tile, bounds, origin, shift, inverse, shown, where)
+            sizes = pixel, smooth, inverse_focus
+            # Every kind has its own loop over pixels: what it needs is passed once, not to each.
+            if looks.kind == TEXTURE:
+                count = _list_in_texture(looks, light, sizes, inverse, shown, where, hits)
+                _add_texture(looks.texels, looks.levels, looks.decode, hits, count, total)
+                continue
+            of = looks.colours if looks.kind == VERTEX_COLOURS else looks.places
+            count = _list(triangles.corners, of, light, sizes, inverse, shown, where, hits)
+            if looks.kind == VERTEX_COLOURS:
+                _add_colours(hits, count, total)
+            else:
+                _add_pattern(looks.noise, looks.palette, looks.cell, hits, count, total)
+        rays = last - first
+        for v in range(bottom - top):
+            for u in range(right - left):
+                at = v * TILE + u
+                missed = rays - total[at, 3]
                 for i in range(3):
-                    mean = total[v, u, i] / (last - first) if last > first else 0.0
-                    image[top + v, left + u, i] = mean + (1 - share) * background[i]
+                    image[top + v, left + u, i] = (total[at, i] + missed * background[i]) / rays
 
 
 @kernel
-def _widest(triangles, tile, inverse_focus):
-    """Return the widest blur of triangles that a tile may show, per diameter of the aperture."""
-    vertices, corners, listed = triangles.vertices, triangles.corners, triangles.listed
-    widest = 0.0
-    for at in range(triangles.starts[tile], triangles.starts[tile + 1]):
-        for i in range(3):
-            z = vertices[corners[listed[at], i], 2]
-            if z > 0:
-                widest = max(widest, abs(inverse_focus - 1 / z))
-    return widest
+def _list(corners, of, light, sizes, inverse, shown, where, hits):
+    """List what the rays of a tile hit, with three values of the vertices; return how much it is.
 
-
-@kernel
-def _add(corners, looks, light, pixel, inverse, shown, where, total, hits):
-    """Add the colours that one ray per pixel of a tile shows, and count those that show any."""
+    Each hit is those values, the size of what is to be averaged over there, metres, how brightly it
+    is lit, and the number of the pixel in the tile.
+    """
+    pixel, smooth, inverse_focus = sizes
+    count = 0
     for v in range(TILE):
         for u in range(TILE):
             if shown[v, u] < 0:
@@ -302,9 +202,154 @@ def _add(corners, looks, light, pixel, inverse, shown, where, total, hits):
             depth = 1 / inverse[v, u]
             wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
             wa = 1 - wb - wc
-            lit = wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
-            r, g, b = _colour(looks, corners, t, wa, wb, wc, pixel * depth)
-            total[v, u, 0] += lit * r
-            total[v, u, 1] += lit * g
-            total[v, u, 2] += lit * b
-            hits[v, u] += 1
+            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+            hits[count, 0] = wa * of[a, 0] + wb * of[b, 0] + wc * of[c, 0]
+            hits[count, 1] = wa * of[a, 1] + wb * of[b, 1] + wc * of[c, 1]
+            hits[count, 2] = wa * of[a, 2] + wb * of[b, 2] + wc * of[c, 2]
+            hits[count, 3] = depth * max(pixel, smooth * abs(inverse_focus - inverse[v, u]))
+            hits[count, 4] = (
+                wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
+            )
+            hits[count, 5] = v * TILE + u
+            count += 1
+    return count
+
+
+@kernel
+def _list_in_texture(looks, light, sizes, inverse, shown, where, hits):
+    """List what the rays of a tile hit, as :func:`_list`, with u, v and the texels per metre."""
+    uv, density = looks.coordinates, looks.density
+    pixel, smooth, inverse_focus = sizes
+    count = 0
+    for v in range(TILE):
+        for u in range(TILE):
+            if shown[v, u] < 0:
+                continue
+            t, side = shown[v, u] >> 1, shown[v, u] & 1
+            depth = 1 / inverse[v, u]
+            wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
+            wa = 1 - wb - wc
+            hits[count, 0] = wa * uv[t, 0, 0] + wb * uv[t, 1, 0] + wc * uv[t, 2, 0]
+            hits[count, 1] = wa * uv[t, 0, 1] + wb * uv[t, 1, 1] + wc * uv[t, 2, 1]
+            hits[count, 2] = density[t]
+            hits[count, 3] = depth * max(pixel, smooth * abs(inverse_focus - inverse[v, u]))
+            hits[count, 4] = (
+                wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
+            )
+            hits[count, 5] = v * TILE + u
+            count += 1
+    return count
+
+
+@kernel
+def _add_colours(hits, count, total):
+    """Add the colours that are the hits' values."""
+    for n in range(count):
+        at, lit = int(hits[n, 5]), hits[n, 4]
+        for i in range(3):
+            total[at, i] += lit * hits[n, i]
+        total[at, 3] += 1
+
+
+@kernel
+def _add_pattern(noise, palette, cell, hits, count, total):
+    """Add the colours of chips at three scales, the finest that are resolved.
+
+    Levels fade in and out as the camera comes nearer.
+    """
+    for n in range(count):
+        pixel = hits[n, 3] / cell
+        finest = max(-np.log(_PIXELS * pixel) / _LOG_FINER, 0.0)
+        last = int(finest)
+        fading = finest - last
+        first = max(last - 2, 0)
+        scale = 1.0
+        for _ in range(first):
+            scale *= _FINER
+        r, g, b = palette[0, 0], palette[0, 1], palette[0, 2]
+        for level in range(first, last + 1):
+            # Shifted so that the levels' cells do not line up.
+            x = hits[n, 0] * scale + 17.3 * level
+            y = hits[n, 1] * scale + 7.7 * level
+            z = hits[n, 2] * scale - 11.9 * level
+            value = _noise(noise, x, y, z)
+            strength = 1.0
+            if level == last - 2:
+                strength = 1.0 - fading
+            elif level == last and last > 0:
+                strength = fading
+            edge = max(_SLOPE * scale * pixel, 1e-6)
+            share = min(max((abs(value) - _THRESHOLD) / edge + 0.5, 0.0), 1.0) * strength
+            if share > 0:
+                chip = 1 if value > 0 else 2
+                r += share * (palette[chip, 0] - r)
+                g += share * (palette[chip, 1] - g)
+                b += share * (palette[chip, 2] - b)
+            scale *= _FINER
+        at, lit = int(hits[n, 5]), hits[n, 4]
+        total[at, 0] += lit * r
+        total[at, 1] += lit * g
+        total[at, 2] += lit * b
+        total[at, 3] += 1
+
+
+@kernel
+def _noise(volume, x, y, z):
+    """Interpolate periodic noise."""
+    i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
+    x, y, z = x - i, y - j, z - k
+    i0, i1 = (i & _MASK) * NOISE_SIZE, ((i + 1) & _MASK) * NOISE_SIZE
+    j0, j1 = j & _MASK, (j + 1) & _MASK
+    k0, k1 = k & _MASK, (k + 1) & _MASK
+    a, b = (i0 + j0) * NOISE_SIZE, (i0 + j1) * NOISE_SIZE
+    c, d = (i1 + j0) * NOISE_SIZE, (i1 + j1) * NOISE_SIZE
+    a0, b0 = float(volume[a + k0]), float(volume[b + k0])
+    c0, d0 = float(volume[c + k0]), float(volume[d + k0])
+    a0 += z * (volume[a + k1] - a0)
+    b0 += z * (volume[b + k1] - b0)
+    c0 += z * (volume[c + k1] - c0)
+    d0 += z * (volume[d + k1] - d0)
+    a0 += y * (b0 - a0)
+    c0 += y * (d0 - c0)
+    return (a0 + x * (c0 - a0)) / NOISE_UNITS
+
+
+@kernel
+def _add_texture(texels, levels, decode, hits, count, total):
+    """Add a texture's colours, averaged over about a pixel."""
+    for n in range(count):
+        u, v = hits[n, 0], hits[n, 1]
+        level = np.log2(max(hits[n, 2] * hits[n, 3], 1e-9)) - _SHARPER
+        level = min(max(level, 0.0), len(levels) - 1.0)
+        sharp = int(level)
+        r, g, b = _texel(texels, levels, decode, sharp, u, v)
+        share = level - sharp
+        if share > 0:
+            smooth = _texel(texels, levels, decode, sharp + 1, u, v)
+            r += share * (smooth[0] - r)
+            g += share * (smooth[1] - g)
+            b += share * (smooth[2] - b)
+        at, lit = int(hits[n, 5]), hits[n, 4]
+        total[at, 0] += lit * r
+        total[at, 1] += lit * g
+        total[at, 2] += lit * b
+        total[at, 3] += 1
+
+
+@kernel
+def _texel(texels, levels, decode, level, u, v):
+    """Interpolate one level of a texture that repeats."""
+    start, width, height = levels[level, 0], levels[level, 1], levels[level, 2]
+    x, y = u * width - 0.5, (1 - v) * height - 0.5
+    i, j = int(np.floor(x)), int(np.floor(y))
+    x, y = x - i, y - j
+    left, right = i % width, (i + 1) % width
+    above, below = j % height, (j + 1) % height
+    r, g, b = 0.0, 0.0, 0.0
+    for row, across in ((above, 1 - y), (below, y)):
+        for column, along in ((left, 1 - x), (right, x)):
+            texel, weight = start + row * width + column, across * along
+            r += weight * decode[texels[texel, 0]]
+            g += weight * decode[texels[texel, 1]]
+            b += weight * decode[texels[texel, 2]]
+    return r, g, b
