@@ -241,15 +241,23 @@ def lenses(draw):
     max_focus = draw(st.one_of(st.just(math.inf), st.floats(1.0, 50.0)))
     hyperfocal_distance = draw(st.floats(0.5, 100.0))
     hiatus = draw(st.sampled_from([0.0, -0.004, 0.02]))
+    circle = draw(st.none() | st.floats(1e-6, 1e-3))
     if draw(st.booleans()):
         table = draw(lens_tables())
         # All tables hold 1 m; whole values need not be near it.
         limits = (0.0, math.inf) if table.whole else (0.92, 1e4)
-        return Lens(focal_length, hyperfocal_distance, *limits, table=table, hiatus=hiatus)
+        return Lens(
+            focal_length,
+            hyperfocal_distance,
+            *limits,
+            table=table,
+            hiatus=hiatus,
+            circle_of_confusion=circle,
+        )
     steps = draw(st.none() | st.integers(2, 65_536)) if min_focus > focal_length else None
     listed = draw(st.none() | st.lists(st.just(1.0), min_size=1)) if steps is None else None
     values = (focal_length, hyperfocal_distance, min_focus, max_focus, listed, steps)
-    return Lens(*values, hiatus=hiatus)
+    return Lens(*values, hiatus=hiatus, circle_of_confusion=circle)
 
 
 plain_images = st.builds(

@@ -29,7 +29,8 @@ def test_one_picture_at_the_cameras_resolution(
 ) -> None:
     path = tmp_path / "one.png"
     assert run(RUN, "--camera", NAMES[0], "--output", path) == 0
-    assert Image.open(path).size == (580, 870)
+    with Image.open(path) as picture:
+        assert picture.size == (580, 870)
     shown = capsys.readouterr()
     assert shown.out == f"{path}\n"
     assert "nothing tells the circle of confusion of the lenses: 0.0293 mm assumed" in shown.err
@@ -40,7 +41,8 @@ def test_another_methods_picture_is_beside_it(tmp_path: Path) -> None:
     assert run(RUN, *options, "--camera", NAMES[0], "--camera", NAMES[1]) == 0
     names = sorted(path.name for path in (tmp_path / "pairs").iterdir())
     assert names == [f"{name}_closest_k_view.png" for name in NAMES]
-    assert Image.open(tmp_path / "pairs" / names[0]).width > 2 * 116
+    with Image.open(tmp_path / "pairs" / names[0]) as picture:
+        assert picture.width > 2 * 116
 
 
 def test_a_contact_sheet_and_every_picture(tmp_path: Path) -> None:

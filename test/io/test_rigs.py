@@ -228,6 +228,30 @@ def test_an_image_is_written_with_what_it_has_only() -> None:
 
 
 @pytest.mark.parametrize(
+    ("shared", "own", "circle"),
+    [
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{}", 3e-5),
+        ("{hyperfocal_distance: 7, circle_of_confusion: 3e-5}", "{}", 3e-5),
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{hyperfocal_distance: 7}", 3e-5),
+        ("{hyperfocal_distance: 7}", "{circle_of_confusion: 2e-5}", 2e-5),
+        ("{f_number: 8, circle_of_confusion: 3e-5}", "{circle_of_confusion: 2e-5}", 2e-5),
+        (
+            "{hyperfocal_distance: 7, circle_of_confusion: 3e-5}",
+            "{circle_of_confusion: null}",
+            None,
+        ),
+        ("{hyperfocal_distance: 7}", "{}", None),
+    ],
+)
+def test_a_circle_of_confusion_is_kept(
+    tmp_path: Path, shared: str, own: str, circle: float | None
+) -> None:
+    rig = load_rig(write(tmp_path, f"lens: {shared}\ncameras: [{camera_with(lens=own)}]"))
+    assert rig.cameras[0].lens.circle_of_confusion == circle
+    assert load_rig(write(tmp_path, rig_to_yaml(rig))).cameras == rig.cameras
+
+
+@pytest.mark.parametrize(
     ("shared", "own", "hyperfocal"),
     [
         ("{f_number: 8, circle_of_confusion: 3e-5}", "{}", 0.05**2 / (8 * 3e-5)),
@@ -314,6 +338,10 @@ def test_a_camera_overrides_what_its_lens_takes(
         (f"cameras: [{CAMERA.replace('a,', '1a,')}]", r"cameras\[0\]: camera name: .*got '1a'"),
         (f"cameras: [{CAMERA.replace('a,', 'yes,')}]", r"cameras\[0\]: camera name: .*got True"),
         (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected both f_number and circle"),
+        (
+            f"lens: {{circle_of_confusion: 3e-5}}\ncameras: [{CAMERA}]",
+            "lens: expected f_number or hyperfocal_distance with circle_of_confusion, got neither",
+        ),
         (
             f"lens: {{f_number: 8, hyperfocal_distance: 9}}\ncameras: [{CAMERA}]",
             "lens: expected either hyperfocal_distance or .*got both",
