@@ -234,7 +234,8 @@ def test_poses_take_image_and_lens_from_the_parameters(tmp_path):
     poses = [(camera.position, camera.orientation) for camera in rig.cameras]
     assert [(camera.position, camera.orientation) for camera in cameras] == poses
     assert {camera.intrinsics for camera in cameras} == {CameraIntrinsics(width=640)}
-    assert {camera.lens for camera in cameras} == {Lens(0.05, 0.05**2 / (8.0 * 3e-5))}
+    lens = Lens(0.05, 0.05**2 / (8.0 * 3e-5), circle_of_confusion=3e-5)
+    assert {camera.lens for camera in cameras} == {lens}
 
 
 def test_inputs_keep_their_times_and_their_order(tmp_path):
