@@ -107,7 +107,8 @@ def test_rig_cylinder_takes_a_lens(here: Path, capsys: Any) -> None:
     rig = load_rig("own.yaml")
     assert rig.frame_id == "booth"
     assert rig.cameras[0].position[2] == -0.1
-    assert rig.cameras[0].lens == Lens(0.05, 0.05**2 / (8 * 3e-5), 0.3, hiatus=-0.004)
+    lens = Lens(0.05, 0.05**2 / (8 * 3e-5), 0.3, hiatus=-0.004, circle_of_confusion=3e-5)
+    assert rig.cameras[0].lens == lens
 
 
 @pytest.mark.parametrize(
