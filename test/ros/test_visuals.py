@@ -212,17 +212,24 @@ class Watcher:
             self._node.create_subscription(kind, f"{planner}/{topic}", collected.append, qos)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._executor.spin)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._spin)
 
     def __enter__(self):
         self._thread.start()
         return self
 
     def __exit__(self, *_):
-        self._executor.shutdown()
+        # An executor that is shut down from another thread may miss it, and wait for ever.
+        self._ended.set()
         self._thread.join()
+        self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
+
+    def _spin(self):
+        while not self._ended.is_set():
+            self._executor.spin_once(timeout_sec=0.05)
 
     def found(self):
         """Whether the planner knows of it, and it of the planner."""
