@@ -10,7 +10,7 @@ from focus_planner import Mesh, load_surface
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.io.bodies import body
 
-# A gear, as steel castings for a bench-top gearbox have: outer diameter 240 mm.
+# The gear has an outer diameter of 240 mm.
 _TEETH = 24
 _TIP, _ROOT = 0.120, 0.104  # metres
 # From the bore's upper edge outwards and down: radius and height, metres; the rim's radius is
