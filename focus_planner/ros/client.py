@@ -203,7 +203,7 @@ class PlannerClient:
         Parameters
         ----------
         on_feedback : callable, optional
-            Called with every feedback, on the client's thread.
+            Called with feedback as it arrives, on the client's thread, until the result does.
         """
         if not self._plan.wait_for_server(_TIMEOUT):
             raise TimeoutError(f"no planner offers {self._planner}/plan; is the node running?")

@@ -30,6 +30,7 @@ from testing.ros.goals import (
     has_plan,
     planning,
     sent,
+    sent_unasked,
 )
 from testing.ros.planner_process import PATIENCE
 from testing.ros.recorded import assert_reproduced, whole
@@ -107,7 +108,9 @@ def test_a_refused_surface_is_told_to_a_goal(ready, body):
 
 def test_feedback_tells_the_stages_in_order(ready):
     heard = Feedback()
-    assert ended(sent(ready, heard, method="k_view", bound="tight"))[0] == SUCCEEDED
+    ask = sent_unasked(ready, heard, method="k_view", bound="tight")
+    heard.wait_for(lambda m: m.stage == "prices")
+    assert ended(ask())[0] == SUCCEEDED
     assert heard.stages == ["cells", "solving", "em", "k_view", "prices"]
     assert np.isnan(heard.values("progress")).all()
 
@@ -155,7 +158,9 @@ def test_feedback_has_all_figures(ready):
 
 def test_without_a_budget_feedback_says_so(ready):
     heard = Feedback()
-    assert ended(sent(ready, heard, method="em"))[0] == SUCCEEDED
+    ask = sent_unasked(ready, heard, method="em")
+    heard.wait_for(lambda m: m.stage == "em")
+    assert ended(ask())[0] == SUCCEEDED
     assert set(heard.values("time_budget")) == {0.0}
     assert (heard.values("elapsed") >= 0).all()
 
@@ -163,9 +168,10 @@ def test_without_a_budget_feedback_says_so(ready):
 def test_a_goal_that_waits_for_its_inputs_is_told_so(ready, body):
     first, heard = planning(ready), Feedback()
     ready.publish_mesh(replace(body, vertices=body.vertices + 1e-4))
-    second = sent(ready, heard, **SHORT, time_budget=60.0)
+    ask = sent_unasked(ready, heard, **SHORT, time_budget=60.0)
     cancelled(first)
-    assert ended(second)[0] == SUCCEEDED
+    heard.wait_for(lambda m: m.stage == "preparing")
+    assert ended(ask())[0] == SUCCEEDED
     assert heard.stages[:2] == ["reading", "preparing"]
     for name, value in (("elapsed", 0.0), ("progress", 0.0), ("time_budget", 60.0)):
         assert heard.values(name)[0] == value

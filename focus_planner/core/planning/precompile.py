@@ -50,8 +50,10 @@ def precompile(keep_going: Callable[[], bool] = lambda: True) -> None:
     if keep_going():
         _branch(scene, rig)
     if keep_going():
-        camera = rig.cameras[0]
-        PictureCamera(scene).picture(camera, 0.6, _SMALL / camera.intrinsics.height)
+        camera, pictures = rig.cameras[0], PictureCamera(scene)
+        scale = _SMALL / camera.intrinsics.height
+        pictures.depths(camera, scale)
+        pictures.picture(camera, 0.6, scale)
 
 
 def _branch(scene: Scene, rig: Rig) -> None:
