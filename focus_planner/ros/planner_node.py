@@ -69,8 +69,8 @@ class PlannerNode(ManagedNode):
     ~/lens_states : focus_planner_msgs/msg/LensState
         How far each lens has applied the plan, from the node that drives it.
 
-    Publishes (reliable, transient local, depth 1)
-    ----------------------------------------------
+    Publishes
+    ---------
     ~/focus_plan : focus_planner_msgs/msg/FocusPlan
     ~/cameras/<name>/focus : focus_planner_msgs/msg/CameraFocus
     ~/status : focus_planner_msgs/msg/PlannerStatus
@@ -78,10 +78,8 @@ class PlannerNode(ManagedNode):
         The plan in 3D, computed only if somebody subscribes.
     ~/quality_cloud : sensor_msgs/msg/PointCloud2
         How well it images the surface, likewise.
-
-    Publishes
-    ---------
     /diagnostics : diagnostic_msgs/msg/DiagnosticArray
+        All topics but this one are reliable, transient local, and one message deep.
 
     Serves
     ------

@@ -3,12 +3,12 @@
 A lens of aperture diameter A, at the centre of projection, is focused at depth s. The rays that a
 point at depth d sends through the aperture form a cone with the point as its tip; from a pinhole at
 the centre of the aperture, the section of that cone with the plane of focus, which the sensor is
-the image of, is a disc of diameter A |d − s| / d. At depth s a pixel of a camera of focal length f
-pixels is s / f wide, so the disc has a diameter of
+the image of, is a disc of diameter ``A |d − s| / d``. At depth s a pixel of a camera of focal
+length f pixels is s / f wide, so the disc has a diameter of ::
 
     b = f A |1/s − 1/d|    pixels.
 
-This is the formula of textbooks, A F |d − s| / (d (s − F)) on the sensor (F the focal length,
+This is the formula of textbooks, ``A F |d − s| / (d (s − F))`` on the sensor (F the focal length,
 metres), as the pixel pitch is v / f with the sensor v = s F / (s − F) behind the lens. A stop of
 f-number N has A = F / N, so with the hyperfocal distance H = F² / (N c) of the paper it is H c / F;
 b is the circle of confusion c exactly at D_N and D_F.
