@@ -66,14 +66,18 @@ napoleon_google_docstring = False
 napoleon_use_param = False
 napoleon_use_rtype = False
 # As parameters are shown: two of a kind may share a line, as in "near_limit, far_limit : float".
-napoleon_custom_sections = [("Attributes", "params_style")]
+# What nodes have on the graph is shown likewise.
+napoleon_custom_sections = [
+    (title, "params_style")
+    for title in ("Attributes", "Subscribes", "Publishes", "Serves", "Calls")
+]
 
 # What has no page here: names of other projects, whose inventories would have to be fetched, and
 # the words by which docstrings describe arrays. Names of our own are not excused.
 nitpick_ignore_regex = [
     ("py:.*", r"(?!focus_planner\.).*\..*"),  # numpy.float64
     ("py:.*", r"[a-z0-9{\"'\[(].*|[A-Z]|.* .*"),  # array, (N, 3), C + 1
-    ("py:class", "Path|FloatArray"),
+    ("py:class", "Path|PurePosixPath|FloatArray|NDArray|Surface"),
 ]
 
 # --- looks -------------------------------------------------------------------------------------
