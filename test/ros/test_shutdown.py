@@ -122,7 +122,7 @@ def test_a_call_before_it_is_ready_waits(start_planner, body, rig):
         client.publish_rig(rig)
         response = client.plan(method="em", samples=100)
     assert response.success, response.message
-    assert "ready" in planner.log
+    planner.wait_for_log("ready")
 
 
 @pytest.mark.parametrize(
