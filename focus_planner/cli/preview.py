@@ -102,15 +102,15 @@ def _is_file(output: Path | None) -> bool:
 
 
 def _check_output(output: Path | None) -> None:
-    from focus_planner.io.files import check_writable
+    from focus_planner.io.files import check_writable, is_folder, is_there
 
     if output is None:
         return
     if _is_file(output):
         check_writable(output)
         return
-    is_other_file = output.exists() or output.suffix.lower() in _OTHER_ENDINGS
-    if is_other_file and not output.is_dir():
+    is_other_file = is_there(output) or output.suffix.lower() in _OTHER_ENDINGS
+    if is_other_file and not is_folder(output):
         raise InputError("--output", "a file named *.png, or a folder", str(output))
     try:
         output.mkdir(parents=True, exist_ok=True)
