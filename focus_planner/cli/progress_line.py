@@ -84,8 +84,10 @@ class ProgressLine(Shows):
         self._clock = clock
         self._doing = _Doing("", clock())
         self._is_stopping = False
-        self._spinner = Spinner("dots", style="cyan")
         console = PlainConsole(stream, width)
+        # Elsewhere, what has no character takes several cells, and the line gets too long.
+        self._is_ascii = console.options.ascii_only
+        self._spinner = Spinner("line" if self._is_ascii else "dots", style="cyan")
         self._live = Live(self, console=console, refresh_per_second=_PER_SECOND, transient=True)
 
     def __enter__(self) -> ProgressLine:
@@ -141,7 +143,7 @@ class ProgressLine(Shows):
         figures = _fitting(doing, width - _length(time_))
         text = Text(printable(doing.text))
         room = max(width - _length(figures + time_), 1)
-        text.truncate(room, overflow="ellipsis")
+        text.truncate(room, overflow="crop" if self._is_ascii else "ellipsis")
         bar = [] if doing.share is None else _bar(doing.share, room - text.cell_len)
         parts: list[tuple[int, RenderableType]] = [
             (_SPINNER, self._spinner),

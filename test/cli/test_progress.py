@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from io import StringIO
+from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +144,17 @@ def test_names_do_not_steer_the_terminal(clock: Any) -> None:
     line, drawn = line_of(clock)
     line("reading a\x1b[2Jb\n[bold]:smile:")
     assert drawn() == r"reading a\x1b[2Jb [bold]:smile:"
+
+
+def test_where_only_ascii_is_shown_it_keeps_to_that(clock: Any) -> None:
+    stream = TextIOWrapper(BytesIO(), encoding="ascii", errors="backslashreplace")
+    line = ProgressLine(stream, clock=clock, width=40)
+    line.show_share("reading " + "a long name/" * 20, 0.5)
+    PlainConsole(stream, 40).print(line)
+    stream.seek(0)
+    (text,) = stream.read().splitlines()
+    assert "\\" not in text
+    assert text.rstrip().endswith("50%")
 
 
 def test_a_new_phrase_is_seen_at_once() -> None:
