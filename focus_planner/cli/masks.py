@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from focus_planner.cli.progress import Tell, shown
+from focus_planner.cli.progress import Tell, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
@@ -139,12 +139,13 @@ def _written(
     from focus_planner.masks.maps import write_mask
 
     found = list[tuple[int, int]]()
+    show = show_share(tell, f"masking {len(names)} pictures")
     pictures = masked_pictures(
         subject,
         names,
         max_blur=options.max_blur,
         with_blur=options.blur,
-        on_progress=lambda done: tell(f"picture {done + 1} of {len(names)}"),
+        on_progress=lambda done: show(done / len(names)),
     )
     for picture, place in zip(pictures, places, strict=True):
         write_mask(_made(options.output / "masks" / place), picture.mask)
