@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import trimesh
 from PIL import Image
 from rich.console import Console
 
 from figures.browser import Views, picture_report
 from figures.places import GALLERY
 from figures.program import focus_planner
-from figures.shapes import gear, statue
+from figures.shapes import gear, save, statue
 from focus_planner import Mesh, load_surface
 from focus_planner.io.bodies import body
 
@@ -82,8 +81,7 @@ def run(console: Console) -> None:
 
 def _draw(exhibit: _Exhibit, folder: Path) -> None:
     surface, rig, runs = folder / f"{exhibit.name}.ply", folder / "rig.yaml", folder / "runs"
-    mesh = exhibit.surface()
-    trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(surface)
+    save(exhibit.surface(), surface)
     rig.write_text(focus_planner("rig", *exhibit.rig.split()))
     focus_planner("plan", surface, "--rig", rig, "--record", runs, "--quiet")
     (recorded,) = runs.iterdir()

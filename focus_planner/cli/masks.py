@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from focus_planner.cli.progress import Tell, shown
+from focus_planner.cli.progress import Tell, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
@@ -113,15 +113,15 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_output(options: argparse.Namespace) -> None:
     """Raise if what is asked for cannot be written; called before the work."""
-    from focus_planner.io.files import check_writable
+    from focus_planner.io.files import check_writable, is_folder, is_there
     from focus_planner.masks.maps import check_writer
 
     if options.depth or options.blur:
         check_writer(options.maps)
     folder = options.output
-    if folder.exists() and not folder.is_dir():
+    if is_there(folder) and not is_folder(folder):
         raise InputError(str(folder), "a folder to write to", "a file")
-    if folder.is_dir():
+    if is_folder(folder):
         check_writable(folder / "masks.png")
     else:
         check_writable(folder)
@@ -139,12 +139,13 @@ def _written(
     from focus_planner.masks.maps import write_mask
 
     found = list[tuple[int, int]]()
+    show = show_share(tell, f"masking {len(names)} pictures")
     pictures = masked_pictures(
         subject,
         names,
         max_blur=options.max_blur,
         with_blur=options.blur,
-        on_progress=lambda done: tell(f"picture {done + 1} of {len(names)}"),
+        on_progress=lambda done: show(done / len(names)),
     )
     for picture, place in zip(pictures, places, strict=True):
         write_mask(_made(options.output / "masks" / place), picture.mask)
@@ -169,6 +170,8 @@ def _made(path: Path) -> Path:
     """Return the path, once its folder is there."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InputError(str(path.parent), "a folder", "a file") from None
     except OSError as error:
         raise InputError(str(path.parent), "a folder", error.strerror or str(error)) from None
     return path
@@ -191,12 +194,12 @@ def _transforms(
     places: Sequence[Any],
 ) -> dict[str, Any] | None:
     """Return what the folder's transforms.json is to hold: its frames, or else the rig's."""
-    from focus_planner.io.files import read_text
+    from focus_planner.io.files import is_there, read_text
     from focus_planner.io.nerfstudio import frames_of_rig, nerfstudio_frames, with_masks
 
     masks = [f"masks/{place}" for place in places]
     file = folder / _TRANSFORMS
-    if file.exists():
+    if is_there(file):
         data = nerfstudio_frames(read_text(file, "nerfstudio's cameras"))
         if data is None:
             raise InputError(

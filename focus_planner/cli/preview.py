@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from focus_planner.cli.progress import Tell, show_progress, shown
+from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError, check_choice
@@ -102,15 +102,15 @@ def _is_file(output: Path | None) -> bool:
 
 
 def _check_output(output: Path | None) -> None:
-    from focus_planner.io.files import check_writable
+    from focus_planner.io.files import check_writable, is_folder, is_there
 
     if output is None:
         return
     if _is_file(output):
         check_writable(output)
         return
-    is_other_file = output.exists() or output.suffix.lower() in _OTHER_ENDINGS
-    if is_other_file and not output.is_dir():
+    is_other_file = is_there(output) or output.suffix.lower() in _OTHER_ENDINGS
+    if is_other_file and not is_folder(output):
         raise InputError("--output", "a file named *.png, or a folder", str(output))
     try:
         output.mkdir(parents=True, exist_ok=True)
@@ -160,8 +160,7 @@ def _written(
         walk = walking_order(subject.rig).tolist()
         chosen = walk if options.output is not None and not _is_file(options.output) else chosen
     for number, index in enumerate(chosen):
-        name = subject.rig.cameras[index].name
-        tell(f"picture of {name}: {number + 1} of {len(chosen)}")
+        show_share(tell, "drawing pictures")(number / len(chosen))
         yield from _write_figures(options, subject, plans, view, index)
 
 
@@ -207,7 +206,7 @@ def _write_sheets(
 
     cells = []
     for number, index in enumerate(walking_order(subject.rig).tolist()):
-        tell(f"contact sheet: {number / len(subject.rig):.0%}")
+        show_share(tell, "drawing the contact sheet")(number / len(subject.rig))
         scale = fitting_scale(subject.rig.cameras[index], THUMBNAIL)
         cells += list(_panels(subject, plans, view, index, scale))
     methods = " and ".join(plan.method for plan in plans)

@@ -23,10 +23,13 @@ from focus_planner.core.text import printable
 
 _PER_SECOND = 10
 _BAR, _LEAST_BAR, _SPINNER, _GAP = 24, 8, 2, 2  # cells
+# Of the terminal's last cells: it echoes ^C there, and some wrap at the very last. What has wrapped
+# is not removed.
+_CTRL_C = 3
 _LEAST_TEXT = 20  # cells of what is being done, before figures are left out
 # Shorter work shows no time.
 _LEAST_SECONDS = 1.0
-_STOPPING = "stopping; Ctrl-C again to stop at once"
+_STOPPING = "stopping; Ctrl-C again to stop now"
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,10 @@ class ProgressLine(Shows):
         self._clock = clock
         self._doing = _Doing("", clock())
         self._is_stopping = False
-        self._spinner = Spinner("dots", style="cyan")
         console = PlainConsole(stream, width)
+        # Elsewhere, what has no character takes several cells, and the line gets too long.
+        self._is_ascii = console.options.ascii_only
+        self._spinner = Spinner("line" if self._is_ascii else "dots", style="cyan")
         self._live = Live(self, console=console, refresh_per_second=_PER_SECOND, transient=True)
 
     def __enter__(self) -> ProgressLine:
@@ -133,12 +138,12 @@ class ProgressLine(Shows):
     def __rich_console__(self, _: Console, options: ConsoleOptions) -> RenderResult:
         """Yield the line: spinner, what is being done, a bar where there is room, figures, time."""
         doing = _Doing(_STOPPING, self._clock()) if self._is_stopping else self._doing
-        width = options.max_width - _SPINNER - 1  # without the terminal's last, where some wrap
+        width = options.max_width - _SPINNER - _CTRL_C
         time_ = self._time(doing)
         figures = _fitting(doing, width - _length(time_))
         text = Text(printable(doing.text))
         room = max(width - _length(figures + time_), 1)
-        text.truncate(room, overflow="ellipsis")
+        text.truncate(room, overflow="crop" if self._is_ascii else "ellipsis")
         bar = [] if doing.share is None else _bar(doing.share, room - text.cell_len)
         parts: list[tuple[int, RenderableType]] = [
             (_SPINNER, self._spinner),

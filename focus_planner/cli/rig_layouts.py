@@ -42,7 +42,7 @@ def _add_cylinder(kinds: Any) -> None:
         cylinder,
         rows=(7, "number of rows", _COUNT),
         columns=(24, "number of columns", _COUNT),
-        radius=(0.75, "metres", _METRES),
+        radius=(0.75, "from the axis to the cameras, metres", _METRES),
         bottom=(0.1, "z of the lowest row, metres", _METRES),
         top=(1.7, "z of the highest row, metres", _METRES),
     )
@@ -61,7 +61,7 @@ def _add_dome(kinds: Any) -> None:
         dome,
         rings=(5, "number of rings, equally spaced in elevation", _COUNT),
         columns=(20, "cameras of a ring at the height of the centre", _COUNT),
-        radius=(1.2, "metres", _METRES),
+        radius=(1.2, "from the centre to the cameras, metres", _METRES),
         lowest=(0.0, "elevation of the lowest ring above the centre, degrees", _DEGREES),
         highest=(80.0, "elevation of the highest ring, degrees", _DEGREES),
         height=(0.8, "z of the centre, metres", _METRES),

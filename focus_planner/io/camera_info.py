@@ -8,6 +8,7 @@ from typing import Any
 
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.validation import InputError
+from focus_planner.io.files import is_folder, is_there
 from focus_planner.io.quoting import abbreviated, kind_of
 from focus_planner.io.yaml_values import errors_within, load_yaml, number, value_at
 
@@ -54,7 +55,7 @@ def intrinsics_lookup(path: Path) -> Callable[[str], CameraIntrinsics]:
     InputError
         As :func:`load_camera_info`; for a folder, when the function is called.
     """
-    if path.is_dir():
+    if is_folder(path):
         return lambda name: load_camera_info(_file_of(path, name))
     intrinsics = load_camera_info(path)
     return lambda _: intrinsics
@@ -62,7 +63,7 @@ def intrinsics_lookup(path: Path) -> Callable[[str], CameraIntrinsics]:
 
 def _file_of(folder: Path, name: str) -> Path:
     for suffix in _SUFFIXES:
-        if (folder / f"{name}{suffix}").exists():
+        if is_there(folder / f"{name}{suffix}"):
             return folder / f"{name}{suffix}"
     raise InputError(str(folder), f"{name}.yaml, a file per camera", "none of that name")
 

@@ -26,6 +26,8 @@ from focus_planner.core.validation import InputError
 from focus_planner.io.files import (
     DIGITS,
     THE_REST,
+    is_folder,
+    is_there,
     read_bytes,
     read_text,
     unfinished_line,
@@ -179,7 +181,7 @@ def _read(folder: Path) -> _Contents:
     """Return the intrinsics by COLMAP's camera id, and the images."""
     binary = [folder / "cameras.bin", folder / "images.bin"]
     text = [folder / "cameras.txt", folder / "images.txt"]
-    of_binary, of_text = (sum(path.exists() for path in paths) for paths in (binary, text))
+    of_binary, of_text = (sum(is_there(path) for path in paths) for paths in (binary, text))
     if of_binary == of_text == 2:
         model = _read_binary(*binary)
         _check_the_same(folder, model, _read_text(*text))
@@ -189,8 +191,8 @@ def _read(folder: Path) -> _Contents:
     if of_text:  # a single binary file beside it is left from another model
         return _read_text(*text)
     expected = "a sparse model: cameras and images, .bin or .txt"
-    if not folder.is_dir():
-        raise InputError(str(folder), expected, "a file" if folder.exists() else "no such folder")
+    if not is_folder(folder):
+        raise InputError(str(folder), expected, "a file" if is_there(folder) else "no such folder")
     below = sorted(
         path.parent
         for name in ("cameras.bin", "cameras.txt")

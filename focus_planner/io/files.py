@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from io import BufferedReader, BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -251,22 +251,51 @@ def resolved(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
+def is_folder(path: Path) -> bool:
+    """Return whether there is a folder: never at a name too long, for which pathlib raises."""
+    return _mode(path, stat.S_ISDIR)
+
+
+def is_there(path: Path) -> bool:
+    """Return whether there is anything that can be found by this name."""
+    return _mode(path, lambda _: True)
+
+
+def _is_special(path: Path) -> bool:
+    return _mode(path, lambda mode: not stat.S_ISREG(mode))
+
+
+def _mode(path: Path, is_one: Callable[[int], bool]) -> bool:
+    try:
+        return is_one(path.stat().st_mode)
+    except (OSError, ValueError):
+        return False
+
+
 def check_writable(path: Path) -> None:
     """Raise unless a file can be written at ``path``; called before the work, not after it.
 
     Raises
     ------
     InputError
-        If its folder is missing or may not be written to, or the path is a folder.
+        If its folder is missing or may not be written to, the path is a folder, or its name is too
+        long.
     """
     folder = resolved(path).parent
-    if path.is_dir():
+    if is_folder(path):
         raise InputError(str(path), "a file to write", "a folder")
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise InputError(str(path), "a file in a folder that exists", f"no folder {folder}")
-    target = path if path.exists() and not path.is_file() else folder
+    target = path if _is_special(path) else folder
     if not os.access(target, os.W_OK):
         raise InputError(str(path), "a file that can be written", f"no permission in {folder}")
+    with _reporting(path), suppress(FileNotFoundError):
+        _part_of(resolved(path)).lstat()
+
+
+def _part_of(path: Path) -> Path:
+    """Return where a file is written before it is whole."""
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
 
 
 @contextmanager
@@ -281,12 +310,12 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
         If it cannot be written.
     """
     # Before resolving: what /dev/stdout leads to has no path if it is a pipe.
-    if path.exists() and not path.is_file():
+    if _is_special(path):
         with _reporting(path), path.open("wb") as file:
             yield file
         return
     path = resolved(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = _part_of(path)
     try:
         with _reporting(path):
             with part.open("xb") as file:
@@ -295,7 +324,8 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
                 os.fsync(file.fileno())
             part.replace(path)
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # whose reason has been told
+            part.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import importlib
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 import numpy as np
@@ -49,9 +49,17 @@ def write_exr(path: Path, values: NDArray[np.float32], channel: str) -> None:
     openexr = _openexr()
     header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
     image = openexr.File(header, {channel: np.ascontiguousarray(values, dtype=np.float32)})
-    with TemporaryDirectory() as folder:  # it writes only to a name
-        image.write(str(Path(folder) / "map.exr"))
-        content = (Path(folder) / "map.exr").read_bytes()
+    try:
+        with TemporaryDirectory() as folder:  # it writes only to a name
+            image.write(str(Path(folder) / "map.exr"))
+            content = (Path(folder) / "map.exr").read_bytes()
+    except (OSError, RuntimeError) as error:
+        raise InputError(
+            gettempdir(),
+            "a folder for temporary files with room for a map",
+            str(getattr(error, "strerror", None) or error),
+            "set TMPDIR to another folder; or choose tiff, which needs none",
+        ) from None
     with atomic_write(path) as file:
         file.write(content)
 

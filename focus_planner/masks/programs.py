@@ -128,7 +128,8 @@ def _check_template(template: str) -> None:
     path = PurePosixPath(template)
     if path.is_absolute() or ".." in path.parts or "\\" in template or not template.isprintable():
         raise InputError(_OPTION, expected, repr(template), "give it below the folder of pictures")
-    if not path.suffix or template.endswith("/"):
+    # A number is no ending: without it, several shots would have the same maps.
+    if not path.suffix or template.endswith("/") or _FIELD.search(path.suffix):
         raise InputError(_OPTION, expected, repr(template), "end it as the pictures' files end")
 
 

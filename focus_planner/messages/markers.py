@@ -9,7 +9,7 @@ and viewers stay fluent. Namespaces are what a viewer can show and hide:
 - ``depth_of_field``: the same part from the near to the far limit.
 - ``names``: of cameras, with their distances, unless there are too many to read.
 
-Chosen cameras are bluish green if all that they image best is in focus, orange if nothing is.
+Chosen cameras are blue if all that they image best is in focus, orange if nothing is.
 """
 
 from __future__ import annotations

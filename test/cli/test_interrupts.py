@@ -200,7 +200,7 @@ def test_commands_run_in_any_thread(capsys: Any) -> None:
 def test_ctrl_c_ends_a_long_plan_quietly(here: Path) -> None:
     status, shown = on_a_terminal(PLAN, CTRL_C_AT_A_KERNEL.format(times=1))
     assert status == 130
-    assert "Ctrl-C again to stop at once" in shown
+    assert "Ctrl-C again to stop now" in shown
     for word in ("Traceback", "Interrupt", "ignored", "cost"):
         assert word not in shown
 

@@ -229,6 +229,22 @@ def test_bad_input_is_told_in_one_line_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("name", ["x" * 300, "masks", "{camera}"])
+def test_what_cannot_be_made_of_a_name_is_told(
+    run_path: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if name == "masks":  # a file where a folder should be
+        (tmp_path / "masks").write_text("")
+    image = f"{name}.jpg" if "{" in name else name + "{camera}.jpg"
+    if name == "{camera}":
+        (tmp_path / "masks" / "c0.png").mkdir(parents=True)
+    assert masks(run_path, "--output", tmp_path, "--images", image) == 2
+    told = {"masks": "masks: expected a folder, got a file", "{camera}": "got a folder"}
+    said = capsys.readouterr().err
+    assert told.get(name, "got File name too long") in said
+    assert said.count("\n") == 1
+
+
 @pytest.mark.parametrize("what", ["a file", "in no folder"])
 def test_where_nothing_can_be_written_is_told(
     run_path: Path, tmp_path: Path, what: str, capsys: pytest.CaptureFixture[str]

@@ -10,6 +10,8 @@ from focus_planner.io.files import (
     atomic_write,
     check_readable,
     check_writable,
+    is_folder,
+    is_there,
     read_bytes,
     resolved,
 )
@@ -90,3 +92,22 @@ def test_links_in_a_circle_are_told(tmp_path: Path) -> None:
         read_bytes(circle, "a mesh")
     with pytest.raises(InputError, match="circle"):
         check_writable(circle / "plan.json")
+
+
+@pytest.mark.parametrize("length", [250, 300])
+def test_a_name_that_is_too_long_is_told_before_and_while_writing(
+    tmp_path: Path, length: int
+) -> None:
+    # One of 250 characters is none too long itself, but that of its part is.
+    path = tmp_path / ("x" * length)
+    with pytest.raises(InputError, match="can be written, got File name too long"):
+        check_writable(path)
+    with pytest.raises(InputError, match="can be written, got File name too long"):
+        _write(path)
+    assert not is_there(path)
+    assert not is_folder(path)
+
+
+def _write(path: Path) -> None:
+    with atomic_write(path) as file:
+        file.write(b"new")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.validation import InputError
+from focus_planner.io.nerfstudio import frames_of_rig
 from focus_planner.io.transforms import load_transforms
 
 RIG = cylinder_rig(2, 5)
@@ -167,3 +169,21 @@ def test_what_it_lacks_is_named(tmp_path: Path) -> None:
         load_transforms(path)
     with pytest.raises(InputError, match="a tree of frames for --root and --convention"):
         load_transforms(path, root="world")
+
+
+def test_frames_are_of_the_pixels_that_are_read_out() -> None:
+    image = CameraIntrinsics(
+        *(640, 480, 500.0, 510.0, 311.0, 247.0),
+        distortion_model="plumb_bob",
+        distortion=(-0.2, 0.08, 0.002, -0.001, 0.01),
+        region=(11, 7, 301, 202),
+        binning=(2, 3),
+    )
+    camera = replace(RIG.cameras[0], intrinsics=image)
+    (frame,) = frames_of_rig([camera], ["images/a.jpg"], ["masks/a.png"])["frames"]
+    assert (frame["w"], frame["h"]) == (150, 67)
+    assert [frame[k] for k in ("k1", "k2", "p1", "p2", "k3")] == list(image.distortion)
+    # The centre of pixel 40, 20 is that of two columns and three rows of the sensor.
+    ray = [(11 + 2 * 40 + 0.5 - 311.0) / 500.0, (7 + 3 * 20 + 1 - 247.0) / 510.0]
+    found = [(40.5 - frame["cx"]) / frame["fl_x"], (20.5 - frame["cy"]) / frame["fl_y"]]
+    assert found == pytest.approx(ray, abs=1e-12)

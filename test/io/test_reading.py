@@ -14,7 +14,7 @@ from focus_planner.io import files
 from focus_planner.io.files import BrokenFileError, read_bytes
 from focus_planner.io.formats import tables
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
-from focus_planner.io.reading import telling
+from focus_planner.io.reading import became_numbers, bytes_came, telling
 from focus_planner.io.surfaces import load_surface
 
 BALL = trimesh.creation.icosphere(subdivisions=4)
@@ -116,3 +116,13 @@ def test_columns_in_pieces_are_the_same() -> None:
     ):
         columns_of_lines(lines, [2, 1])
     assert columns_of_lines([], [0, 1]).size == 0
+
+
+def test_a_second_file_does_not_take_the_share_back() -> None:
+    told: list[float] = []
+    with telling(told.append):
+        bytes_came(1000, 1000, is_text=True)
+        became_numbers(800)
+        bytes_came(10, 5000, is_text=False)  # as of a texture
+    assert told == sorted(told)
+    assert told[-1] == told[-2] > 0.5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from pathlib import Path
 
 import cv2
@@ -49,6 +50,17 @@ def test_without_openexr_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch
     check_writer("tiff")
     with pytest.raises(InputError, match=r"install it with: pip install openexr; or choose tiff"):
         check_writer("exr")
+
+
+def test_exr_without_room_for_its_temporary_file_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("OpenEXR", reason="OpenEXR is not installed")
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    with pytest.raises(InputError, match=r"missing: expected a folder for temporary files .* tiff"):
+        WRITERS["exr"](tmp_path / "a.exr", VALUES, "Z")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("kind", ["tiff", "exr"])

@@ -55,6 +55,7 @@ def test_masks_are_called_as_their_program_takes_them(program: str, mask: str) -
     [
         *("{camera}", "{camera}/", "{name}.jpg", "{camera.__class__}.jpg", "{}.jpg", "{camera.jpg"),
         *("/tmp/{camera}.jpg", "../{camera}.jpg", "a\\{camera}.jpg", "{camera}\n.jpg", ""),
+        *("{camera}.{shot}", "{camera}_{shot}.{camera}", "{camera}.jp{shot}g"),
     ],
 )
 def test_a_name_that_is_none_is_refused(template: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message
+from scipy.spatial.transform import Rotation
 from visualization_msgs.msg import MarkerArray
 
 from focus_planner import CameraIntrinsics, Lens, PlanRequest, Rig, cylinder_rig
@@ -184,6 +185,37 @@ def test_plane_and_slab_are_where_the_camera_images_the_surface_best():
             there = corners[np.isclose(corners[:, 2], depth)]
             flat = np.abs(there[:, :2]).max(axis=0) / depth
             np.testing.assert_allclose(flat, extent, rtol=2e-3)
+
+
+def test_planes_and_slabs_are_turned_with_their_cameras():
+    lens = Lens(0.085, 40.0)
+    level = around(4, 2.2, intrinsics=SQUARE, lens=lens).cameras
+    tilt = Rotation.from_rotvec([0.05, -0.08, 0.4])
+    cameras = [
+        replace(c, orientation=tuple((Rotation.from_quat(c.orientation) * tilt).as_quat()))
+        for c in level
+    ]
+    plan, rig = planned(sphere(0.5), *cameras)
+    quality = sampled_quality(plan.fresh_problem, plan.focus_distances)
+    found = by_namespace(markers_of(plan, rig))
+    planes = points_of(found["focal_planes"]).reshape(4, 6, 3)
+    slabs = points_of(found["depth_of_field"]).reshape(4, 36, 3)
+    for i, (focus, camera) in enumerate(zip(plan.cameras, cameras, strict=True)):
+        turned = Rotation.from_quat(camera.orientation)
+        plane_, slab, seen = (
+            turned.inv().apply(points - np.array(camera.position))
+            for points in (planes[i], slabs[i], quality.points[quality.picture == i])
+        )
+        np.testing.assert_allclose(plane_[:, 2], focus.focus_distance)
+        depths = np.sort(slab[:, 2])[[0, -1]]
+        np.testing.assert_allclose(depths, [focus.near_limit, focus.far_limit])
+        # Cut to what is seen, and no wider than by the surface that a sample stands for.
+        flat, low, high = (
+            points[:, :2] / points[:, 2:] for points in (seen, plane_[[0]], plane_[[2]])
+        )
+        margin = 0.5 * quality.spacing / focus.focus_distance
+        np.testing.assert_allclose(low[0], flat.min(axis=0) - margin)
+        np.testing.assert_allclose(high[0], flat.max(axis=0) + margin)
 
 
 def test_a_slab_is_closed():

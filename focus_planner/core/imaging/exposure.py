@@ -16,12 +16,12 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.imaging.aims import sets_of_aims
 from focus_planner.core.imaging.depth import DepthCamera, in_optical_frame, listed_by_tile
-from focus_planner.core.imaging.looks import decode, encode, shaded
+from focus_planner.core.imaging.looks import shaded
 from focus_planner.core.imaging.pixels import pixel_grid, tiles_of
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.geometry import rotation_from_quaternion
 from focus_planner.core.rig.optics import aperture_diameter
-from focus_planner.core.surface.appearance import Colours
+from focus_planner.core.surface.appearance import Colours, decode, encode
 from focus_planner.core.surface.scene import Scene
 
 # Behind the surface: neutral, as sRGB.

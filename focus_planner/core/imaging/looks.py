@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.surface.appearance import Colours, Texture
+from focus_planner.core.surface.appearance import Colours, Texture, decode, encode
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh
 
@@ -36,28 +36,6 @@ class Shaded:
 
     looks: kernels.Looks
     normals: FloatArray
-
-
-def decode(colours: Colours) -> NDArray[np.float32]:
-    """Return colours in linear light, 0 to 1, of bytes as sRGB (IEC 61966-2-1)."""
-    encoded = np.asarray(colours, dtype=np.float64) / 255
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    return linear.astype(np.float32)
-
-
-def encode(linear: FloatArray | NDArray[np.float32]) -> Colours:
-    """Return colours as sRGB of linear light from 0 to 1."""
-    steps = (np.clip(linear, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
-    colours: Colours = _encoded()[steps]
-    return colours
-
-
-@cache
-def _encoded() -> Colours:
-    """Return sRGB of linear light in steps of which none is a byte's."""
-    linear = np.linspace(0, 1, 32_768)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(255 * encoded).astype(np.uint8)
 
 
 def shaded(scene: Scene, vertices: FloatArray, triangles: IntArray) -> Shaded:

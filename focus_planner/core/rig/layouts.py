@@ -32,9 +32,11 @@ def cylinder_rig(
     rows, columns : int
     radius, bottom, top : float
         Metres; a single row stands halfway between ``bottom`` and ``top``.
-    intrinsics, lens : optional
+    intrinsics : CameraIntrinsics, optional
+    lens : Lens, optional
         Shared by all cameras; the paper's by default.
     frame_id : str
+        Of the poses.
 
     Raises
     ------
@@ -95,15 +97,14 @@ def dome_rig(
     columns : int
         Cameras that a ring at the height of the centre has.
     radius : float
-        Metres.
+        From the centre to the cameras, metres.
     lowest, highest : float
         Elevations of the first and the last ring above the centre, degrees; a single ring is
         halfway between them.
     height : float
         z of the centre, metres.
-    intrinsics, lens : optional
-        Shared by all cameras; the paper's by default.
-    frame_id : str
+    intrinsics, lens, frame_id
+        As for :func:`cylinder_rig`.
 
     Raises
     ------
@@ -156,16 +157,8 @@ def turntable_rig(
     Parameters
     ----------
     cameras, stops : int
-    radius : float
-        From the centre to the cameras, metres.
-    lowest, highest : float
-        Elevations of the first and the last camera above the centre, degrees; a single one is
-        halfway between them.
-    height : float
-        z of the centre, at which the cameras look, metres.
-    intrinsics, lens : optional
-        Shared by all cameras; the paper's by default.
-    frame_id : str
+    radius, lowest, highest, height, intrinsics, lens, frame_id
+        As for :func:`dome_rig`, of whose rings each is a camera.
 
     Raises
     ------

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.arrays import FloatArray
 from focus_planner.core.validation import InputError, check_array, check_finite
 
 #: Red, green and blue, 0 to 255, as sRGB.
@@ -58,6 +60,28 @@ class Texture:
         rows = np.floor(np.where(v == 0, 1 - 0.5 / height, 1 - v) * height).astype(np.int64)
         corners: Colours = self.image[rows % height, columns]
         return corners
+
+
+def decode(colours: Colours) -> NDArray[np.float32]:
+    """Return colours in linear light, 0 to 1, of bytes as sRGB (IEC 61966-2-1)."""
+    encoded = np.asarray(colours, dtype=np.float64) / 255
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return linear.astype(np.float32)
+
+
+def encode(linear: FloatArray | NDArray[np.float32]) -> Colours:
+    """Return colours as sRGB of linear light from 0 to 1."""
+    steps = (np.clip(linear, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
+    colours: Colours = _encoded()[steps]
+    return colours
+
+
+@cache
+def _encoded() -> Colours:
+    """Return sRGB of linear light in steps of which none is a byte's."""
+    linear = np.linspace(0, 1, 32_768)
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.round(255 * encoded).astype(np.uint8)
 
 
 def check_colours(argument: str, colours: Any, count: int) -> Colours:

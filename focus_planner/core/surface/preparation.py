@@ -31,7 +31,7 @@ class PreparedCloud:
     Attributes
     ----------
     cloud : PointCloud
-        The one given, or what was made of it: averaged points have no colours.
+        The one given, or what was made of it.
     shape : CloudShape
     notes : tuple of Note
         If points were averaged because of noise or their number, or strays left out.

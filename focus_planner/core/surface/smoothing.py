@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.surface.appearance import Colours, decode, encode
 from focus_planner.core.surface.cloud_shape import (
     CloudShape,
     nearest_neighbours,
@@ -69,7 +70,8 @@ class SmoothCloud:
     Attributes
     ----------
     cloud : PointCloud
-        Its normals are those of the surface fitted, outward, if normals were given.
+        Its normals are those of the surface fitted, outward, if normals were given; its colours are
+        means in linear light.
     shape : CloudShape
     strays : int
         How many of the points given lie apart from any surface, and were left out.
@@ -82,10 +84,11 @@ class SmoothCloud:
 
 @dataclass(frozen=True, eq=False)
 class _Averaged:
-    """The averages of points within cubes, by their grid."""
+    """The averages of points within cubes, by their grid; colours in linear light, if any."""
 
     grid: kernels.PointGrid
     averages: kernels.Averages
+    colours: FloatArray | None
 
     def moved(
         self,
@@ -169,8 +172,12 @@ def smooth(
     reach = max(_REACH_OF_CUBE * cube, _REACH_OF_SPACING * spacing)
     places, normals, found, areas = _with_areas(places, normals, found, radius, reach)
     on_progress(1.0)
-    importance = None if cloud.importance is None else found[:, 1]
-    smoothed = PointCloud(places, None if cloud.normals is None else normals, importance)
+    smoothed = PointCloud(
+        places,
+        None if cloud.normals is None else normals,
+        None if cloud.importance is None else found[:, 1],
+        colours=_colours_at(places, normals, averaged, radius),
+    )
     relative = relative_importance(smoothed, areas)
     patches = None
     if cloud.normals is None:
@@ -205,7 +212,11 @@ def _averaged(cloud: PointCloud, cube: float, radius: float) -> _Averaged:
     if cloud.importance is not None:
         importance = mean(cloud.importance)
     averages = kernels.Averages(counts[place], normals[place], importance[place])
-    return _Averaged(grid, averages)
+    if cloud.colours is None:
+        return _Averaged(grid, averages, None)
+    light = decode(np.arange(256, dtype=np.uint8)).astype(np.float64)
+    colours = np.stack([mean(light[cloud.colours[:, i]]) for i in range(3)], axis=1)
+    return _Averaged(grid, averages, colours[place])
 
 
 def _with_signs(
@@ -230,7 +241,31 @@ def _with_signs(
     normals = find_patches(places, normals, nearest_neighbours(places).index).normals
     _, nearest = cKDTree(places).query(averaged.grid.points, workers=-1)
     averages = averaged.averages._replace(normals=normals[nearest])
-    return _Averaged(averaged.grid, averages)
+    return replace(averaged, averages=averages)
+
+
+def _colours_at(
+    places: FloatArray, normals: FloatArray, averaged: _Averaged, radius: float
+) -> Colours | None:
+    """Return (n, 3) the mean colour of what is nearest to each place and faces its way."""
+    if averaged.colours is None:
+        return None
+    averages, points = averaged.averages, averaged.grid.points
+    away, nearest = cKDTree(places).query(points, workers=-1)
+    facing = (averages.normals * normals[nearest]).sum(axis=1) > 0
+    counts = np.where(facing & (away < radius), averages.counts, 0.0)
+    total = np.bincount(nearest, counts, len(places))
+    light = (
+        np.stack(
+            [np.bincount(nearest, counts * averaged.colours[:, i], len(places)) for i in range(3)],
+            axis=1,
+        )
+        / np.where(total, total, 1.0)[:, None]
+    )
+    bare = total == 0
+    if bare.any():
+        light[bare] = averaged.colours[cKDTree(points).query(places[bare], workers=-1)[1]]
+    return encode(light)
 
 
 def _stage(

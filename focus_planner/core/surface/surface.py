@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
-from focus_planner.core.surface.appearance import Colours, Texture, check_colours
+from focus_planner.core.surface.appearance import (
+    Colours,
+    Texture,
+    check_colours,
+    decode,
+    encode,
+)
 from focus_planner.core.validation import (
     MAX_COORDINATE,
     UNIT_ROUNDING,
@@ -101,16 +107,17 @@ class Mesh:
     def colours_of_vertices(self) -> Colours | None:
         """Return (V, 3) the colours of vertices, taken from the texture if they have none.
 
-        Where several triangles meet, it is the mean; a vertex of no triangle is black. None if the
-        mesh has neither colours nor texture.
+        Where several triangles meet, it is the mean in linear light; a vertex of no triangle is
+        black. None if the mesh has neither colours nor texture.
         """
         if self.vertex_colours is not None or self.texture is None:
             return self.vertex_colours
-        corners, colours = self.triangles.ravel(), self.texture.at_corners().reshape(-1, 3)
+        corners = self.triangles.ravel()
+        light = decode(self.texture.at_corners().reshape(-1, 3))
         count = len(self.vertices)
-        sums = [np.bincount(corners, colours[:, i], count) for i in range(3)]
+        sums = [np.bincount(corners, light[:, i], count) for i in range(3)]
         around = np.maximum(np.bincount(corners, minlength=count), 1)
-        return np.rint(np.stack(sums, axis=1) / around[:, None]).astype(np.uint8)
+        return encode(np.stack(sums, axis=1) / around[:, None])
 
 
 @dataclass(frozen=True, eq=False)

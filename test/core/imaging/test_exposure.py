@@ -11,9 +11,8 @@ from focus_planner.core import kernels
 from focus_planner.core.imaging.aims import aims, sets_of_aims
 from focus_planner.core.imaging.blur import blur_diameters
 from focus_planner.core.imaging.exposure import BACKGROUND, PictureCamera
-from focus_planner.core.imaging.looks import decode, encode
 from focus_planner.core.rig.optics import aperture_diameter, hyperfocal_distance
-from focus_planner.core.surface.appearance import Texture
+from focus_planner.core.surface.appearance import Texture, decode, encode
 
 CIRCLE = 20e-6
 LENS = Lens(0.05, hyperfocal_distance(0.05, 2.0, CIRCLE), circle_of_confusion=CIRCLE)

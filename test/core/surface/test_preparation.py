@@ -6,6 +6,7 @@ import pytest
 
 from focus_planner import InputError, PlanRequest, PointCloud, Scene, plan_focus
 from focus_planner.core.surface import preparation
+from focus_planner.core.surface.appearance import decode
 from focus_planner.core.surface.cloud_shape import cloud_shape
 from focus_planner.core.surface.noise import Scatter
 from focus_planner.core.surface.preparation import prepare_cloud
@@ -88,13 +89,18 @@ def test_sheets_with_opposite_normals_stay_apart():
     front, back = plane(0.5, 0.5, 0), plane(0.5, 0.5, 0.02)
     points, normals = scattered(front, 0.004, 20_000)
     other, _ = scattered(back, 0.004, 20_000)
-    cloud = PointCloud(np.concatenate([points, other]), np.concatenate([normals, -normals]))
+    colours = np.repeat(np.array([[255, 0, 0], [0, 0, 255]], np.uint8), 20_000, axis=0)
+    cloud = PointCloud(
+        np.concatenate([points, other]), np.concatenate([normals, -normals]), colours=colours
+    )
     prepared = smooth(cloud, Scatter(0.004, 0.0035))
     assert prepared.shape.areas.sum() == pytest.approx(0.5, rel=0.05)
     facing = np.sign(prepared.shape.normals[:, 2])
     depth = prepared.cloud.points[:, 2]
     assert np.median(np.abs(depth[facing == -1])) < 0.001
     assert np.median(np.abs(depth[facing == 1] - 0.02)) < 0.001
+    assert (prepared.cloud.colours[facing == -1] == (255, 0, 0)).all()
+    assert (prepared.cloud.colours[facing == 1] == (0, 0, 255)).all()
 
 
 def test_a_part_scanned_more_densely_gets_no_more_area():
@@ -116,6 +122,36 @@ def test_importance_is_carried_over():
     high = prepared.cloud.points[:, 2] > 0.1
     np.testing.assert_allclose(prepared.cloud.importance[high], 2, rtol=1e-9)
     assert (prepared.cloud.importance[prepared.cloud.points[:, 2] < -0.1] == 0).all()
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_colours_are_averaged_in_linear_light(given):
+    points, directions = ball(1.5 * SPACING)
+    # Above, black and white points in turn; below, all of one colour.
+    colours = np.where(np.arange(COUNT)[:, None] % 2, [255, 255, 255], [0, 0, 0]).astype(np.uint8)
+    colours[points[:, 2] < 0] = (200, 100, 50)
+    cloud = PointCloud(points, directions if given else None, colours=colours)
+    prepared = prepare_cloud(cloud)
+    low, high = (prepared.cloud.points[:, 2] * side > 0.1 for side in (-1, 1))
+    assert (prepared.cloud.colours[low] == (200, 100, 50)).all()
+    # Half of the light is 188 as sRGB, and 128 is a fifth of it.
+    grey = prepared.cloud.colours[high]
+    assert (grey == grey[:, :1]).all()
+    assert 0.1 < (grey == 188).mean() < 0.9
+    assert not (grey == 128).any()
+    assert np.mean(decode(grey)) == pytest.approx(0.5, abs=0.02)
+    assert Scene(cloud).colours.shape == (4 * len(prepared.cloud.points), 3)
+
+
+def test_plans_do_not_depend_on_colours():
+    points, directions = ball(1.5 * SPACING)
+    colours = np.zeros((COUNT, 3), np.uint8)
+    plain, coloured = (
+        prepare_cloud(PointCloud(points, directions, colours=each)) for each in (None, colours)
+    )
+    assert plain.cloud.colours is None
+    assert plain.cloud.points.tobytes() == coloured.cloud.points.tobytes()
+    assert same(plain.shape, coloured.shape)
 
 
 @pytest.mark.parametrize("noise", [0.0, SPACING])
@@ -147,16 +183,18 @@ def test_a_part_scanned_sparsely_is_no_stray():
 
 def test_the_same_cloud_is_averaged_to_the_same_bits_on_any_number_of_threads():
     points, directions = ball(SPACING)
+    colours = np.random.default_rng(6).integers(0, 256, (COUNT, 3)).astype(np.uint8)
     before = numba.get_num_threads()
     results = []
     for threads in (1, before):
         numba.set_num_threads(threads)
         try:
-            results.append(prepare_cloud(PointCloud(points, directions)))
+            results.append(prepare_cloud(PointCloud(points, directions, colours=colours)))
         finally:
             numba.set_num_threads(before)
     first, second = results
     assert first.cloud.points.tobytes() == second.cloud.points.tobytes()
+    assert first.cloud.colours.tobytes() == second.cloud.colours.tobytes()
     assert same(first.shape, second.shape)
 
 
