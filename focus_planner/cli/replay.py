@@ -193,7 +193,7 @@ def _replay(
 
 
 def _read(path: Path, whole: bool) -> Run:
-    from focus_planner.recording.run import read_run
+    from focus_planner.recording.run_reading import read_run
 
     recorded = read_run(path)
     if whole and recorded.ending is None:

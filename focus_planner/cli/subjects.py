@@ -78,7 +78,7 @@ def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
 
 def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     from focus_planner.recording.provenance import input_names
-    from focus_planner.recording.run import read_run
+    from focus_planner.recording.run_reading import read_run
     from focus_planner.recording.subject import subject_of
 
     for name in ("rig", "lens_tables", "importance", "importance_property"):

@@ -16,7 +16,8 @@ from focus_planner.parameters.declaration import Value, group
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.naming import new_run_id
-from focus_planner.recording.run import Run, rig_message
+from focus_planner.recording.run import Run
+from focus_planner.recording.run_inputs import rig_message
 
 _DEFAULTS: dict[str, Value] = {
     declaration.name: declaration.default for declaration in DECLARATIONS

@@ -20,7 +20,8 @@ from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import save_rig
-from focus_planner.recording.run import inputs_of, read_run
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from focus_planner.report import making, thumbnails
 from focus_planner.report.content import ReportContent
 from testing.problems import sphere

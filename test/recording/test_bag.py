@@ -28,7 +28,7 @@ from focus_planner.recording import bag as bag_module
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.folders import bag_size, being_written
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing.forked import PIPE, ForkedProcess, run_forked
 from testing.made_up_runs import (
     MARKERS,
@@ -600,7 +600,7 @@ import resource, sys
 from pathlib import Path
 from focus_planner.core.validation import InputError
 from focus_planner.recording.bag_reading import read_bag
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for limit in (None, 1 << 30):
     if limit:

@@ -25,7 +25,10 @@ from focus_planner.parameters.planner_settings import Recording, Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import Run, inputs_of, read_run, surface_messages
+from focus_planner.recording.run import Run
+from focus_planner.recording.run_inputs import surface_messages
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from focus_planner.recording.what_if import parse_changes, settable_names, with_changes
 from testing.runs import REQUEST, TORUS, Log, beginning_with, record
 from testing.runs import RIG as SMALL_RIG
