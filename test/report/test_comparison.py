@@ -134,7 +134,7 @@ def test_a_plan_is_worth_what_it_says(request_: PlanRequest, scene: Scene) -> No
     subject = subject_of(request_, scene)
     plans = [of(subject), *plans_to_compare(subject)]
     for each, worth in zip(plans, worth_of(plans, subject), strict=True):
-        assert own_worth(each.plan, worth.counted_area) == worth
+        assert own_worth(each.plan, worth) == worth
         assert worth.counted_area <= scene.area * (1 + 1e-9)
         # As far as a plan.json tells.
         again = replace(subject, request=requested(subject.plan, scene))
@@ -178,7 +178,7 @@ def test_plans_for_other_lenses_are_judged_with_these() -> None:
     other = plan_focus(SCENE, deep, REQUEST)
     plans = [of(SUBJECT), ComparedPlan("deep", "the recorded plan", other, deep)]
     worths = worth_of(plans, SUBJECT)
-    assert worths[1] == own_worth(other, worths[1].counted_area)
+    assert worths[1] == own_worth(other, worths[1])
     assert worths[1].cost.value < worths[0].cost.value
 
 

@@ -11,7 +11,8 @@ from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import Estimate
 from focus_planner.core.rig.rig import Rig
 from focus_planner.report.comparison import ComparedPlan, Worth
-from focus_planner.report.verdict import percent, verdict
+from focus_planner.report.rounding import percent
+from focus_planner.report.verdict import verdict
 from testing.problems import around
 
 RIG = around(2, 1.0)
