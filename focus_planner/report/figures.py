@@ -144,6 +144,8 @@ def depths(histogram: DepthHistogram, focus: CameraFocus, ends: tuple[float, flo
     scale = _SPARK_WIDTH / ((high - low) or 1.0)
     parts = []
     for shot in focus.shots:
+        if shot.near_limit > high or shot.far_limit < low:
+            continue
         near, far = np.clip([shot.near_limit, shot.far_limit], low, high)
         parts.append(
             f'<rect class="field" x="{(near - low) * scale:.1f}"'

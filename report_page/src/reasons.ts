@@ -140,7 +140,7 @@ export function verdictOf(model: Model, view: View): string {
   const limit = view.out < 0 ? "near limit" : "far limit";
   const away = Math.abs(view.out) - tolerance;
   if (view.within) {
-    return `only ${millimetres(away)} within its ${limit}, not ${millimetres(tolerance)}`;
+    return `only ${millimetres(away)} inside its ${limit}, not ${millimetres(tolerance)}`;
   }
   return `${millimetres(away)} ${view.out < 0 ? "before" : "beyond"} its ${limit}`;
 }
