@@ -159,7 +159,9 @@ def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str
     if planned == names:
         return
     only = [name for name in planned if name not in names]
-    got = f"without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
+    got = (
+        f"one without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
+    )
     raise InputError(
         str(options.rig), f"the rig of {options.plan}, with its cameras in its order", got
     )

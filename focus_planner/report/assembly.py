@@ -133,7 +133,7 @@ def assemble(
     plans = (ComparedPlan(title_of(plan), called(plan.method), plan, rig), *compared)
     tell("comparing plans on fresh samples")
     worths = worth_of(plans, subject)
-    doubt = None if provenance.certain else other_inputs(plan, worths[0])
+    doubt = None if provenance.certain else other_inputs(plan, rig, worths[0])
     if doubt is None:
         worths[0] = own_worth(plan, worths[0])
     notes = (*filter(None, [doubt]), *plan.notes)

@@ -215,15 +215,24 @@ def _with_samples_told(subject: PlannedSubject) -> PlanRequest:
     return replace(request, shots=1, samples=plan.samples, fresh_samples=fresh)
 
 
-def other_inputs(plan: FocusPlan, now: Worth) -> Note | None:
+def other_inputs(plan: FocusPlan, rig: Rig, now: Worth) -> Note | None:
     """Return a note if a plan is probably not one for the surface and rig that are at hand.
 
     Parameters
     ----------
     plan : FocusPlan
+    rig : Rig
     now : Worth
         On the surface and rig at hand.
     """
+    planned = [camera.device_unit for camera in plan.cameras]
+    if planned != [lens.table and lens.table.unit for lens in (c.lens for c in rig.cameras)]:
+        return Note(
+            "other_inputs",
+            "the plan's device values are not those of this rig's lens tables: what is said of how"
+            " lenses can be set is not for the lenses that it was made for; give the rig and the"
+            " lens tables that it was made with, or report on a recorded run, which has them",
+        )
     allowed = _SAME_COST
     if any(note.code == "budget" for note in plan.notes):
         # It was estimated on the first of more fresh samples, which are not drawn by themselves.

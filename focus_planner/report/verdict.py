@@ -88,7 +88,7 @@ def _achieved(
 
 def _lacking(plan: FocusPlan, worth: Worth, area: float) -> str:
     shares = shares_of(worth, area)
-    could_be = ", or could be," if plan.depth_tolerance else ""
+    could_be = ", or could be" if plan.depth_tolerance else ""
     blurred, unseen = shares.blurred, shares.unseen
     ignored = 1 - worth.counted_area / area
     if not blurred and not unseen:

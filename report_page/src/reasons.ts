@@ -238,7 +238,7 @@ function refocused(model: Model, plan: Plan, views: View[]): string[] {
     const by = millimetres(move.to - move.from);
     const way = move.to < move.from ? "nearer" : "farther";
     return (
-      `Focus ${move.view.camera.name} ${by} ${way}, at ${metres(move.to, model.facts.decimals)}: it would hold this ` +
+      `Focus ${move.view.camera.name} ${by} ${way}, at ${settingOf(model, plan, move)}: it would hold this ` +
       `point. ${area(move.gained)} that is sharp nowhere would become sharp, and ` +
       `${area(move.lost)} would be sharp in no picture any more.`
     );
@@ -250,6 +250,14 @@ function refocused(model: Model, plan: Plan, views: View[]): string[] {
     );
   }
   return told;
+}
+
+/** A focus to set, with as many decimals as tell it from what the lens takes beside it. */
+function settingOf(model: Model, plan: Plan, { view, to }: Move): string {
+  const { decimals } = model.facts;
+  if (!model.lens(plan, view.camera).distances) return metres(to, decimals);
+  const digits = to.toFixed(6).replace(/0+$/, "").split(".")[1]!.length;
+  return metres(to, Math.max(digits, decimals));
 }
 
 /** The least change of a camera's focus that holds the point, and what it does to the surface. */
