@@ -19,6 +19,7 @@ from focus_planner.report.comparison import (
     ComparedPlan,
     called,
     cost_rows,
+    is_cut_short,
     other_inputs,
     own_worth,
     shares_of,
@@ -231,6 +232,8 @@ def _facts(
     if compared and subject.request.time_budget < math.inf:
         others = "had all the time they needed"
         yield "other plans", f"{others}; this one had {subject.request.time_budget:g} s"
+    elif compared and not provenance.certain and is_cut_short(plan):
+        yield "other plans", f"judged on {plan.fresh_samples} fresh samples, but not the same ones"
     if pictures is not None and pictures.about:
         yield "pictures", printable(pictures.about)
     if provenance.run:

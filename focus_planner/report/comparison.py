@@ -215,6 +215,11 @@ def _with_samples_told(subject: PlannedSubject) -> PlanRequest:
     return replace(request, shots=1, samples=plan.samples, fresh_samples=fresh)
 
 
+def is_cut_short(plan: FocusPlan) -> bool:
+    """Return whether a plan is for fewer samples than were asked for."""
+    return any(note.code == "budget" for note in plan.notes)
+
+
 def other_inputs(plan: FocusPlan, rig: Rig, now: Worth) -> Note | None:
     """Return a note if a plan is probably not one for the surface and rig that are at hand.
 
@@ -234,7 +239,7 @@ def other_inputs(plan: FocusPlan, rig: Rig, now: Worth) -> Note | None:
             " lens tables that it was made with, or report on a recorded run, which has them",
         )
     allowed = _SAME_COST
-    if any(note.code == "budget" for note in plan.notes):
+    if is_cut_short(plan):
         # It was estimated on the first of more fresh samples, which are not drawn by themselves.
         errors = (plan.fresh_standard_error**2 + now.cost.standard_error**2) ** 0.5
         allowed = _LIKELY * errors
@@ -245,7 +250,7 @@ def other_inputs(plan: FocusPlan, rig: Rig, now: Worth) -> Note | None:
         f"the plan says that its cost on fresh samples is {plan.fresh_cost:.1f}, and on this"
         f" surface and rig it is {now.cost.value:.1f}: the surface, the rig, its lens tables or the"
         " importance are probably not those that the plan was made for, and what is shown is how"
-        " its distances would do here; give those that it was made for, or report on a recorded"
+        " its distances would do here, but for the samples that cameras were planned to hold; give those that it was made for, or report on a recorded"
         " run, which has them",
     )
 

@@ -215,7 +215,7 @@ def test_a_plan_of_another_surface_is_doubted(
         ("plan.json -o report.pdf", "report.pdf: expected a name that ends in .html for the"),
         (
             "plan.json -o report",
-            "report: expected a name that ends in .html for the report, got ''",
+            "report: expected a name that ends in .html for the report, got no ending",
         ),
         ("plan.json -o none/r.html", "none/r.html: expected a file in a folder that exists"),
         ("plan.json -o folder.html", "folder.html: expected a file to write, got a folder"),

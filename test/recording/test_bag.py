@@ -309,6 +309,11 @@ def test_what_is_no_bag_is_refused_in_one_line(tmp_path):
         read_bag(tmp_path / "none")
     with pytest.raises(InputError, match=r"with one \.mcap file, got a folder without one"):
         read_bag(tmp_path)
+    for run in ("1", "2", ".hidden"):
+        (tmp_path / run).mkdir()
+        (tmp_path / run / "run.mcap").write_bytes(b"")
+    with pytest.raises(InputError, match=r"; name one of the runs in it, such as \S+/2$"):
+        read_bag(tmp_path)
     for name in ("a.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"")
     with pytest.raises(InputError, match="got a folder with 2 of them"):

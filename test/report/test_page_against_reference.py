@@ -12,7 +12,7 @@ from focus_planner import CameraIntrinsics, Lens, PlanRequest, Rig, Scene, plan_
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.report.assembly import assemble
-from focus_planner.report.comparison import plans_to_compare
+from focus_planner.report.comparison import ComparedPlan, plans_to_compare
 from focus_planner.report.making import write_report
 from testing import reference
 from testing.opened_report import Opened, chromium
@@ -113,10 +113,16 @@ def truth(content):
 
 
 @pytest.fixture(scope="module")
-def opened(content, tmp_path_factory):
+def browser():
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def opened(browser, content, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
     write_report(content[0], path)
-    with chromium() as browser, Opened(browser, path) as opened:
+    with Opened(browser, path) as opened:
         yield opened
 
 
@@ -284,6 +290,28 @@ def _check_mends(truth, plan, p, text, sample_areas, names):
     return 1
 
 
+def test_a_plan_for_other_lenses_is_explained_with_these(browser, content, tmp_path):
+    _, of = content
+    shallow = tuple(
+        replace(each, lens=Lens(0.05, 90.0, focus_steps=120, min_focus=0.5, max_focus=1.2))
+        for each in of.rig.cameras
+    )
+    theirs = replace(of, rig=Rig(shallow))
+    plan = plan_focus(of.scene, theirs.rig, of.request, MODEL)
+    beside = ComparedPlan("as recorded", "the recorded plan", plan, theirs.rig)
+    report = assemble(of, (beside,), samples=400)
+    write_report(report, tmp_path / "beside.html")
+    truth = Truth(theirs, report.surface.points, report.surface.normals)
+    names = [camera.name for camera in theirs.rig.cameras]
+    moves = 0
+    with Opened(browser, tmp_path / "beside.html") as opened:
+        for p in some_points(opened):
+            opened.inspector.get_by_text("as recorded", exact=True).last.click()
+            text = opened.inspector.inner_text()
+            moves += _check_mends(truth, plan, p, text, report.surface.areas, names)
+    assert moves
+
+
 def test_what_is_told_of_cameras_is_true(opened, content, truth):
     report, of = content
     for c, camera in enumerate(of.rig.cameras):
@@ -352,10 +380,12 @@ def test_what_is_told_of_the_whole_is_true(opened, content):
         fresh_areas[which].sum() / fresh_areas.sum()
         for which in (sharp, ~sharp & (best >= 0), best < 0)
     ]
-    found = re.findall(r"([\d.]+)\N{NO-BREAK SPACE}%", opened.page.locator(".verdict").inner_text())
-    assert float(found[0]) == pytest.approx(100 * shares[0], abs=0.6)
-    assert float(found[2]) == pytest.approx(100 * shares[1], abs=0.6)
-    assert float(found[3]) == pytest.approx(100 * shares[2], abs=0.6)
+    verdict = opened.page.locator(".verdict").inner_text().replace("\N{NO-BREAK SPACE}", " ")
+    words = ("of the surface is sharp", "is seen but blurred there", "is seen by no camera")
+    for word, share in zip(words, shares, strict=True):
+        found = re.search(rf"([\d.]+) % (?:\(± [\d.]+\) )?{word}", verdict)
+        assert (found is not None) == (share > 0)
+        assert not found or float(found[1]) == pytest.approx(100 * share, abs=0.6)
     opened.choose("Colour by", "views")
     told = opened.page.locator(".legend tbody tr").all()
     numbers = [float(cells_of(row)[1].split()[-2].replace("<", "")) for row in told]
