@@ -12,6 +12,7 @@ from typing import Any
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_one_shot
+from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.text import printable
 from focus_planner.core.validation import check_whole
 from focus_planner.io.lens_sheet.content import LensSheet, decimals_of, lens_sheet
@@ -147,12 +148,9 @@ def assemble(
         title=_title(provenance.surface, len(rig)),
         verdict=verdict(plans, worths, notes, area, foreign=foreign),
         notes=notes,
-        facts=tuple(
-            _facts(
-                *(sheet, provenance, subject, surface, pictures, made),
-                compared=bool(compared),
-                foreign=foreign,
-            )
+        facts=(
+            *_facts(sheet, provenance, subject, compared=bool(compared), foreign=foreign),
+            *_of_report(provenance, subject, surface, pictures, made),
         ),
         rig=rig,
         surface=surface,
@@ -210,16 +208,15 @@ def _facts(
     sheet: LensSheet,
     provenance: Provenance,
     subject: PlannedSubject,
-    surface: SampledSurface,
-    pictures: Pictures | None,
-    made: datetime | None,
     *,
     compared: bool,
     foreign: bool,
 ) -> Iterator[tuple[str, str]]:
+    """Yield what was planned, and what came of it."""
     plan = subject.plan
+    yield "surface", ", ".join(filter(None, [printable(provenance.surface), _size(subject)]))
     for name, text in sheet.facts:
-        if not (foreign and name in _OF_QUALITY):
+        if name != "surface" and not (foreign and name in _OF_QUALITY):
             yield name, text
         if name == "method" and plan.lower_bound is not None and not foreign:
             yield (
@@ -227,13 +224,23 @@ def _facts(
                 f"{plan.cost:.1f} on these, and no plan costs less"
                 + (f" than {floored(plan.lower_bound)}" if plan.gap else ""),
             )
-    shown = f"{len(surface.points):,} samples that no plan was made on, seed {subject.request.seed}"
-    yield "shown", f"{shown}, drawn by area, about {millimetres(surface.spacing)} apart"
     if compared and subject.request.time_budget < math.inf:
         others = "had all the time they needed"
         yield "other plans", f"{others}; this one had {subject.request.time_budget:g} s"
     elif compared and not provenance.certain and is_cut_short(plan):
         yield "other plans", f"judged on {plan.fresh_samples} fresh samples, but not the same ones"
+
+
+def _of_report(
+    provenance: Provenance,
+    subject: PlannedSubject,
+    surface: SampledSurface,
+    pictures: Pictures | None,
+    made: datetime | None,
+) -> Iterator[tuple[str, str]]:
+    """Yield what the report shows, and where that comes from."""
+    shown = f"{len(surface.points):,} samples that no plan was made on, seed {subject.request.seed}"
+    yield "shown", f"{shown}, drawn by area, about {millimetres(surface.spacing)} apart"
     if pictures is not None and pictures.about:
         yield "pictures", printable(pictures.about)
     if provenance.run:
@@ -242,6 +249,14 @@ def _facts(
         yield "changed", printable(provenance.changed)
     if made is not None:
         yield "report made", f"{made:%Y-%m-%d %H:%M}"
+
+
+def _size(subject: PlannedSubject) -> str:
+    """Return what tells a surface from another, as far as a line has room for it."""
+    surface, area = subject.scene.surface, subject.scene.area
+    if isinstance(surface, Mesh):
+        return f"{len(surface.triangles):,} triangles, {area:.3g} m²"
+    return f"{len(surface.points):,} points, about {area:.3g} m²"
 
 
 def _version() -> str:

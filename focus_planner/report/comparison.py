@@ -250,7 +250,8 @@ def other_inputs(plan: FocusPlan, rig: Rig, now: Worth) -> Note | None:
         f"the plan says that its cost on fresh samples is {plan.fresh_cost:.1f}, and on this"
         f" surface and rig it is {now.cost.value:.1f}: the surface, the rig, its lens tables or the"
         " importance are probably not those that the plan was made for, and what is shown is how"
-        " its distances would do here, but for the samples that cameras were planned to hold; give those that it was made for, or report on a recorded"
+        " its distances would do here, but for the samples that cameras were planned to hold;"
+        " give those that it was made for, or report on a recorded"
         " run, which has them",
     )
 
