@@ -31,6 +31,7 @@ LENSES = (
     Lens(0.035, 30.0, focus_distances=(0.6, 0.7, 0.8, 0.9, 1.0), hiatus=0.003),
     Lens(0.05, 50.0, min_focus=0.7, max_focus=1.1),
 )
+GRAZED = 1e-3  # metres, as the scene is about as large as its distance
 NEAR_ENOUGH = 2e-4  # metres, and of costs: more than what the page rounds
 
 
@@ -75,7 +76,9 @@ class Truth:
                     reference.sees(mesh, camera, point, normal, stop_short, margin)
                     for margin in (-1e-4, 1e-4)
                 }
-                self.sees[p, c], self.sure[p, c] = min(with_margins), len(with_margins) == 1
+                facing = abs((point - camera.position) @ normal)
+                self.sees[p, c] = min(with_margins)
+                self.sure[p, c] = len(with_margins) == 1 and facing > GRAZED
                 self.depth[p, c] = (point - camera.position) @ reference.camera_axes(camera)[2]
                 without_focus = replace(MODEL, focus_weight=0.0)
                 self.base[p, c] = reference.pointwise_cost(
@@ -168,7 +171,8 @@ def test_what_is_told_of_points_is_true(opened, content, truth):
     held, costs, best = truth.held(plan), truth.costs(plan), truth.best(plan)
     told = {"sharp": 0, "blurred": 0, "unseen": 0, "moves": 0}
     for p in some_points(opened):
-        assert truth.sure[p].all()
+        if not truth.sure[p].all():
+            continue
         text = opened.inspector.inner_text()
         rows = opened.inspector.get_by_label("Cameras that see it").locator("tbody tr").all()
         told_of = {cells[0]: cells[1:] for cells in map(cells_of, rows)}
