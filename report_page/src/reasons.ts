@@ -207,9 +207,9 @@ function outOf(model: Model, views: View[]): string {
   const sides = [];
   if (near) sides.push(both ? `too near for ${near}` : "too near");
   if (far) sides.push(both ? `too far for ${far}` : "too far");
-  const spare = tolerance ? `, with ${millimetres(tolerance)} to spare,` : "";
+  const margin = tolerance ? `, less ${millimetres(tolerance)} at either limit` : "";
   const who = `${all(views.length, "camera")} that ${views.length === 1 ? "sees" : "see"} it`;
-  const text = `Out of the depth of field${spare} of ${who}`;
+  const text = `Out of the depth of field of ${who}${margin}`;
   const nearest = views.reduce((a, b) => (Math.abs(b.out) < Math.abs(a.out) ? b : a));
   if (!nearest.out) return `${text}.`; // by less than depths are told with
   if (views.length === 1) return `${text}: ${listed(sides)}, by ${millimetres(nearest.out)}.`;
