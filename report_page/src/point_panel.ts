@@ -30,8 +30,9 @@ export function pointPanel(
   const told = explain(model, explained, p);
   const onCamera = (camera: number) => select({ camera });
   const shown = plans.map((k) => model.plans[k]!);
+  const line = inOneLine(model, explained, p);
   const nodes: Node[] = [
-    h("p", { class: "status" }, inOneLine(model, explained, p)),
+    h("p", { class: "status" }, shown.includes(explained) ? line : `${explained.title}: ${line}`),
     summary(model, shown, p),
     h("p", { class: "about" }, whereItIs(model, p)),
   ];

@@ -183,6 +183,15 @@ def test_what_other_plans_had_more_time_for_is_told() -> None:
     assert "other plans" not in dict(assemble(hurried, samples=100).facts)
 
 
+def test_a_plan_is_told_as_it_tells_itself_where_rays_fell_otherwise() -> None:
+    elsewhere = replace(PLAN, fresh_cost=PLAN.fresh_cost + 0.03, in_focus_area=0.4)
+    content = assemble(replace(SUBJECT, plan=elsewhere), COMPARED, samples=100)
+    (row,) = (row for row in content.costs if row.reported)
+    assert row.fresh_cost == elsewhere.fresh_cost
+    assert content.plans[0].shares is not None
+    assert content.plans[0].shares.sharp == 0.4 / SCENE.area
+
+
 def test_a_bound_is_told_rounded_down() -> None:
     subject = replace(SUBJECT, plan=replace(PLAN, cost=300.3, lower_bound=299.99))
     fact = dict(assemble(subject, samples=100).facts)["cost"]
