@@ -125,6 +125,17 @@ def test_other_lenses_and_many_settings_are_told(content):
     assert {facts["lenses"][camera["lens"]]["distances"] for camera in facts["cameras"]} == {None}
 
 
+def test_the_shot_that_a_camera_is_pictured_with_is_told(content):
+    plan = content.plans[0]
+    camera = plan.plan.cameras[0]
+    far = dataclasses.replace(camera.shots[0], focus_distance=9.0)
+    bracket = dataclasses.replace(camera, shots=(camera.shots[0], far), focus_distance=9.0)
+    cameras = (bracket, *plan.plan.cameras[1:])
+    told = dataclasses.replace(plan, plan=dataclasses.replace(plan.plan, cameras=cameras))
+    facts, _ = decoded(encoded_payload(dataclasses.replace(content, plans=(told,))))
+    assert [each["main"] for each in facts["plans"][0]["cameras"]] == [1] + [0] * 11
+
+
 def test_normals_survive_the_octahedron(content):
     _, arrays = decoded(encoded_payload(content))
     x, y = arrays["normals"].reshape(2, -1) / 65535 * 2 - 1
