@@ -18,7 +18,8 @@ from focus_planner.recording.folders import bag_size
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import beginning_of, inputs_of, read_run
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import beginning_of, inputs_of
 from focus_planner.recording.software import software
 from focus_planner.ros.client import PlannerClient
 

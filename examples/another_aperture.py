@@ -10,7 +10,7 @@ from pathlib import Path
 
 from focus_planner.recording.comparison import camera_changes, median_moved
 from focus_planner.recording.replay import plan_run
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.what_if import parse_changes, with_changes
 
 

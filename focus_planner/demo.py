@@ -40,7 +40,7 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
 from focus_planner.messages.reading import plan_from_message
 from focus_planner.recording.provenance import provenance_of
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from focus_planner.report.assembly import Provenance, assemble
 from focus_planner.report.comparison import ComparedPlan, called, title_of
 from focus_planner.report.making import write_report

@@ -15,7 +15,7 @@ from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import definition_of
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing import made_up_runs
 from testing.made_up_runs import PLANNER, run_id
 

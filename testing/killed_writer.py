@@ -17,7 +17,7 @@ from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording import recorder as recorder_module
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.run import beginning_messages, ending_messages
+from focus_planner.recording.run_writing import beginning_messages, ending_messages
 from testing.made_up_runs import beginning, ending, input_messages, progress_messages, run_id
 
 INPUTS = input_messages(points=2000)

@@ -23,16 +23,14 @@ from focus_planner.messages.typestore import PLAN, POSES, fields_of, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.naming import PARTIAL
-from focus_planner.recording.run import (
-    Beginning,
-    Ending,
+from focus_planner.recording.run import Beginning, Ending
+from focus_planner.recording.run_inputs import rig_message, surface_messages
+from focus_planner.recording.run_writing import (
     beginning_messages,
     beginning_of,
     ending_messages,
     plan_message,
     progress_message,
-    rig_message,
-    surface_messages,
 )
 
 PLANNER = "/made/up"

@@ -17,7 +17,7 @@ from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
-from focus_planner.recording.run import beginning_of, inputs_of
+from focus_planner.recording.run_writing import beginning_of, inputs_of
 from focus_planner.recording.software import software
 from testing.messages import Log
 from testing.problems import around, torus

@@ -188,7 +188,7 @@ def _solve(
 
     def beginning() -> tuple[list[BagMessage], Beginning]:
         from focus_planner.recording.naming import new_run_id
-        from focus_planner.recording.run import beginning_of, inputs_of
+        from focus_planner.recording.run_writing import beginning_of, inputs_of
         from focus_planner.recording.software import software
 
         run_id, frame_id = new_run_id(), rig.frame_id

@@ -193,7 +193,7 @@ def _replay(
 
 
 def _read(path: Path, whole: bool) -> Run:
-    from focus_planner.recording.run import read_run
+    from focus_planner.recording.run_reading import read_run
 
     recorded = read_run(path)
     if whole and recorded.ending is None:
@@ -280,9 +280,9 @@ def _report(options: argparse.Namespace, replay: _Replay) -> None:
         raise InputError("--report", "a run with a plan", f"one without: {replay.why}")
     beside = replay.outcome != _REPRODUCED
     with shown(options.quiet) as tell:
-        changes = options.set
+        changes, assumed = options.set, replay.notes
         wanted = ReportOptions(options.report, pictures=options.pictures)
-        report_replay(wanted, replay.run, replay.again, changes, tell, beside=beside)
+        report_replay(wanted, replay.run, replay.again, changes, assumed, tell, beside=beside)
 
 
 # --- showing -----------------------------------------------------------------------------------

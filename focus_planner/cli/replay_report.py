@@ -33,6 +33,7 @@ def report_replay(
     recorded: Run,
     again: Run,
     changes: Sequence[str],
+    assumed: Sequence[str],
     tell: Tell,
     *,
     beside: bool,
@@ -46,6 +47,8 @@ def report_replay(
         As it was recorded, and as it was planned again.
     changes : sequence of str
         What was changed: ``f_number=8``.
+    assumed : sequence of str
+        What was assumed for that.
     tell : callable
     beside : bool
         Whether to show the recorded plan beside the new one, if there is one.
@@ -63,7 +66,9 @@ def report_replay(
 
     subject = subject_of(again, show_share(tell, "preparing the surface again"))
     provenance = replace(
-        provenance_of(again), planned=datetime.now().astimezone(), changed=", ".join(changes)
+        provenance_of(again),
+        planned=datetime.now().astimezone(),
+        changed="; ".join([", ".join(changes), *assumed]),
     )
     also = list(_recorded(recorded)) if beside else []
     make_report(wanted, subject, provenance, tell, also)

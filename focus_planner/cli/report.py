@@ -45,7 +45,8 @@ def add(commands: Any) -> None:
         action="append",
         metavar="METHOD",
         help="another method to compare the plan with; may be repeated; the first is shown beside"
-        " the plan (default: closest, which is autofocus, then average and em)",
+        " the plan (default: closest, which is autofocus, or k_view beside a plan by closest, then"
+        " average and em)",
     )
     compare.completer = _methods
     option(

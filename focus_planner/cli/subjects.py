@@ -78,7 +78,7 @@ def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
 
 def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     from focus_planner.recording.provenance import input_names
-    from focus_planner.recording.run import read_run
+    from focus_planner.recording.run_reading import read_run
     from focus_planner.recording.subject import subject_of
 
     for name in ("rig", "lens_tables", "importance", "importance_property"):
@@ -159,7 +159,9 @@ def _check_cameras(options: argparse.Namespace, plan: FocusPlan, names: list[str
     if planned == names:
         return
     only = [name for name in planned if name not in names]
-    got = f"without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
+    got = (
+        f"one without {only[0]}" if only else f"{len(names)} cameras for the plan's {len(planned)}"
+    )
     raise InputError(
         str(options.rig), f"the rig of {options.plan}, with its cameras in its order", got
     )

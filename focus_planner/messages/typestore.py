@@ -34,6 +34,8 @@ MESH, CLOUD = "shape_msgs/msg/Mesh", "sensor_msgs/msg/PointCloud2"
 POSES, RIG = "geometry_msgs/msg/PoseArray", f"{PACKAGE}/msg/CameraRig"
 PLAN, LENS_STATE = f"{PACKAGE}/msg/FocusPlan", f"{PACKAGE}/msg/LensState"
 RUN, ORDER = f"{PACKAGE}/msg/Run", f"{PACKAGE}/msg/CameraFocus"
+PLAN_REQUEST, VERTEX_DATA = f"{PACKAGE}/msg/PlanRequest", f"{PACKAGE}/msg/VertexData"
+RUN_PROGRESS, RUN_RESULT = f"{PACKAGE}/msg/RunProgress", f"{PACKAGE}/msg/RunResult"
 #: Characters: several times the longest definition here, comments and nested messages included.
 MAX_DEFINITION = 50_000
 _ENCAPSULATION = 4

@@ -10,6 +10,7 @@ import os
 import struct
 import zlib
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -388,5 +389,14 @@ def _mcap_file(path: Path) -> Path:
         return path
     if len(files) != 1:
         what = f"a folder with {len(files)} of them" if files else "a folder without one"
-        raise InputError(str(path), "the folder of a run with one .mcap file", what)
+        raise InputError(str(path), "the folder of a run with one .mcap file", what, _within(path))
     return files[0]
+
+
+def _within(path: Path) -> str:
+    """Return what to do about a folder of runs; nothing if it is none."""
+    with suppress(OSError):
+        runs = sorted(file.parent.name for file in path.glob("[!.]*/*.mcap"))
+        if runs:
+            return f"name one of the runs in it, such as {path / runs[-1]}"
+    return ""

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from datetime import datetime
 from typing import Any
 
 from focus_planner.core.planning.field_spec import specified_fields
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.validation import InputError
+from focus_planner.messages.reading import Optics
 from focus_planner.parameters.declaration import Value
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.recording.run import Run
 from focus_planner.report.assembly import Provenance
 from focus_planner.report.steps import steps_of
+from focus_planner.runtime.inputs import Arrival
 
 
 def provenance_of(run: Run) -> Provenance:
@@ -32,13 +36,25 @@ def provenance_of(run: Run) -> Provenance:
 
 
 def input_names(run: Run) -> tuple[str, str]:
-    """Return the topics of a run's newest surface and rig."""
-    topics = [message.topic for message in reversed(run.inputs)]
-    surface, rig = (
-        next((topic for topic in topics if topic.endswith(ends)), "")
-        for ends in (("/mesh", "/cloud"), ("/rig", "/camera_poses"))
-    )
-    return surface, rig
+    """Return the topics of the surface and the rig that a run was planned on.
+
+    Where these are not the newest, because that was refused, the names say so.
+    """
+    optics = run.beginning.settings.optics
+    return _planned_on(run.surfaces(), optics), _planned_on(run.rigs(), optics)
+
+
+def _planned_on(arrivals: Sequence[Arrival[Any]], optics: Optics) -> str:
+    newest = arrivals[-1] if arrivals else None
+    if newest is None or len(arrivals) == 1:
+        return newest.topic if newest else ""
+    for arrival in reversed(arrivals):
+        with suppress(InputError):
+            arrival.read(optics)
+            if arrival is newest:
+                return arrival.topic
+            return f"{arrival.topic} (a newer one, on {newest.topic}, was refused)"
+    return ""
 
 
 def parameters_of(

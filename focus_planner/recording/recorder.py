@@ -27,9 +27,8 @@ from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.retention import delete_leftovers, prune
-from focus_planner.recording.run import (
-    Beginning,
-    Ending,
+from focus_planner.recording.run import Beginning, Ending
+from focus_planner.recording.run_writing import (
     beginning_messages,
     ending_messages,
     plan_message,

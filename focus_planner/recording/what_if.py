@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.defaults import KINDS, keys_of, told_by
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import customary_circle, hyperfocal_distance
 from focus_planner.core.rig.rig import Rig
@@ -16,7 +18,8 @@ from focus_planner.parameters.declaration import Value, group
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.naming import new_run_id
-from focus_planner.recording.run import Run, rig_message
+from focus_planner.recording.run import Run
+from focus_planner.recording.run_inputs import rig_message
 
 _DEFAULTS: dict[str, Value] = {
     declaration.name: declaration.default for declaration in DECLARATIONS
@@ -95,8 +98,24 @@ def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
     changed = replace(run, beginning=beginning, ending=None, fault="not planned yet")
     if not of_cameras:
         return Changed(changed, ())
+    input_notes = tuple(_still_true(before.input_notes, of_cameras))
+    changed = replace(changed, beginning=replace(beginning, input_notes=input_notes))
     notes: list[str] = []
     return Changed(_with_cameras(changed, of_cameras, notes), tuple(notes))
+
+
+def _still_true(notes: Iterable[Note], changes: Mapping[str, Value]) -> Iterator[Note]:
+    """Yield the notes on a run's files, as far as they hold after changes of lens and image."""
+    for note in notes:
+        kind = note.code.removeprefix("default_")
+        if kind not in KINDS or not any(name.startswith(f"{kind}.") for name in changes):
+            yield note
+        elif not told_by(changes) >= keys_of(kind):
+            yield Note(
+                note.code,
+                f"nothing told the {kind} of the recorded cameras: what was not changed of it since"
+                " is assumed, as in the paper, and the plan holds for nothing else",
+            )
 
 
 def _value(name: str, text: str) -> Value:

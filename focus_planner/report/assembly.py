@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -11,13 +12,15 @@ from typing import Any
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_one_shot
+from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.text import printable
 from focus_planner.core.validation import check_whole
-from focus_planner.io.lens_sheet.content import LensSheet, lens_sheet
+from focus_planner.io.lens_sheet.content import LensSheet, decimals_of, lens_sheet
 from focus_planner.report.comparison import (
     ComparedPlan,
     called,
     cost_rows,
+    is_cut_short,
     other_inputs,
     own_worth,
     shares_of,
@@ -26,6 +29,7 @@ from focus_planner.report.comparison import (
 )
 from focus_planner.report.content import ReportContent, ReportedPlan, SampledSurface, Shares, Step
 from focus_planner.report.pictures import PICTURED_PLANS, Pictures, longest_side
+from focus_planner.report.rounding import floored, millimetres
 from focus_planner.report.sampling import depth_histograms, report_plan, sample_surface
 from focus_planner.report.verdict import verdict
 
@@ -131,9 +135,9 @@ def assemble(
     plans = (ComparedPlan(title_of(plan), called(plan.method), plan, rig), *compared)
     tell("comparing plans on fresh samples")
     worths = worth_of(plans, subject)
-    doubt = None if provenance.certain else other_inputs(plan, worths[0])
+    doubt = None if provenance.certain else other_inputs(plan, rig, worths[0])
     if doubt is None:
-        worths[0] = own_worth(plan, worths[0].counted_area)
+        worths[0] = own_worth(plan, worths[0])
     notes = (*filter(None, [doubt]), *plan.notes)
     tell(f"finding what the cameras see of {samples} samples")
     problem = with_one_shot(subject.fresh_problem(samples))
@@ -144,7 +148,10 @@ def assemble(
         title=_title(provenance.surface, len(rig)),
         verdict=verdict(plans, worths, notes, area, foreign=foreign),
         notes=notes,
-        facts=tuple(_facts(sheet, provenance, subject, surface, pictures, made, foreign=foreign)),
+        facts=(
+            *_facts(sheet, provenance, subject, compared=bool(compared), foreign=foreign),
+            *_of_report(provenance, subject, surface, pictures, made),
+        ),
         rig=rig,
         surface=surface,
         plans=tuple(_reported(subject, plans, shares, problem, surface, pictures, tell)),
@@ -153,6 +160,7 @@ def assemble(
         sheet=sheet,
         histograms=depth_histograms(problem),
         parameters=provenance.parameters,
+        decimals=max(decimals_of(each.plan) for each in plans),
         software=(*provenance.software, ("report made with", f"focus_planner {_version()}")),
     )
 
@@ -180,7 +188,8 @@ def _reported(
         theirs = subject if own else replace(subject, rig=each.rig)
         seen = problem if own else with_one_shot(theirs.fresh_problem(len(surface.points)))
         reported = report_plan(each.title, each.plan, seen, surface)
-        reported = replace(reported, shares=shares[number])
+        lenses = () if own else tuple(camera.lens for camera in each.rig.cameras)
+        reported = replace(reported, shares=shares[number], lenses=lenses)
         if pictures is not None and number < PICTURED_PLANS:
             tell(f"making pictures of {each.title}")
             made = tuple(pictures.make(theirs, each.plan, side))
@@ -199,23 +208,39 @@ def _facts(
     sheet: LensSheet,
     provenance: Provenance,
     subject: PlannedSubject,
-    surface: SampledSurface,
-    pictures: Pictures | None,
-    made: datetime | None,
     *,
+    compared: bool,
     foreign: bool,
 ) -> Iterator[tuple[str, str]]:
+    """Yield what was planned, and what came of it."""
     plan = subject.plan
+    yield "surface", ", ".join(filter(None, [printable(provenance.surface), _size(subject)]))
     for name, text in sheet.facts:
-        if not (foreign and name in _OF_QUALITY):
+        if name != "surface" and not (foreign and name in _OF_QUALITY):
             yield name, text
         if name == "method" and plan.lower_bound is not None and not foreign:
             yield (
                 "cost",
-                f"{plan.cost:.1f} on these, and no plan costs less than {plan.lower_bound:.1f}",
+                f"{plan.cost:.1f} on these, and no plan costs less"
+                + (f" than {floored(plan.lower_bound)}" if plan.gap else ""),
             )
+    if compared and subject.request.time_budget < math.inf:
+        others = "had all the time they needed"
+        yield "other plans", f"{others}; this one had {subject.request.time_budget:g} s"
+    elif compared and not provenance.certain and is_cut_short(plan):
+        yield "other plans", f"judged on {plan.fresh_samples} fresh samples, but not the same ones"
+
+
+def _of_report(
+    provenance: Provenance,
+    subject: PlannedSubject,
+    surface: SampledSurface,
+    pictures: Pictures | None,
+    made: datetime | None,
+) -> Iterator[tuple[str, str]]:
+    """Yield what the report shows, and where that comes from."""
     shown = f"{len(surface.points):,} samples that no plan was made on, seed {subject.request.seed}"
-    yield "shown", f"{shown}, evenly by area, {1000 * surface.spacing:.1f} mm apart"
+    yield "shown", f"{shown}, drawn by area, about {millimetres(surface.spacing)} apart"
     if pictures is not None and pictures.about:
         yield "pictures", printable(pictures.about)
     if provenance.run:
@@ -224,6 +249,14 @@ def _facts(
         yield "changed", printable(provenance.changed)
     if made is not None:
         yield "report made", f"{made:%Y-%m-%d %H:%M}"
+
+
+def _size(subject: PlannedSubject) -> str:
+    """Return what tells a surface from another, as far as a line has room for it."""
+    surface, area = subject.scene.surface, subject.scene.area
+    if isinstance(surface, Mesh):
+        return f"{len(surface.triangles):,} triangles, {area:.3g} m²"
+    return f"{len(surface.points):,} points, about {area:.3g} m²"
 
 
 def _version() -> str:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.formulation import formulate_problem
+from focus_planner.core.planning.formulation import formulate_problem, leading_part
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import Estimate, estimate_quality
 from focus_planner.core.planning.request import METHODS, PlanRequest
+from focus_planner.core.planning.sampled_quality import sampled_quality
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_shots
@@ -30,6 +34,8 @@ _SAME_COST = 0.05
 _NOTHING = 1e-9
 # Costs on different samples of one surface, in standard errors.
 _LIKELY = 4.0
+# So many sharp views and more are told as one.
+_MANY_VIEWS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +74,16 @@ class Worth:
         Seen by some camera, square metres.
     counted_area : float
         Of the surface that has any importance, square metres.
+    view_areas : tuple of float
+        Seen by some camera and in focus in the pictures of none, of one, of two, ... cameras, the
+        last of that many or more; square metres.
     """
 
     cost: Estimate
     in_focus_area: Estimate
     covered_area: float
     counted_area: float
+    view_areas: tuple[float, ...] = ()
 
 
 def shares_of(worth: Worth, area: float) -> Shares:
@@ -84,7 +94,8 @@ def shares_of(worth: Worth, area: float) -> Shares:
         part if part > _NOTHING * area else 0.0
         for part in (seen - sharp, worth.counted_area - seen)
     )
-    return Shares(sharp / area, blurred / area, unseen / area)
+    views = tuple(each / area for each in worth.view_areas)
+    return Shares(sharp / area, blurred / area, unseen / area, views)
 
 
 def title_of(plan: FocusPlan) -> str:
@@ -153,34 +164,47 @@ def plans_to_compare(
         yield ComparedPlan(title_of(plan), called(method), plan, subject.rig)
 
 
-def own_worth(plan: FocusPlan, counted_area: float) -> Worth:
-    """Return what a plan says of itself."""
-    return Worth(
-        Estimate(plan.fresh_cost, plan.fresh_standard_error),
-        Estimate(plan.in_focus_area, plan.in_focus_standard_error),
-        plan.covered_area,
-        counted_area,
+def own_worth(plan: FocusPlan, found: Worth) -> Worth:
+    """Return what a plan says of itself, and beyond that what was found."""
+    return replace(
+        found,
+        cost=Estimate(plan.fresh_cost, plan.fresh_standard_error),
+        in_focus_area=Estimate(plan.in_focus_area, plan.in_focus_standard_error),
+        covered_area=plan.covered_area,
     )
 
 
 def worth_of(plans: Sequence[ComparedPlan], subject: PlannedSubject) -> list[Worth]:
-    """Return what plans are worth on the fresh samples that the subject's request asks for."""
+    """Return what plans are worth on the fresh samples that the subject's plan was estimated on."""
     request = _with_samples_told(subject)
     problems: dict[int, Problem] = {}
     found = []
     for each in plans:
         rig = id(each.rig)
         if rig not in problems:
-            problems[rig] = formulate_problem(
-                subject.scene, each.rig, request, subject.model, fresh=True
-            )
+            fresh = formulate_problem(subject.scene, each.rig, request, subject.model, fresh=True)
+            # A plan that ran out of time has fewer of them than it asked for.
+            problems[rig] = leading_part(fresh, subject.plan.fresh_samples)
         problem = with_shots(problems[rig], each.plan.shots)
         quality = estimate_quality(problem, each.plan.focus_distances)
-        counted = float(problem.samples.areas.sum())
         found.append(
-            Worth(quality.cost, quality.in_focus_area, quality.covered_area.value, counted)
+            Worth(
+                cost=quality.cost,
+                in_focus_area=quality.in_focus_area,
+                covered_area=quality.covered_area.value,
+                counted_area=float(problem.samples.areas.sum()),
+                view_areas=_view_areas(problem, each.plan.focus_distances),
+            )
         )
     return found
+
+
+def _view_areas(problem: Problem, focus: FloatArray) -> tuple[float, ...]:
+    quality = sampled_quality(problem, focus)
+    seen = quality.picture >= 0
+    views = np.minimum(quality.views[seen], _MANY_VIEWS)
+    areas = problem.samples.areas[seen]
+    return tuple(np.bincount(views, weights=areas, minlength=_MANY_VIEWS + 1).tolist())
 
 
 def _with_samples_told(subject: PlannedSubject) -> PlanRequest:
@@ -191,17 +215,31 @@ def _with_samples_told(subject: PlannedSubject) -> PlanRequest:
     return replace(request, shots=1, samples=plan.samples, fresh_samples=fresh)
 
 
-def other_inputs(plan: FocusPlan, now: Worth) -> Note | None:
+def is_cut_short(plan: FocusPlan) -> bool:
+    """Return whether a plan is for fewer samples than were asked for."""
+    return any(note.code == "budget" for note in plan.notes)
+
+
+def other_inputs(plan: FocusPlan, rig: Rig, now: Worth) -> Note | None:
     """Return a note if a plan is probably not one for the surface and rig that are at hand.
 
     Parameters
     ----------
     plan : FocusPlan
+    rig : Rig
     now : Worth
         On the surface and rig at hand.
     """
+    planned = [camera.device_unit for camera in plan.cameras]
+    if planned != [lens.table and lens.table.unit for lens in (c.lens for c in rig.cameras)]:
+        return Note(
+            "other_inputs",
+            "the plan's device values are not those of this rig's lens tables: what is said of how"
+            " lenses can be set is not for the lenses that it was made for; give the rig and the"
+            " lens tables that it was made with, or report on a recorded run, which has them",
+        )
     allowed = _SAME_COST
-    if any(note.code == "budget" for note in plan.notes):
+    if is_cut_short(plan):
         # It was estimated on the first of more fresh samples, which are not drawn by themselves.
         errors = (plan.fresh_standard_error**2 + now.cost.standard_error**2) ** 0.5
         allowed = _LIKELY * errors
@@ -212,7 +250,8 @@ def other_inputs(plan: FocusPlan, now: Worth) -> Note | None:
         f"the plan says that its cost on fresh samples is {plan.fresh_cost:.1f}, and on this"
         f" surface and rig it is {now.cost.value:.1f}: the surface, the rig, its lens tables or the"
         " importance are probably not those that the plan was made for, and what is shown is how"
-        " its distances would do here; give those that it was made for, or report on a recorded"
+        " its distances would do here, but for the samples that cameras were planned to hold;"
+        " give those that it was made for, or report on a recorded"
         " run, which has them",
     )
 

@@ -12,6 +12,7 @@ from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.io.lens_sheet.content import LensSheet
 
@@ -73,11 +74,15 @@ class Shares:
         In focus in the camera that images it best, and seen but out of focus there.
     unseen : float
         Seen by no camera.
+    views : tuple of float
+        Of what some camera sees: in focus in no picture, in those of one camera, of two, and so on;
+        the last is of as many cameras or more. Empty if unknown.
     """
 
     sharp: float
     blurred: float
     unseen: float
+    views: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +110,11 @@ class ReportedPlan:
         What becomes of the surface as a whole; None if only the samples tell.
     pictures : tuple of bytes
         WebP of what each camera will see, in the rig's order; empty if none were made.
+    lenses : tuple of Lens
+        That it was made for, in the rig's order; empty if those of the report's rig.
+    sees_the_same : bool
+        Whether the cameras that it was made for see the same samples as the report's: otherwise the
+        pairs of the report do not tell of them.
     """
 
     title: str
@@ -117,6 +127,8 @@ class ReportedPlan:
     held_area: FloatArray
     shares: Shares | None = None
     pictures: tuple[bytes, ...] = ()
+    lenses: tuple[Lens, ...] = ()
+    sees_the_same: bool = True
 
 
 @dataclass(frozen=True)
@@ -210,6 +222,8 @@ class ReportContent:
         Per camera.
     parameters, software : tuple of (str, Any)
         Of the run: names and values, names and versions.
+    decimals : int
+        That a distance takes, in metres, to be told more finely than depths of field are.
     """
 
     title: str
@@ -225,3 +239,4 @@ class ReportContent:
     histograms: tuple[DepthHistogram, ...]
     parameters: tuple[tuple[str, Any], ...] = ()
     software: tuple[tuple[str, str], ...] = ()
+    decimals: int = 3

@@ -11,6 +11,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import CameraFocus
 from focus_planner.report.content import CostRow, DepthHistogram, Step
 from focus_planner.report.markup import text
+from focus_planner.report.rounding import floored
 
 _WIDTH, _HEIGHT = 640, 260
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52, 96, 14, 40
@@ -54,9 +55,10 @@ def convergence(steps: Sequence[Step]) -> str:
         known = np.isfinite(values)
         if known.any():
             parts.append(axes.curve(name, x[known], values[known]))
-    last = [("cost", cost[-1])]
+    last = [("cost", cost[-1], f"{cost[-1]:.1f}")]
     if np.isfinite(bound).any():
-        last.append(("bound", bound[np.isfinite(bound)][-1]))
+        value = bound[np.isfinite(bound)][-1]
+        last.append(("bound", value, floored(value)))
     parts.append(axes.labels(last))
     said = f"Cost from {cost[0]:.1f} to {cost[-1]:.1f} in {len(costed)} steps"
     return (
@@ -102,16 +104,16 @@ class _Axes:
         dots = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in places) if len(places) <= 40 else ""
         return f'<path class="curve {name}" d="M{line}"/><path class="dots {name}" d="{dots}"/>'
 
-    def labels(self, entries: list[tuple[str, float]]) -> str:
-        """Return the curves' names and last values, apart from each other at their ends."""
-        places = [self._up(value) + 4 for _, value in entries]
+    def labels(self, entries: list[tuple[str, float, str]]) -> str:
+        """Return the curves' names and last values as told, apart from each other at their ends."""
+        places = [self._up(value) + 4 for _, value, _ in entries]
         if len(places) == 2 and places[1] - places[0] < 15:
             middle = sum(places) / 2
             places = [middle - 8, middle + 8]
         x = _WIDTH - _RIGHT + 8
         return "".join(
-            f'<text class="label {name}" x="{x}" y="{y:.1f}">{name} {value:.1f}</text>'
-            for (name, value), y in zip(entries, places, strict=True)
+            f'<text class="label {name}" x="{x}" y="{y:.1f}">{name} {told}</text>'
+            for (name, _, told), y in zip(entries, places, strict=True)
         )
 
 
@@ -142,6 +144,8 @@ def depths(histogram: DepthHistogram, focus: CameraFocus, ends: tuple[float, flo
     scale = _SPARK_WIDTH / ((high - low) or 1.0)
     parts = []
     for shot in focus.shots:
+        if shot.near_limit > high or shot.far_limit < low:
+            continue
         near, far = np.clip([shot.near_limit, shot.far_limit], low, high)
         parts.append(
             f'<rect class="field" x="{(near - low) * scale:.1f}"'

@@ -20,6 +20,6 @@ def check_report(path: Path) -> None:
     """
     if path.suffix.lower() != _SUFFIX:
         raise InputError(
-            str(path), f"a name that ends in {_SUFFIX} for the report", repr(path.suffix)
+            str(path), f"a name that ends in {_SUFFIX} for the report", path.suffix or "no ending"
         )
     check_writable(path)

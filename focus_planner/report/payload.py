@@ -29,7 +29,6 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.distortion import corner_rays, frustum_and_projection
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.rig.rig import Rig
 from focus_planner.palette import BLURRED, SHARP, UNSEEN
 from focus_planner.report.content import ReportContent, ReportedPlan, SampledSurface
 
@@ -62,8 +61,8 @@ def encoded_payload(content: ReportContent) -> str:
         "model": _model(surface),
         "importance": surface.importance is not None,
         "colours": {"sharp": SHARP, "blurred": BLURRED, "unseen": UNSEEN},
-        **_rig(content.rig),
-        "plans": [_plan(plan) for plan in content.plans],
+        "decimals": content.decimals,
+        **_rig(content),
         "histograms": [
             {"edges": _rounded(each.edges), "areas": _rounded(each.areas)}
             for each in content.histograms
@@ -140,8 +139,9 @@ def _model(surface: SampledSurface) -> Json:
     }
 
 
-def _rig(rig: Rig) -> Json:
-    """Return the cameras; what many of them share, images and lenses, once."""
+def _rig(content: ReportContent) -> Json:
+    """Return cameras and plans; what many of them share, images and lenses, once."""
+    rig = content.rig
     images: dict[CameraIntrinsics, int] = {}
     lenses: dict[Lens, int] = {}
     cameras = [
@@ -156,9 +156,11 @@ def _rig(rig: Rig) -> Json:
             rig.cameras, camera_rotations(rig).reshape(-1, 9).tolist(), strict=True
         )
     ]
+    plans = [_plan(plan, lenses) for plan in content.plans]
     return {
         "frame": rig.frame_id,
         "cameras": cameras,
+        "plans": plans,
         "images": [_image(each) for each in images],
         "lenses": [_lens(each) for each in lenses],
     }
@@ -188,24 +190,29 @@ def _image(intrinsics: CameraIntrinsics) -> Json:
 def _lens(lens: Lens) -> Json:
     nearest, farthest = lens.focus_limits
     settable = lens.settable_distances
-    few = settable is not None and len(settable) <= _MOST_SETTINGS
+    # Of very many settings, some at equal intervals are as good as all.
+    every = 1 if settable is None else -(-len(settable) // _MOST_SETTINGS)
     return {
         "focal": lens.focal_length,
         "hyperfocal": lens.hyperfocal_distance,
         "limits": [nearest, _finite(farthest)],
-        "anyDistance": settable is None,
-        "distances": settable.tolist() if settable is not None and few else None,
+        "distances": None if settable is None else settable[::every].tolist(),
     }
 
 
-def _plan(reported: ReportedPlan) -> Json:
+def _plan(reported: ReportedPlan, lenses: dict[Lens, int]) -> Json:
+    """Return a plan; lenses that no other has are added to those of all."""
     plan = reported.plan
+    own = [lenses.setdefault(lens, len(lenses)) for lens in reported.lenses]
     return {
         "title": reported.title,
         "method": plan.method,
+        "samples": plan.samples,
         "held": _rounded(reported.held_area),
         "pictures": bool(reported.pictures),
         "shares": None if reported.shares is None else asdict(reported.shares),
+        "lenses": own or None,
+        "seesTheSame": reported.sees_the_same,
         "cameras": [_focus(camera) for camera in plan.cameras],
     }
 

@@ -82,6 +82,7 @@ def report_plan(
             weights=problem.samples.areas[index[held]],
             minlength=problem.camera_count,
         ),
+        sees_the_same=_sees_the_same(surface, problem),
     )
 
 
@@ -102,6 +103,12 @@ def _importance(areas: FloatArray, weights: FloatArray) -> FloatArray | None:
     if greatest <= 0 or np.allclose(importance, greatest, rtol=1e-9, atol=0.0):
         return None
     return np.minimum(importance, 1.0)
+
+
+def _sees_the_same(surface: SampledSurface, problem: Problem) -> bool:
+    return np.array_equal(problem.sample_offsets, surface.pair_offsets) and np.array_equal(
+        problem.camera_index, surface.pair_camera
+    )
 
 
 def _held(shots: Problem, focus: FloatArray) -> NDArray[np.bool_]:

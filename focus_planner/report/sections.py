@@ -10,6 +10,7 @@ from focus_planner.io.lens_sheet.content import Cell, Column, Kind, Row
 from focus_planner.report.content import CostRow, ReportContent, Step
 from focus_planner.report.figures import bar, convergence, depth_range, depths
 from focus_planner.report.markup import definitions, prose, text
+from focus_planner.report.rounding import change, floored
 
 _STATUS = {
     CameraStatus.PLANNED: "planned",
@@ -40,10 +41,11 @@ def costs(content: ReportContent) -> str:
     shown = [row.cost if row.fresh_cost is None else row.fresh_cost for row in content.costs]
     most = max((value for value in shown if value is not None), default=0.0)
     rows = "".join(_cost_row(row, most) for row in content.costs)
+    weights = ", by importance" if content.surface.importance is not None else ""
     return f"""<section id="costs" aria-labelledby="costs-title">
 <h2 id="costs-title">Cost</h2>
-<p class="about">Of 1000, as a mean over the surface; 0 is perfect, 1000 is seen by no camera.
-Filled bars: on fresh samples, which no plan was made on, with their standard error.</p>
+<p class="about">Of 1000, as a mean over the surface{weights}; 0 is perfect, 1000 is seen by no
+camera. Filled bars: on fresh samples, which no plan was made on, with their standard error.</p>
 <div class="scroll" tabindex="0" role="region" aria-label="Costs"><table class="costs">
 <thead><tr><th scope="col">plan</th><th scope="col"><span class="hidden">bar</span></th>
 <th scope="col" class="number">fresh cost</th><th scope="col" class="number">change</th>
@@ -57,19 +59,18 @@ def _cost_row(row: CostRow, most: float) -> str:
     fresh = "–" if row.fresh_cost is None else f"{row.fresh_cost:.1f}"
     if row.fresh_cost is not None and row.standard_error is not None:
         fresh += f"<small> ± {row.standard_error:.1f}</small>"
-    change = (
-        "–"
-        if row.change is None
-        else f"{100 * row.change:+.1f}\N{NO-BREAK SPACE}%".replace("-", "−")
-    )
+    gained = "–" if row.change is None else prose(change(row.change))
     share = (
         "–" if row.in_focus_share is None else f"{100 * row.in_focus_share:.1f}\N{NO-BREAK SPACE}%"
     )
-    cost = "–" if row.cost is None else f"{row.cost:.1f}"
+    cost = "–"
+    if row.cost is not None:
+        # Without one on fresh samples, it is a bound.
+        cost = floored(row.cost) if row.fresh_cost is None else f"{row.cost:.1f}"
     return (
         f"<tr{' class=reported' if row.reported else ''}>"
         f'<th scope="row">{text(row.title)}</th><td class="bar">{bar(row, most)}</td>'
-        f'<td class="number">{fresh}</td><td class="number">{change}</td>'
+        f'<td class="number">{fresh}</td><td class="number">{gained}</td>'
         f'<td class="number">{share}</td><td class="number">{cost}</td></tr>'
     )
 
@@ -103,7 +104,8 @@ def _some(given: tuple[Step, ...]) -> tuple[Step, ...]:
 def _step_row(step: Step) -> str:
     numbers = (
         str(step.iteration),
-        *("–" if value is None else f"{value:.1f}" for value in (step.cost, step.lower_bound)),
+        "–" if step.cost is None else f"{step.cost:.1f}",
+        "–" if step.lower_bound is None else floored(step.lower_bound),
         "–" if step.elapsed is None else f"{step.elapsed:.2f}",
     )
     cells = "".join(f'<td class="number">{number}</td>' for number in numbers)
@@ -120,8 +122,10 @@ def cameras(content: ReportContent) -> str:
     name = [column.key for column in sheet.columns].index("name")
     ends = depth_range(content.histograms)
     headings = "".join(map(_heading, sheet.columns))
+    shots = ", by all shots" if content.plans[0].plan.shots > 1 else ""
     headings += (
-        '<th scope="col" class="number extra" data-sort="number">held<small>cm²</small></th>'
+        '<th scope="col" class="number extra" data-sort="number">held'
+        f"<small>cm²{shots}</small></th>"
         f'<th scope="col" class="spark">depths seen<small>{ends[0]:.2f} to {ends[1]:.2f} m</small>'
         "</th>"
     )

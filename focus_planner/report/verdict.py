@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.report.comparison import ComparedPlan, Worth, find_autofocus, shares_of
+from focus_planner.report.rounding import ceiling, millimetres, percent
 
 # What a note of each kind casts doubt on. Others tell what was done, not what may be wrong.
 _DOUBTS = {
@@ -27,8 +27,6 @@ _DOUBTS = {
 _REMARKABLE = 1.0
 # Of the surface, by rounding.
 _NOTHING = 1e-9
-# Percent that a gap is told in: less is of no use to anyone.
-_LEAST = 0.01
 # A gap that is wider says nothing of the plan.
 _TELLING = 0.5
 
@@ -58,26 +56,11 @@ def verdict(
     """
     sentences = [
         _achieved(plans, worths, area, foreign=foreign),
-        _lacking(worths[0], area),
+        _lacking(plans[0].plan, worths[0], area),
         *([] if foreign else _limits(plans[0].plan)),
         *_doubts(notes),
     ]
     return " ".join(sentences)
-
-
-def percent(share: float) -> str:
-    """Return a share as whole percent; near none and near all, to a tenth, or as much as it takes.
-
-    It is 0 only for nothing, and 100 only for all.
-    """
-    if share <= 0 or share >= 1:
-        return "0 %" if share <= 0 else "100 %"
-    value = 100 * share
-    if 1 <= value < 99:
-        return f"{value:.0f} %"
-    if value < 1:
-        return f"{value:.1g} %" if value < 0.95 else "1 %"
-    return f"{min(math.floor(10 * value) / 10, 99.9):.1f} %"
 
 
 def _achieved(
@@ -89,9 +72,11 @@ def _achieved(
     autofocus = find_autofocus(plans)
     who = "With autofocus" if autofocus == 0 else "With this plan"
     here = " here" if foreign else ""
+    tolerance = plans[0].plan.depth_tolerance
+    spare = f", with {millimetres(tolerance)} of depth to spare" if tolerance else ""
     text = (
         f"{who} {percent(shares[0])}{told} of the surface is sharp{here} in the picture that"
-        " images it best"
+        f" images it best{spare}"
     )
     others = [
         f"{plans[i].called} holds {percent(shares[i])}"
@@ -101,20 +86,21 @@ def _achieved(
     return f"{text}{'; ' if others else ''}{' and '.join(others)}."
 
 
-def _lacking(worth: Worth, area: float) -> str:
+def _lacking(plan: FocusPlan, worth: Worth, area: float) -> str:
     shares = shares_of(worth, area)
+    could_be = ", or could be" if plan.depth_tolerance else ""
     blurred, unseen = shares.blurred, shares.unseen
     ignored = 1 - worth.counted_area / area
     if not blurred and not unseen:
         text = "None of it was found blurred or unseen"
     elif not unseen:
-        text = f"{percent(blurred)} is seen but blurred there, and none was found unseen"
+        text = f"{percent(blurred)} is seen but blurred there{could_be}, and none was found unseen"
     elif not blurred:
         text = f"{percent(unseen)} is seen by no camera, and none was found seen but blurred"
     else:
         text = (
-            f"{percent(blurred)} is seen but blurred there, and {percent(unseen)} is seen by no"
-            " camera"
+            f"{percent(blurred)} is seen but blurred there{could_be}, and {percent(unseen)} is seen"
+            " by no camera"
         )
     if ignored > _NOTHING:
         text += f"; {percent(ignored)} has no importance and was not planned for"
@@ -126,20 +112,15 @@ def _limits(plan: FocusPlan) -> Iterator[str]:
     if plan.gap is not None and plan.gap <= 0:
         yield "No plan for its samples costs less."
     elif plan.gap is not None and plan.gap < _TELLING:
-        yield f"No plan for its samples can cost more than {_ceiling(plan.gap)} less."
+        yield f"No plan for its samples can cost more than {ceiling(plan.gap)} less."
     if plan.converged:
         return
-    if plan.method == "optimal":
+    if plan.method == "optimal" and plan.gap is not None and plan.gap <= 0:
+        yield "There was no time for all the samples that were asked for."
+    elif plan.method == "optimal":
         yield "It could not be proven to be as close to the best as was asked for."
     else:
         yield "Its search was ended early: given more time, it may find a better plan."
-
-
-def _ceiling(share: float) -> str:
-    """Return a share in percent, rounded up to two digits."""
-    value = max(100 * share, _LEAST)
-    step: float = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return f"{min(math.ceil(round(value / step, 9)) * step, 100.0):.2g} %"
 
 
 def _doubts(notes: Sequence[Note]) -> Iterator[str]:

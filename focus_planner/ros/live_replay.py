@@ -17,6 +17,7 @@ from focus_planner.messages.typestore import (
     MESH,
     POSES,
     RIG,
+    VERTEX_DATA,
     definition_of,
     fields_of,
     serialize,
@@ -24,7 +25,7 @@ from focus_planner.messages.typestore import (
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
-from focus_planner.recording.run import VERTEX_DATA, Ending, Run
+from focus_planner.recording.run import Ending, Run
 from focus_planner.ros.client import PlannerClient
 from focus_planner.runtime.inputs import without_unheard
 

@@ -24,7 +24,8 @@ from focus_planner.messages.writing import Stamp, plan_to_fields
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder, RunRecorder
-from focus_planner.recording.run import Beginning, input_message
+from focus_planner.recording.run import Beginning
+from focus_planner.recording.run_inputs import input_message
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime import planning_orders as orders

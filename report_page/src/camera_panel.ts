@@ -8,8 +8,8 @@ import { area, metres, millimetres, percent } from "./words";
 const STATUS = [
   "Unknown",
   "Planned",
-  "Sees only what others image better: leave it as it is",
-  "Sees none of the surface: leave it as it is",
+  "Others image all samples that were planned on better: leave it as it is",
+  "Sees none of the samples that were planned on: leave it as it is",
 ];
 
 /** What the panel says of a camera, its plans side by side. */
@@ -29,14 +29,15 @@ export function cameraPanel(model: Model, camera: number, plans: number[]): Node
       title: all.length > 1 ? `${plan.title}, shot ${k + 1}` : plan.title,
     })),
   );
+  const { decimals } = model.facts;
   const rows: [string, (shot: Shot, plan: Plan) => string][] = [
-    ["focus, from the centre of projection", (shot) => metres(shot.focus)],
-    ["from the sensor", (shot) => (shot.fromSensor === null ? "–" : metres(shot.fromSensor))],
+    ["focus, from the centre of projection", (shot) => metres(shot.focus, decimals)],
+    ["from the sensor", (shot) => (shot.fromSensor === null ? "–" : metres(shot.fromSensor, decimals))],
     ["dioptres", (shot) => (1 / shot.focus).toFixed(3)],
-    ["near limit", (shot) => metres(shot.near)],
-    ["far limit", (shot) => metres(shot.far)],
+    ["near limit", (shot) => metres(shot.near, decimals)],
+    ["far limit", (shot) => metres(shot.far, decimals)],
     ["depth of field", (shot) => (shot.far === null ? "∞" : millimetres(shot.far - shot.near))],
-    ["samples it images best", (shot) => `${shot.assigned}`],
+    ["samples it images best", (shot, plan) => `${shot.assigned} of ${plan.samples}`],
     ["of them in focus", (shot) => `${shot.inFocus}`],
   ];
   if (columns.some(({ shot }) => shot.device !== null)) {
@@ -49,7 +50,7 @@ export function cameraPanel(model: Model, camera: number, plans: number[]): Node
       rows.map(([name, of]) => [name, ...columns.map(({ shot, plan }) => of(shot, plan))]),
     ),
   );
-  nodes.push(...heldNodes(model, camera, shown));
+  nodes.push(...heldNodes(model, camera, shown.filter((plan) => plan.seesTheSame)));
   for (const k of plans) nodes.push(...pictureNodes(model, camera, k, plans.length > 1));
   return nodes;
 }
@@ -62,7 +63,7 @@ function device(shot: Shot, plan: Plan, camera: number): string {
 
 function heldNodes(model: Model, camera: number, plans: Plan[]): Node[] {
   const pairs = model.pairsOf(camera);
-  if (!pairs.length) return [];
+  if (!pairs.length || !plans.length) return [];
   let seen = 0;
   for (const q of pairs) seen += model.areas[model.pairSample[q]!]!;
   const nodes: Node[] = [

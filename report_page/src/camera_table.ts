@@ -1,5 +1,6 @@
 // The table of cameras: sorted, filtered, and a way to each camera.
 import { button, choice, h } from "./dom";
+import { counted } from "./words";
 
 export class CameraTable {
   private readonly table: HTMLTableElement;
@@ -106,7 +107,7 @@ export class CameraTable {
       if (matches) shown++;
     }
     this.count.textContent =
-      shown === this.rows.length ? `${shown} rows` : `${shown} of ${this.rows.length} rows`;
+      (shown === this.rows.length ? "" : `${shown} of `) + counted(this.rows.length, "row");
   }
 }
 

@@ -1,7 +1,7 @@
 // How the surface is coloured, and what the legend says. Colours are told apart without colour
 // vision too: by lightness, and what no camera sees by stripes.
 import { NONE, Seen, type Model, type Plan } from "./model";
-import { percent } from "./words";
+import { millimetres, percent } from "./words";
 
 export type Colour = [number, number, number];
 
@@ -62,10 +62,6 @@ export function schemes(model: Model): Scheme[] {
   return all;
 }
 
-function shares(model: Model, plans: Plan[], of: (plan: Plan, p: number) => boolean): string[] {
-  return plans.map((plan) => percent(model.share((p) => of(plan, p))));
-}
-
 function status(model: Model): Scheme {
   const { sharp, blurred, unseen } = model.facts.colours;
   const colours = { [Seen.Sharp]: sharp, [Seen.Blurred]: blurred, [Seen.Unseen]: unseen };
@@ -75,6 +71,7 @@ function status(model: Model): Scheme {
     label: "sharp, blurred, unseen",
     colour: (plan, p) => colours[model.seen(plan, p)],
     legend: (plans) => ({
+      ...resting(model, plans),
       keys: [
         {
           colour: sharp,
@@ -90,6 +87,21 @@ function status(model: Model): Scheme {
       ],
     }),
   };
+}
+
+/** What shares and colours rest on, where that is not what one would think. */
+function resting(model: Model, plans: Plan[]): Pick<Legend, "note"> {
+  const { tolerance } = model.facts;
+  const told = model.shares(plans[0]!);
+  const ignored = 1 - told.sharp - told.blurred - told.unseen;
+  const notes = [];
+  if (tolerance) {
+    notes.push(`What counts as sharp stays so if its depth is off by ${millimetres(tolerance)}.`);
+  }
+  if (ignored > 1e-6) {
+    notes.push(`${percent(ignored)} of the surface has no importance and is in no share.`);
+  }
+  return notes.length ? { note: notes.join(" ") } : {};
 }
 
 function unseenKey(model: Model, plans: Plan[]): Key {
@@ -155,20 +167,20 @@ function distinct(model: Model): Colour[] {
 function views(model: Model): Scheme {
   const colour = (count: number) => parsed(VIRIDIS[Math.min(count, VIRIDIS.length - 1)]!);
   const most = VIRIDIS.length - 1;
+  const share = (plan: Plan, count: number) =>
+    model.shares(plan).views[count] ??
+    model.share((p) => plan.camera[p] !== NONE && Math.min(plan.views[p]!, most) === count);
   return {
     id: "views",
     label: "number of sharp views",
     colour: (plan, p) => (plan.camera[p] === NONE ? model.facts.colours.unseen : colour(plan.views[p]!)),
     legend: (plans) => ({
+      ...resting(model, plans),
       keys: [
         ...VIRIDIS.map((_, count) => ({
           colour: colour(count),
           label: count === most ? `${most} or more` : count === 0 ? "0, but seen" : `${count}`,
-          values: shares(
-            model,
-            plans,
-            (plan, p) => plan.camera[p] !== NONE && Math.min(plan.views[p]!, most) === count,
-          ),
+          values: plans.map((plan) => percent(share(plan, count))),
         })),
         unseenKey(model, plans),
       ],

@@ -75,7 +75,7 @@ export function pixelsOutside(camera: Camera, [x, y, z]: Vector): number {
   return Math.max(Math.hypot(beyond(u, image.size[0]), beyond(v, image.size[1])), 1e-3);
 }
 
-/** The focus distances that hold a depth in focus, of those that the lens takes; null if none. */
+/** The focus distances that hold a depth in focus, within the lens's limits; null if none do. */
 export function focusInterval(
   depth: number,
   lens: Lens,
@@ -84,15 +84,30 @@ export function focusInterval(
   const { hyperfocal: h, focal: f } = lens;
   const back = depth + tolerance;
   const front = depth - tolerance;
-  let near = Math.max((back * (h + f)) / (h + back), lens.limits[0]);
+  const near = Math.max((back * (h + f)) / (h + back), lens.limits[0]);
   let far = h > front ? (front * (h - f)) / (h - front) : Infinity;
   far = Math.min(far, lens.limits[1] ?? Infinity);
-  if (lens.distances) {
-    const [low, high] = [near, far];
-    near = lens.distances[countBelow(lens.distances, (each) => each < low)] ?? Infinity;
-    far = lens.distances[countBelow(lens.distances, (each) => each <= high) - 1] ?? -Infinity;
-  } else if (!lens.anyDistance) return null;
   return near <= far && front > f ? [near, far] : null;
+}
+
+/** The distance within an interval that is nearest to another, of those that the lens takes. */
+export function nearestSetting(
+  focus: number,
+  [low, high]: [number, number],
+  lens: Lens,
+  decimals: number,
+): number | null {
+  const { distances } = lens;
+  if (!distances) {
+    // As it is told: rounded, but not out of the interval.
+    const step = 10 ** -decimals;
+    const exact = Math.min(Math.max(focus, low), high);
+    const told = step * (exact > focus ? Math.ceil(exact / step) : Math.floor(exact / step));
+    return told >= low && told <= high ? told : exact;
+  }
+  const first = distances[countBelow(distances, (each) => each < low)] ?? Infinity;
+  const last = distances[countBelow(distances, (each) => each <= high) - 1] ?? -Infinity;
+  return first <= last ? Math.min(Math.max(focus, first), last) : null;
 }
 
 /** How many of ascending numbers come before the first that is not below. */

@@ -31,6 +31,7 @@ export function histogram(
   const top = HEIGHT - FOOT;
   const parts: SVGElement[] = [];
   for (const shot of shots) {
+    if (shot.near > high || (shot.far ?? Infinity) < low) continue;
     const [near, far] = [x(shot.near), x(shot.far ?? Infinity)];
     parts.push(
       svg("rect", { class: "field", x: near, y: 0, width: Math.max(far - near, 1), height: top }),
@@ -50,6 +51,7 @@ export function histogram(
     );
   });
   for (const shot of shots) {
+    if (shot.focus < low || shot.focus > high) continue;
     parts.push(svg("path", { class: "focus", d: `M${x(shot.focus)} 0V${top}` }));
   }
   parts.push(svg("path", { class: "axis", d: `M0 ${top}H${WIDTH}` }));

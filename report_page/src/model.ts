@@ -122,6 +122,11 @@ export class Model {
     return plan.cameras[camera]!;
   }
 
+  /** The lens that a camera has in a plan. */
+  lens(plan: Plan, camera: Camera): Lens {
+    return this.facts.lenses[plan.lenses?.[camera.index] ?? camera.lens]!;
+  }
+
   /** A camera's own picture in a plan, as an address within this page; null if there is none. */
   picture(plan: number, camera: number): string | null {
     const name = `picture${plan}.${camera}`;
@@ -137,6 +142,7 @@ export class Model {
       sharp: of(Seen.Sharp),
       blurred: of(Seen.Blurred),
       unseen: of(Seen.Unseen),
+      views: [],
     });
   }
 

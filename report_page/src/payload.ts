@@ -16,7 +16,7 @@ export interface Lens {
   focal: number;
   hyperfocal: number;
   limits: [number, number | null];
-  anyDistance: boolean;
+  /** That it can be set to, ascending; null if any will do. */
   distances: number[] | null;
 }
 
@@ -45,6 +45,8 @@ export interface Shares {
   sharp: number;
   blurred: number;
   unseen: number;
+  /** Of what some camera sees: sharp in no picture, in those of one camera, of two, ... or more. */
+  views: number[];
 }
 
 export interface CameraFocus {
@@ -60,10 +62,16 @@ export interface CameraFocus {
 export interface PlanFacts {
   title: string;
   method: string;
+  /** That it was planned on. */
+  samples: number;
   held: number[];
   pictures: boolean;
   /** null if only the samples tell. */
   shares: Shares | null;
+  /** Of each camera, if it was made for others than those of the report. */
+  lenses: number[] | null;
+  /** Whether its cameras see the same samples as the report's. */
+  seesTheSame: boolean;
   cameras: CameraFocus[];
 }
 
@@ -80,8 +88,10 @@ export interface Facts {
   tolerance: number;
   model: { area: number; axis: number; areaScale: number; axisLimit: number };
   importance: boolean;
+  /** Of a distance in metres. */
+  decimals: number;
   /** Red, green, blue, 0 to 255. */
-  colours: Record<keyof Shares, [number, number, number]>;
+  colours: Record<"sharp" | "blurred" | "unseen", [number, number, number]>;
   frame: string;
   cameras: RigCamera[];
   images: Image[];

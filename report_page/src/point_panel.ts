@@ -3,7 +3,7 @@ import { button, h, segmented, table } from "./dom";
 import { NONE, Seen, type Model, type Plan } from "./model";
 import { explain, remarksOn, verdictOf, type Blind, type Blindness, type View } from "./reasons";
 import type { Selection } from "./view";
-import { counted, signed } from "./words";
+import { counted, fixed, signed } from "./words";
 
 const WORDS: Record<Seen, string> = {
   [Seen.Sharp]: "sharp",
@@ -11,7 +11,7 @@ const WORDS: Record<Seen, string> = {
   [Seen.Unseen]: "unseen",
 };
 const BLIND: Record<Blindness, string> = {
-  behind: "it is behind the camera",
+  behind: "it is behind the camera, or too close to it",
   outside: "it is outside the picture",
   "faces away": "it faces away",
   hidden: "the surface hides it",
@@ -24,17 +24,20 @@ export function pointPanel(
   plans: number[],
   select: (selection: Selection) => void,
 ): Node[] {
-  const explained = model.plans[plans.includes(plan) ? plan : plans[0]!]!;
+  // Of plans for cameras that see something else, the report does not have what they see.
+  const explicable = plans.filter((k) => model.plans[k]!.seesTheSame);
+  const explained = model.plans[explicable.includes(plan) ? plan : (explicable[0] ?? 0)]!;
   const told = explain(model, explained, p);
   const onCamera = (camera: number) => select({ camera });
   const shown = plans.map((k) => model.plans[k]!);
+  const line = inOneLine(model, explained, p);
   const nodes: Node[] = [
-    h("p", { class: "status" }, inOneLine(model, explained, p)),
+    h("p", { class: "status" }, shown.includes(explained) ? line : `${explained.title}: ${line}`),
     summary(model, shown, p),
     h("p", { class: "about" }, whereItIs(model, p)),
   ];
-  if (new Set(plans).size > 1) {
-    const options = plans.map((k): [string, string] => [String(k), model.plans[k]!.title]);
+  if (new Set(explicable).size > 1) {
+    const options = explicable.map((k): [string, string] => [String(k), model.plans[k]!.title]);
     nodes.push(
       segmented("Explained in", options, String(model.plans.indexOf(explained)), (value) =>
         select({ point: p, plan: Number(value) }),
@@ -92,21 +95,23 @@ function summary(model: Model, plans: Plan[], p: number): HTMLElement {
 function whereItIs(model: Model, p: number): string {
   const place = model.point(p).map((each) => signed(each.toFixed(3)));
   const at = `At (${place.join(", ")}) m in ${model.facts.frame}`;
-  return model.importance ? `${at}, of importance ${model.importance[p]!.toFixed(2)}` : at;
+  if (!model.importance) return at;
+  return `${at}, with ${model.importance[p]!.toFixed(2)} of the greatest importance`;
 }
 
 function seeing(model: Model, views: View[], onCamera: (camera: number) => void) {
+  const { decimals } = model.facts;
   return table(
     "Cameras that see the point, the best first",
     ["camera", { text: "depth / m", number: true }, "in focus / m", "there it is", { text: "cost", number: true }],
     views.map((view) => [
       button(view.camera.name, () => onCamera(view.camera.index), { class: "link" }),
-      view.depth.toFixed(3),
-      `${view.near.toFixed(3)}–${view.far === null ? "∞" : view.far.toFixed(3)}`,
+      fixed(view.depth, decimals),
+      `${fixed(view.near, decimals)}–${view.far === null ? "∞" : fixed(view.far, decimals)}`,
       h(
         "span",
         { class: view.held ? "is sharp" : "is blurred" },
-        [verdictOf(view), ...remarksOn(model, view)].join("; "),
+        [verdictOf(model, view), ...remarksOn(model, view)].join("; "),
       ),
       view.cost.toFixed(3),
     ]),

@@ -4,6 +4,7 @@ import {
   dot,
   focusInterval,
   minus,
+  nearestSetting,
   norm,
   pixelsOutside,
   plus,
@@ -11,7 +12,7 @@ import {
   toCamera,
 } from "./geometry";
 import { Seen, type Camera, type Model, type Plan, type Vector } from "./model";
-import { area, counted, listed, metres, millimetres, signed } from "./words";
+import { all, area, counted, listed, metres, millimetres, signed } from "./words";
 
 /** A camera that sees the point. */
 export interface View {
@@ -21,8 +22,10 @@ export interface View {
   /** The shot that is nearest to holding it. */
   near: number;
   far: number | null;
-  /** By how much it is out of the depth of field: negative before it, positive beyond. */
+  /** By how much it is too near for the shot (negative) or too far, with the depth to spare. */
   out: number;
+  /** Whether its depth is within the shot's depth of field, if with less to spare. */
+  within: boolean;
   cost: number;
   /** Between the line of sight and the surface's normal, degrees. */
   slant: number;
@@ -105,6 +108,7 @@ function viewOf(model: Model, plan: Plan, p: number, q: number): View {
     near: nearest.shot.near,
     far: nearest.shot.far,
     out: held ? 0 : nearest.out,
+    within: depth >= nearest.shot.near && depth <= (nearest.shot.far ?? Infinity),
     cost: model.pairCost[q]! + (held ? 0 : model.facts.focusWeight),
     slant: degrees(cosine),
     tilt: degrees(towards),
@@ -129,10 +133,16 @@ function blindness(model: Model, camera: Camera, p: number): Blind {
 }
 
 /** What the program says of one camera that sees the point. */
-export function verdictOf(view: View): string {
+export function verdictOf(model: Model, view: View): string {
   if (view.held) return "sharp";
   if (view.out === 0) return "out of focus"; // by less than depths are told with
-  return `${millimetres(view.out)} ${view.out < 0 ? "before its near limit" : "beyond its far limit"}`;
+  const { tolerance } = model.facts;
+  const limit = view.out < 0 ? "near limit" : "far limit";
+  const away = Math.abs(view.out) - tolerance;
+  if (view.within) {
+    return `only ${millimetres(away)} inside its ${limit}, not ${millimetres(tolerance)}`;
+  }
+  return `${millimetres(away)} ${view.out < 0 ? "before" : "beyond"} its ${limit}`;
 }
 
 export function remarksOn(model: Model, view: View): string[] {
@@ -178,28 +188,35 @@ function termsOf(view: View): string {
 // --- seen, but out of focus --------------------------------------------------------------------
 
 function blurred(model: Model, plan: Plan, p: number, views: View[]) {
-  const before = views.filter((view) => view.out < 0).length;
-  const beyond = views.filter((view) => view.out > 0).length;
-  const nearest = views.reduce((a, b) => (Math.abs(b.out) < Math.abs(a.out) ? b : a));
-  const sides = [];
-  if (before) sides.push(`before the near limit of ${before}`);
-  if (beyond) sides.push(`beyond the far limit of ${beyond}`);
-  const why = [
-    `Out of the depth of field of ${ofAll(views.length)}` +
-      `${sides.length ? `: ${listed(sides)}` : ""}.` +
-      (nearest.out ? ` ${nearest.camera.name} misses it by least, ${millimetres(nearest.out)}.` : ""),
-  ];
+  const why = [outOf(model, views)];
   const grazing = views.filter((view) => view.slant > GRAZING).length;
   if (grazing) {
-    why.push(`Grazing in ${grazing} of them: seen from more than ${GRAZING}° off its normal.`);
+    const whose = views.length > 1 ? ` in ${grazing} of them` : "";
+    why.push(`Grazing${whose}: seen from more than ${GRAZING}° off its normal.`);
   }
   const best = views.find((view) => view.camera.index === plan.camera[p]) ?? views[0]!;
   why.push(termsOf(best));
   return { why, mends: [...refocused(model, plan, views), ...stopped(model, plan, views)] };
 }
 
-function ofAll(count: number): string {
-  return count === 1 ? "the one camera that sees it" : `all ${count} cameras that see it`;
+function outOf(model: Model, views: View[]): string {
+  const { tolerance } = model.facts;
+  const near = views.filter((view) => view.out < 0).length;
+  const far = views.filter((view) => view.out > 0).length;
+  const both = near > 0 && far > 0;
+  const sides = [];
+  if (near) sides.push(both ? `too near for ${near}` : "too near");
+  if (far) sides.push(both ? `too far for ${far}` : "too far");
+  const margin = tolerance ? `, less ${millimetres(tolerance)} at either limit` : "";
+  const who = `${all(views.length, "camera")} that ${views.length === 1 ? "sees" : "see"} it`;
+  const text = `Out of the depth of field of ${who}${margin}`;
+  const nearest = views.reduce((a, b) => (Math.abs(b.out) < Math.abs(a.out) ? b : a));
+  if (!nearest.out) return `${text}.`; // by less than depths are told with
+  if (views.length === 1) return `${text}: ${listed(sides)}, by ${millimetres(nearest.out)}.`;
+  return (
+    `${text}: ${listed(sides)}. ${nearest.camera.name} comes closest and misses it by ` +
+    `${millimetres(nearest.out)}.`
+  );
 }
 
 interface Move {
@@ -221,7 +238,7 @@ function refocused(model: Model, plan: Plan, views: View[]): string[] {
     const by = millimetres(move.to - move.from);
     const way = move.to < move.from ? "nearer" : "farther";
     return (
-      `Focus ${move.view.camera.name} ${by} ${way}, at ${metres(move.to)}: it would hold this ` +
+      `Focus ${move.view.camera.name} ${by} ${way}, at ${settingOf(model, plan, move)}: it would hold this ` +
       `point. ${area(move.gained)} that is sharp nowhere would become sharp, and ` +
       `${area(move.lost)} would be sharp in no picture any more.`
     );
@@ -235,14 +252,27 @@ function refocused(model: Model, plan: Plan, views: View[]): string[] {
   return told;
 }
 
+/** A focus to set, with as many decimals as tell it from what the lens takes beside it. */
+function settingOf(model: Model, plan: Plan, { view, to }: Move): string {
+  const { decimals } = model.facts;
+  if (!model.lens(plan, view.camera).distances) return metres(to, decimals);
+  const digits = to.toFixed(6).replace(/0+$/, "").split(".")[1]!.length;
+  return metres(to, Math.max(digits, decimals));
+}
+
 /** The least change of a camera's focus that holds the point, and what it does to the surface. */
 function moveOf(model: Model, plan: Plan, view: View): Move | null {
-  const { tolerance } = model.facts;
-  const lens = view.camera.optics;
+  const { tolerance, decimals } = model.facts;
+  const lens = model.lens(plan, view.camera);
   const interval = focusInterval(view.depth, lens, tolerance);
   if (!interval) return null;
   const shots = plan.cameras[view.camera.index]!.shots;
-  const targets = shots.map((shot) => Math.min(Math.max(shot.focus, interval[0]), interval[1]));
+  const targets: number[] = [];
+  for (const { focus } of shots) {
+    const target = nearestSetting(focus, interval, lens, decimals);
+    if (target === null) return null;
+    targets.push(target);
+  }
   const change = (k: number) => Math.abs(targets[k]! - shots[k]!.focus);
   const moved = shots.map((_, k) => k).reduce((a, b) => (change(b) < change(a) ? b : a));
   const focuses = shots.map((shot, k) => (k === moved ? targets[k]! : shot.focus));
@@ -264,14 +294,17 @@ function stopped(model: Model, plan: Plan, views: View[]): string[] {
     .flatMap((view) =>
       plan.cameras[view.camera.index]!.shots.map((shot) => ({
         view,
-        times: stoppedDown(shot.focus, view.depth, view.camera.optics, model.facts.tolerance),
+        times: stoppedDown(shot.focus, view.depth, model.lens(plan, view.camera), model.facts.tolerance),
       })),
     )
     .reduce((a, b) => (b.times < a.times ? b : a));
-  const stops = 2 * Math.log2(least.times);
-  if (!(stops > 0 && stops <= MOST_STOPS)) return [];
+  const exact = 2 * Math.log2(least.times);
+  if (!(exact > 0 && exact <= MOST_STOPS)) return [];
+  // Rounded up: less would not do.
+  const stops = Math.ceil(10 * exact) / 10;
+  const times = 2 ** (stops / 2);
   return [
-    `Or stop ${least.view.camera.name} down by ${stops.toFixed(1)} stops (${least.times.toFixed(2)} ` +
+    `Or stop ${least.view.camera.name} down by ${stops.toFixed(1)} stops (${(Math.ceil(100 * times) / 100).toFixed(2)} ` +
       "times its f-number): its depth of field would reach the point without a change of focus.",
   ];
 }
@@ -294,7 +327,9 @@ function unseen(model: Model, p: number, blind: Blind[]) {
     why.push(`It faces away from ${counted(away.length, "camera")} in whose picture it would be.`);
   }
   if (outside.length) {
-    why.push(`It is outside the picture of ${counted(outside.length, "camera")}.`);
+    const whole = outside.length === blind.length;
+    const whose = whole ? all(blind.length, "camera") : counted(outside.length, "camera");
+    why.push(`It is outside the picture of ${whose}.`);
   }
   return { why, mends: [...turned(outside), ...added(model, p)] };
 }

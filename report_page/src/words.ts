@@ -1,7 +1,15 @@
 // How numbers are written: no line ends between one and its unit.
 
-export function metres(value: number | null): string {
-  return value === null ? "∞" : `${value.toFixed(3)}\u00a0m`;
+export function metres(value: number | null, decimals = 3): string {
+  return value === null ? "∞" : `${fixed(value, decimals)}\u00a0m`;
+}
+
+/** A number with so many decimals; half-way to the even one, as in the tables of the page. */
+export function fixed(value: number, decimals: number): string {
+  const away = value.toFixed(decimals);
+  const isHalfWay = /^50*$/.test(value.toFixed(decimals + 60).slice(-60));
+  const isOdd = Number(away.slice(-1)) % 2 === 1;
+  return isHalfWay && isOdd ? (Number(away) - 10 ** -decimals).toFixed(decimals) : away;
 }
 
 export function millimetres(value: number): string {
@@ -17,11 +25,18 @@ export function area(value: number): string {
 
 export function percent(share: number): string {
   const value = 100 * share;
-  return value > 0 && value < 0.1 ? "<\u00a00.1\u00a0%" : `${value.toFixed(1)}\u00a0%`;
+  if (value > 0 && value < 0.05) return "<\u00a00.1\u00a0%";
+  return value < 100 && value >= 99.95 ? ">\u00a099.9\u00a0%" : `${value.toFixed(1)}\u00a0%`;
 }
 
 export function counted(count: number, what: string, plural = `${what}s`): string {
   return `${count} ${count === 1 ? what : plural}`;
+}
+
+/** "the one camera", "both cameras", "all 3 cameras". */
+export function all(count: number, what: string): string {
+  if (count === 1) return `the one ${what}`;
+  return count === 2 ? `both ${what}s` : `all ${count} ${what}s`;
 }
 
 export function listed(items: string[]): string {

@@ -86,7 +86,7 @@ def pressed_before(function: Callable[..., Any]) -> Callable[..., Any]:
         ([*PLAN, *FILES], "focus_planner.io.plans.save_plan"),
         ([*PLAN, *FILES], "focus_planner.io.problems.save_problem"),
         ([*PLAN, *FILES], "focus_planner.io.picture.draw_plans"),
-        (["replay", "runs"], "focus_planner.recording.run.read_run"),
+        (["replay", "runs"], "focus_planner.recording.run_reading.read_run"),
         (["replay", "runs"], "focus_planner.recording.replay.plan_run"),
         (["replay", "runs"], "focus_planner.recording.replay.differences"),
         (["replay", "runs", "--set", "k=3"], "focus_planner.recording.what_if.with_changes"),

@@ -22,7 +22,8 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.run import inputs_of, read_run
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from testing.forked import run_forked
 from testing.runs import (
     REQUEST,

@@ -20,7 +20,8 @@ from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import save_rig
-from focus_planner.recording.run import inputs_of, read_run
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from focus_planner.report import making, thumbnails
 from focus_planner.report.content import ReportContent
 from testing.problems import sphere
@@ -108,7 +109,7 @@ def test_a_run_is_reported(run: Path, here: Path, told: list[ReportContent], cap
     assert seconds == sorted(seconds)
     facts = dict(content.facts)
     assert facts["recorded run"] == recorded.beginning.run_id
-    assert facts["surface"] == "/focus_planner/mesh"
+    assert facts["surface"].startswith("/focus_planner/mesh, ")
     assert content.title == "Focus plan for 8 cameras"
     parameters = dict(content.parameters)
     assert (parameters["method"], parameters["samples"], parameters["time_budget"]) == (
@@ -214,7 +215,7 @@ def test_a_plan_of_another_surface_is_doubted(
         ("plan.json -o report.pdf", "report.pdf: expected a name that ends in .html for the"),
         (
             "plan.json -o report",
-            "report: expected a name that ends in .html for the report, got ''",
+            "report: expected a name that ends in .html for the report, got no ending",
         ),
         ("plan.json -o none/r.html", "none/r.html: expected a file in a folder that exists"),
         ("plan.json -o folder.html", "folder.html: expected a file to write, got a folder"),
@@ -278,7 +279,7 @@ def test_plan_writes_a_report_beside_the_plan(
     assert content.steps[-1].cost is not None
     elapsed = [step.elapsed for step in content.steps]
     assert elapsed == sorted(elapsed, key=lambda seconds: seconds or 0.0)
-    assert dict(content.facts)["surface"] == "ball.obj"
+    assert dict(content.facts)["surface"] == "ball.obj, 1,280 triangles, 1.13 m²"
     assert dict(content.parameters)["bound"] == "none"
     assert "numpy" in dict(content.software)
 
@@ -340,6 +341,12 @@ def test_a_what_if_is_shown_beside_the_recorded_plan(
     (row,) = (row for row in content.costs if row.title == "em, as recorded")
     # The surface, its samples and the model are the same.
     assert row.fresh_cost == old.plan.fresh_cost
+
+
+def test_what_a_what_if_assumes_is_told(run: Path, here: Path, told: list[ReportContent]) -> None:
+    assert replay(str(run), "--set", "f_number=8", "--report", "r.html") == 0
+    changed = dict(told[0].facts)["changed"]
+    assert changed.startswith("f_number=8; the recording has no circle of confusion: assumed 0.")
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ from focus_planner.recording import bag as bag_module
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.folders import bag_size, being_written
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing.forked import PIPE, ForkedProcess, run_forked
 from testing.made_up_runs import (
     MARKERS,
@@ -308,6 +308,11 @@ def test_what_is_no_bag_is_refused_in_one_line(tmp_path):
     with pytest.raises(InputError, match="expected a recorded run, got no such folder or file"):
         read_bag(tmp_path / "none")
     with pytest.raises(InputError, match=r"with one \.mcap file, got a folder without one"):
+        read_bag(tmp_path)
+    for run in ("1", "2", ".hidden"):
+        (tmp_path / run).mkdir()
+        (tmp_path / run / "run.mcap").write_bytes(b"")
+    with pytest.raises(InputError, match=r"; name one of the runs in it, such as \S+/2$"):
         read_bag(tmp_path)
     for name in ("a.mcap", "b.mcap"):
         (tmp_path / name).write_bytes(b"")
@@ -600,7 +605,7 @@ import resource, sys
 from pathlib import Path
 from focus_planner.core.validation import InputError
 from focus_planner.recording.bag_reading import read_bag
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for limit in (None, 1 << 30):
     if limit:

@@ -11,10 +11,10 @@ from focus_planner.core.planning.request import METHODS
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 from focus_planner.messages.reading import mesh_from_bytes
-from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG
+from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, VERTEX_DATA
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import VERTEX_DATA, read_run
+from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.software import software
 
 BAGS = Path(__file__).parents[2] / "bags"

@@ -25,7 +25,7 @@ from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import METADATA
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing import made_up_runs as made_up
 from testing.damaged_runs import MUTANTS
 from testing.forked import run_forked

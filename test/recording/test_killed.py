@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Reader
 
 from focus_planner.core.validation import InputError
 from focus_planner.recording.folders import being_written
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing.forked import PIPE, ForkedProcess, freeze_when
 from testing.made_up_runs import ending, input_messages, run_id, without_definitions
 

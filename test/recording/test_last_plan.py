@@ -12,7 +12,7 @@ from focus_planner.messages.reading import plan_from_message
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import METADATA, PARTIAL
-from focus_planner.recording.run import plan_message
+from focus_planner.recording.run_writing import plan_message
 from testing import made_up_runs as made_up
 from testing import runs
 from testing.forked import run_forked

@@ -27,7 +27,8 @@ from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import inputs_of, read_run
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from testing.forked import run_forked
 from testing.runs import PLANNER, RIG, TORUS, Log, beginning_with, record, solved
 from testing.visuals import check_markers, cloud_columns

@@ -26,7 +26,9 @@ from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, outcome_differences, plan_run
-from focus_planner.recording.run import input_message, inputs_of, read_run
+from focus_planner.recording.run_inputs import input_message
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from focus_planner.recording.what_if import parse_changes, with_changes
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.planner import NotReady, Planner, internal_error

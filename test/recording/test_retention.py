@@ -16,7 +16,7 @@ from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.retention import delete_leftovers, prune
-from focus_planner.recording.run import inputs_of
+from focus_planner.recording.run_writing import inputs_of
 from testing import made_up_runs as made_up
 from testing.forked import PIPE, ForkedProcess
 from testing.runs import RIG, TORUS, Log, beginning_with, record

@@ -26,26 +26,22 @@ from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_tables import lens_tables_from_yaml
 from focus_planner.messages.reading import Optics
-from focus_planner.messages.typestore import CLOUD, POSES, RIG, deserialize, serialize
+from focus_planner.messages.typestore import CLOUD, POSES, RIG, VERTEX_DATA, deserialize, serialize
 from focus_planner.messages.writing import poses_to_fields
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
-from focus_planner.recording.run import (
-    VERTEX_DATA,
-    Beginning,
-    Ending,
+from focus_planner.recording.run import Beginning, Ending
+from focus_planner.recording.run_inputs import input_message, rig_message, surface_messages
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import (
     beginning_messages,
     beginning_of,
     ending_messages,
-    input_message,
     inputs_of,
     progress_message,
-    read_run,
-    rig_message,
-    surface_messages,
 )
 from testing import messages as build
 from testing.problems import sphere, torus

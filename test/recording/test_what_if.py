@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
@@ -25,7 +26,10 @@ from focus_planner.parameters.planner_settings import Recording, Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import Run, inputs_of, read_run, surface_messages
+from focus_planner.recording.run import Run
+from focus_planner.recording.run_inputs import surface_messages
+from focus_planner.recording.run_reading import read_run
+from focus_planner.recording.run_writing import inputs_of
 from focus_planner.recording.what_if import parse_changes, settable_names, with_changes
 from testing.runs import REQUEST, TORUS, Log, beginning_with, record
 from testing.runs import RIG as SMALL_RIG
@@ -349,6 +353,23 @@ def test_an_f_number_takes_the_usual_circle_of_the_sensor_and_says_so(run):
     (note,) = after.notes
     assert f"assumed {1000 * diagonal / 1500:.4f} mm, the sensor's diagonal / 1500" in note
     assert "--set circle_of_confusion=" in note
+
+
+def test_what_was_assumed_is_no_longer_said_of_what_was_changed(run):
+    lens, image, other = Note("default_lens", "10 m"), Note("default_image", "580"), Note("up", "z")
+    noted = replace(run, beginning=replace(run.beginning, input_notes=(lens, image, other)))
+
+    def notes(*assignments):
+        return changed(noted, *assignments).run.beginning.input_notes
+
+    assert notes("samples=100") == (lens, image, other)
+    half, *rest = notes("f_number=8")
+    assert rest == [image, other]
+    assert half.code == "default_lens"
+    assert "10 m" not in half.text
+    assert "not changed" in half.text
+    assert notes("f_number=8", "focal_length=0.035") == (image, other)
+    assert [note.text for note in notes("image.width=500")][::2] == ["10 m", "z"]
 
 
 def test_a_hiatus_is_that_of_every_lens_and_changes_nothing_else(run):

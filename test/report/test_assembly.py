@@ -73,7 +73,8 @@ def test_everything_is_there_and_of_one_size() -> None:
     made_with = f"focus_planner {version('focus_planner')}"
     assert content.software == (("numpy", "2.0"), ("report made with", made_with))
     facts = dict(content.facts)
-    assert set(content.sheet.facts) <= set(content.facts)
+    assert set(content.sheet.facts[1:]) <= set(content.facts)
+    assert facts["surface"] == f"torus.ply, 576 triangles, {SCENE.area:.3g} m²"
     assert facts["planned"] == "2026-11-27 07:05"
     assert facts["report made"] == "2026-11-27 09:05"
     assert facts["recorded run"] == "a run"
@@ -156,6 +157,47 @@ def test_a_recorded_plan_with_other_lenses_stands_beside_it() -> None:
     assert " and autofocus holds " in content.verdict
     with_these, with_those = content.plans[2], content.plans[1]
     assert with_those.in_focus.sum() > with_these.in_focus.sum()
+    assert with_those.lenses == tuple(camera.lens for camera in rig.cameras)
+    assert with_these.lenses == content.plans[0].lenses == ()
+    assert all(each.sees_the_same for each in content.plans)
+
+
+def test_a_recorded_plan_of_other_pictures_is_not_taken_to_see_the_same() -> None:
+    rig = Rig(
+        tuple(
+            replace(each, intrinsics=replace(each.intrinsics, width=each.intrinsics.width // 3))
+            for each in RIG.cameras
+        )
+    )
+    recorded = plan_focus(SCENE, rig, replace(REQUEST, shots=1))
+    beside = ComparedPlan("k_view, as recorded", "the recorded plan", recorded, rig)
+    plans = assemble(SUBJECT, (beside,), samples=200).plans
+    assert [each.sees_the_same for each in plans] == [True, False]
+
+
+def test_what_other_plans_had_more_time_for_is_told() -> None:
+    assert "other plans" not in dict(assemble(SUBJECT, COMPARED, samples=100).facts)
+    hurried = replace(SUBJECT, request=replace(REQUEST, time_budget=60.0))
+    told = dict(assemble(hurried, COMPARED, samples=100).facts)["other plans"]
+    assert told == "had all the time they needed; this one had 60 s"
+    assert "other plans" not in dict(assemble(hurried, samples=100).facts)
+
+
+def test_a_plan_is_told_as_it_tells_itself_where_rays_fell_otherwise() -> None:
+    elsewhere = replace(PLAN, fresh_cost=PLAN.fresh_cost + 0.03, in_focus_area=0.4)
+    content = assemble(replace(SUBJECT, plan=elsewhere), COMPARED, samples=100)
+    (row,) = (row for row in content.costs if row.reported)
+    assert row.fresh_cost == elsewhere.fresh_cost
+    assert content.plans[0].shares is not None
+    assert content.plans[0].shares.sharp == 0.4 / SCENE.area
+
+
+def test_a_bound_is_told_rounded_down() -> None:
+    subject = replace(SUBJECT, plan=replace(PLAN, cost=300.3, lower_bound=299.99))
+    fact = dict(assemble(subject, samples=100).facts)["cost"]
+    assert fact == "300.3 on these, and no plan costs less than 299.9"
+    best = replace(SUBJECT, plan=replace(PLAN, cost=300.3, lower_bound=300.3))
+    assert dict(assemble(best, samples=100).facts)["cost"].endswith("no plan costs less")
 
 
 def test_pictures_are_made_of_the_first_two_plans() -> None:

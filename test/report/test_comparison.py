@@ -15,6 +15,7 @@ from focus_planner.core.planning.request import METHODS, PlanRequest
 from focus_planner.core.planning.subject import PlannedSubject, requested
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, PointCloud
@@ -134,12 +135,12 @@ def test_a_plan_is_worth_what_it_says(request_: PlanRequest, scene: Scene) -> No
     subject = subject_of(request_, scene)
     plans = [of(subject), *plans_to_compare(subject)]
     for each, worth in zip(plans, worth_of(plans, subject), strict=True):
-        assert own_worth(each.plan, worth.counted_area) == worth
+        assert own_worth(each.plan, worth) == worth
         assert worth.counted_area <= scene.area * (1 + 1e-9)
         # As far as a plan.json tells.
         again = replace(subject, request=requested(subject.plan, scene))
         (now,) = worth_of([of(subject)], again)
-        assert other_inputs(subject.plan, now) is None
+        assert other_inputs(subject.plan, RIG, now) is None
 
 
 @pytest.mark.parametrize(
@@ -156,7 +157,7 @@ def test_a_plan_is_worth_what_it_says(request_: PlanRequest, scene: Scene) -> No
 def test_a_plan_of_other_inputs_is_told(scene: Scene, rig: Rig) -> None:
     subject = replace(SUBJECT, scene=scene, rig=rig)
     (now,) = worth_of([of(subject)], subject)
-    note = other_inputs(SUBJECT.plan, now)
+    note = other_inputs(SUBJECT.plan, rig, now)
     assert note is not None
     assert note.code == "other_inputs"
     assert f"is {SUBJECT.plan.fresh_cost:.1f}," in note.text
@@ -167,10 +168,62 @@ def test_a_plan_of_other_inputs_is_told(scene: Scene, rig: Rig) -> None:
 def test_an_estimate_on_part_of_the_fresh_samples_is_not_held_against_a_plan() -> None:
     part = plan_focus(SCENE, RIG, replace(REQUEST, fresh_samples=120))
     (now,) = worth_of([of(SUBJECT)], SUBJECT)
-    assert other_inputs(part, now) is not None
+    assert other_inputs(part, RIG, now) is not None
     cut = replace(part, notes=(Note("budget", "the time budget left room for less"),))
-    assert other_inputs(cut, now) is None
-    assert other_inputs(replace(cut, fresh_cost=cut.fresh_cost + 200), now) is not None
+    assert other_inputs(cut, RIG, now) is None
+    assert other_inputs(replace(cut, fresh_cost=cut.fresh_cost + 200), RIG, now) is not None
+
+
+def test_all_plans_are_judged_on_the_fresh_samples_of_one_that_ran_out_of_time() -> None:
+    calls = 0
+
+    def clock() -> float:
+        nonlocal calls
+        calls += 1
+        return 0.1 * calls
+
+    request = replace(REQUEST, samples=4000, fresh_samples=4000, time_budget=2.0)
+    plan = plan_focus(SCENE, RIG, request, clock=clock)
+    assert plan.fresh_samples < 4000
+    subject = PlannedSubject(SCENE, RIG, request, plan)
+    own, same = worth_of([of(subject), of(subject)], subject)
+    assert own == same == own_worth(plan, own)
+
+
+def test_areas_by_number_of_sharp_views_are_those_of_all_that_is_seen() -> None:
+    subject = subject_of(replace(REQUEST, shots=2), rig=around(6, 1.0, lens=Lens(0.085, 10.0)))
+    (worth,) = worth_of([of(subject)], subject)
+    fresh = subject.plan.fresh_problem
+    focus = subject.plan.focus_distances
+    cameras: list[set[int]] = [set() for _ in range(fresh.sample_count)]
+    for p, picture, near, far in zip(
+        *(fresh.sample_index, fresh.camera_index, fresh.focus_near, fresh.focus_far), strict=True
+    ):
+        if near <= focus[picture] <= far:
+            cameras[p].add(int(picture) // 2)
+    seen = np.unique(fresh.sample_index)
+    expected = [
+        sum(fresh.samples.areas[p] for p in seen if min(len(cameras[p]), 5) == views)
+        for views in range(6)
+    ]
+    assert worth.view_areas == pytest.approx(expected)
+    assert sum(worth.view_areas) == pytest.approx(worth.covered_area)
+    assert min(expected[:3]) > 0
+
+
+def test_a_plan_of_other_lens_tables_is_told() -> None:
+    (now,) = worth_of([of(SUBJECT)], SUBJECT)
+    table = LensTable("steps", True, (0.2, 5.0), (0, 20_000))
+    tabled = Rig(
+        tuple(replace(c, lens=replace(c.lens, table=table)) for c in RIG.cameras), RIG.frame_id
+    )
+    note = other_inputs(SUBJECT.plan, tabled, now)
+    assert note is not None
+    assert "lens tables" in note.text
+    with_tables = plan_focus(SCENE, tabled, REQUEST)
+    (now,) = worth_of([of(SUBJECT, with_tables)], replace(SUBJECT, rig=tabled, plan=with_tables))
+    assert other_inputs(with_tables, RIG, now) is not None
+    assert other_inputs(with_tables, tabled, own_worth(with_tables, now)) is None
 
 
 def test_plans_for_other_lenses_are_judged_with_these() -> None:
@@ -178,7 +231,7 @@ def test_plans_for_other_lenses_are_judged_with_these() -> None:
     other = plan_focus(SCENE, deep, REQUEST)
     plans = [of(SUBJECT), ComparedPlan("deep", "the recorded plan", other, deep)]
     worths = worth_of(plans, SUBJECT)
-    assert worths[1] == own_worth(other, worths[1].counted_area)
+    assert worths[1] == own_worth(other, worths[1])
     assert worths[1].cost.value < worths[0].cost.value
 
 

@@ -106,6 +106,36 @@ def test_the_payload_holds_the_plans_exactly_and_the_surface_to_what_can_be_seen
             ]
 
 
+def test_other_lenses_and_many_settings_are_told(content):
+    first, second = content.plans
+    many = tuple(np.linspace(0.3, 5.0, 9000).tolist())
+    lens = dataclasses.replace(content.rig.cameras[0].lens, focus_distances=many)
+    beside = dataclasses.replace(second, lenses=(lens,) * len(content.rig), sees_the_same=False)
+    facts, _ = decoded(
+        encoded_payload(dataclasses.replace(content, plans=(first, beside), decimals=5))
+    )
+    assert facts["decimals"] == 5
+    assert [plan["seesTheSame"] for plan in facts["plans"]] == [True, False]
+    assert facts["plans"][0]["lenses"] is None
+    (number,) = set(facts["plans"][1]["lenses"])
+    assert number not in {camera["lens"] for camera in facts["cameras"]}
+    told = facts["lenses"][number]["distances"]
+    assert len(told) <= 4096
+    assert set(told) <= set(many)
+    assert {facts["lenses"][camera["lens"]]["distances"] for camera in facts["cameras"]} == {None}
+
+
+def test_the_shot_that_a_camera_is_pictured_with_is_told(content):
+    plan = content.plans[0]
+    camera = plan.plan.cameras[0]
+    far = dataclasses.replace(camera.shots[0], focus_distance=9.0)
+    bracket = dataclasses.replace(camera, shots=(camera.shots[0], far), focus_distance=9.0)
+    cameras = (bracket, *plan.plan.cameras[1:])
+    told = dataclasses.replace(plan, plan=dataclasses.replace(plan.plan, cameras=cameras))
+    facts, _ = decoded(encoded_payload(dataclasses.replace(content, plans=(told,))))
+    assert [each["main"] for each in facts["plans"][0]["cameras"]] == [1] + [0] * 11
+
+
 def test_normals_survive_the_octahedron(content):
     _, arrays = decoded(encoded_payload(content))
     x, y = arrays["normals"].reshape(2, -1) / 65535 * 2 - 1

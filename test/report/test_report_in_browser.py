@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 import io
 import re
-import shutil
-import time
 
 import numpy as np
 import pytest
@@ -15,30 +13,19 @@ from PIL import Image
 from focus_planner.report.content import Shares
 from focus_planner.report.making import write_report
 from testing import report_contents
+from testing.opened_report import Opened, chromium
 
 pytestmark = pytest.mark.processes
 
-CHROMIUM = shutil.which("chromium")
-ARGUMENTS = (
-    *("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"),
-    *("--disable-component-update", "--disable-sync", "--ignore-gpu-blocklist"),
-    *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-)
-DESKTOP, TABLET = {"width": 1100, "height": 720}, {"width": 768, "height": 1024}
+TABLET = {"width": 768, "height": 1024}
 SMALL = {"width": 760, "height": 480}  # for what takes long to draw without a graphics card
 NO_BREAK = "\N{NO-BREAK SPACE}"
-PATIENCE = 120_000  # milliseconds until a browser that does not answer is taken to hang
 
 
 @pytest.fixture(scope="module")
 def browser():
-    if CHROMIUM is None:
-        pytest.skip("needs Chromium: apt-get install chromium")
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*ARGUMENTS])
+    with chromium() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -57,66 +44,6 @@ def path(content, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
     write_report(content, path)
     return path
-
-
-class Opened:
-    """A report in a tab of its own; what it asked for and complained of."""
-
-    def __init__(self, browser, path, size=DESKTOP, **options):
-        self._context = browser.new_context(viewport=size, reduced_motion="reduce", **options)
-        self._context.set_default_timeout(PATIENCE)
-        self.page = self._context.new_page()
-        self.requests, self.complaints = [], []
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.goto(path.as_uri())
-        self.page.wait_for_selector("#stage[data-drawn]")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self._context.close()
-
-    @property
-    def canvas(self):
-        return self.page.locator(".canvas canvas")
-
-    @property
-    def inspector(self):
-        return self.page.locator(".inspector")
-
-    def choose(self, label, value):
-        self.page.get_by_label(label, exact=True).select_option(value)
-
-    def click_picture(self, x, y):
-        box = self.canvas.bounding_box()
-        self.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
-
-    def selected(self, kind):
-        """Wait until something of this kind is selected; return its number."""
-        self.page.wait_for_selector(f".inspector[data-kind={kind}]")
-        return int(self.inspector.get_attribute("data-index"))
-
-    def until(self, expression):
-        """Wait until an expression is true: asked from outside, as the page evaluates no text."""
-        self._wait_for(lambda: self.page.evaluate(expression))
-
-    def wait_until_it_looks_unlike(self, before):
-        """Wait until the picture has been drawn otherwise."""
-        self._wait_for(lambda: not np.array_equal(self.pixels(), before))
-
-    def _wait_for(self, condition):
-        until = time.monotonic() + PATIENCE / 1000
-        while not condition():
-            assert time.monotonic() < until
-            self.page.wait_for_timeout(20)
-
-    def pixels(self):
-        """(height, width, 3) the picture as it is shown."""
-        shot = Image.open(io.BytesIO(self.canvas.screenshot())).convert("RGB")
-        return np.asarray(shot).astype(int)
 
 
 def sharp_of(content, plan):
@@ -268,6 +195,7 @@ def test_the_table_sorts_and_filters(opened, content):
     assert names() == ["looks_away"]
     assert opened.page.locator("#filters .count").inner_text() == "1 of 12 rows"
     opened.page.get_by_label("Find").fill("")
+    assert opened.page.locator("#filters .count").inner_text() == "12 rows"
     opened.choose("Status", "sees nothing")
     assert names() == ["looks_away"]
 

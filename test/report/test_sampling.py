@@ -199,3 +199,17 @@ def test_a_plane_has_one_depth() -> None:
     assert histogram.areas.sum() == pytest.approx(0.04)
     assert len(histogram.areas) == 1
     assert histogram.edges == pytest.approx([1.4985, 1.5015])
+
+
+def test_what_is_sharp_elsewhere_is_not_sharp_where_it_is_imaged_best() -> None:
+    request = PlanRequest(samples=200, fresh_samples=50)
+    case = shown(request, rig_of_all_kinds(), model=replace(MODEL, focus_weight=0.02))
+    surface, told = case.surface, case.plan
+    elsewhere = 0
+    for p in np.flatnonzero(told.camera >= 0):
+        low, high = surface.pair_offsets[p : p + 2]
+        held = told.pair_in_focus[low:high]
+        (there,) = held[surface.pair_camera[low:high] == told.camera[p]]
+        assert told.in_focus[p] == there
+        elsewhere += bool(held.any() and not there)
+    assert elsewhere > 0

@@ -11,7 +11,7 @@ from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import Estimate
 from focus_planner.core.rig.rig import Rig
 from focus_planner.report.comparison import ComparedPlan, Worth
-from focus_planner.report.verdict import percent, verdict
+from focus_planner.report.verdict import verdict
 from testing.problems import around
 
 RIG = around(2, 1.0)
@@ -164,19 +164,15 @@ def test_on_other_inputs_nothing_is_said_of_bounds() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("share", "text"),
-    [
-        (0.0, "0 %"),
-        (1e-5, "0.001 %"),
-        (0.0049, "0.5 %"),
-        (0.0097, "1 %"),
-        (0.5049, "50 %"),
-        (0.988, "99 %"),
-        (0.9949, "99.4 %"),
-        (0.99999, "99.9 %"),
-        (1.0, "100 %"),
-    ],
-)
-def test_only_all_is_100_percent_and_only_nothing_0(share: float, text: str) -> None:
-    assert percent(share) == text
+def test_what_is_sharp_with_depth_to_spare_says_so() -> None:
+    text = said(replace(PLAN, depth_tolerance=0.012))
+    assert f"With this plan 86 % {SHARP}, with 12 mm of depth to spare; autofocus" in text
+    assert "11 % is seen but blurred there, or could be, and 3 %" in text
+
+
+def test_the_best_plan_for_fewer_samples_is_not_said_to_lack_proof() -> None:
+    best = replace(PLAN, method="optimal", converged=False, lower_bound=PLAN.cost)
+    text = said(best)
+    assert "No plan for its samples costs less." in text
+    assert "There was no time for all the samples that were asked for." in text
+    assert "proven" not in text

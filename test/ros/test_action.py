@@ -13,7 +13,7 @@ import pytest
 from action_msgs.srv import CancelGoal
 
 from focus_planner.recording.last_plan import last_plan
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from focus_planner.runtime.reason import Reason
 from testing.forked import PIPE, ForkedProcess
 from testing.ros.bits import bits

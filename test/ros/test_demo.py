@@ -8,7 +8,7 @@ from focus_planner import demo
 from focus_planner.core.planning.request import METHODS
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing.ros.planner_process import PATIENCE
 
 

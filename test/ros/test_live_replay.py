@@ -15,7 +15,7 @@ from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.replay import outcome_differences
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.live_replay import replay_live
 from testing.ros.calls import FEW, having, until

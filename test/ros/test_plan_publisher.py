@@ -12,7 +12,7 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import PLAN, serialize
 from focus_planner.recording.bag import BagWriter
-from focus_planner.recording.run import beginning_messages, plan_message
+from focus_planner.recording.run_writing import beginning_messages, plan_message
 from focus_planner.ros import plan_publisher as module
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.plan_publisher import PlanPublisher

@@ -37,7 +37,7 @@ from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.folders import bag_size
 from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.software import software
 from focus_planner.ros.client import _INPUTS, PlannerClient, _InputPublisher
 from focus_planner.ros.conversions import message_to_ros

@@ -14,7 +14,7 @@ from focus_planner.messages.writing import (
 )
 from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.replay import differences, plan_run
-from focus_planner.recording.run import read_run
+from focus_planner.recording.run_reading import read_run
 from testing.ros.calls import until
 
 TYPES = {"mesh": MESH, "cloud": CLOUD, "camera_poses": POSES, "rig": RIG}

@@ -119,7 +119,18 @@ def _check_importance(samples: Samples, request: PlanRequest) -> None:
 def subsample(problem: Problem, count: int, seed: int) -> Problem:
     """Return the problem on ``count`` of a problem's samples, drawn at random."""
     drawn = np.random.default_rng(seed).permutation(problem.sample_count)[:count]
-    taken = np.sort(drawn)
+    return _part_of(problem, np.sort(drawn))
+
+
+def leading_part(problem: Problem, count: int) -> Problem:
+    """Return the problem on the first ``count`` of a problem's samples.
+
+    A plan that was stopped while rays were cast was estimated on the first of its fresh samples.
+    """
+    return _part_of(problem, np.arange(min(count, problem.sample_count)))
+
+
+def _part_of(problem: Problem, taken: NDArray[np.int64]) -> Problem:
     counts = np.diff(problem.sample_offsets)[taken]
     offsets = np.concatenate([[0], np.cumsum(counts)])
     shifts = np.repeat(problem.sample_offsets[taken] - offsets[:-1], counts)

@@ -29,6 +29,11 @@ def keys_of(kind: str) -> frozenset[str]:
     return frozenset(key for key in _VALUES if key.startswith(f"{kind}."))
 
 
+def told_by(names: Iterable[str]) -> frozenset[str]:
+    """Return the keys that values of these names tell, as in ``lens.f_number``."""
+    return frozenset(_OTHER_FORMS.get(name, name) for name in names) & _VALUES.keys()
+
+
 def assumed_values(
     lens: Mapping[str, Any], image: Mapping[str, Any], doubted: Collection[str] = ()
 ) -> frozenset[str]:

@@ -27,11 +27,15 @@ _NOTHING = {
     CameraStatus.UNKNOWN: "unknown",
 }
 _SKIPPED = "nothing: skip this shot"
+# Of one camera, and of several.
 _COUNTED = {
-    CameraStatus.PLANNED: "planned",
-    CameraStatus.UNASSIGNED: "see only what others image better",
-    CameraStatus.SEES_NOTHING: "see nothing",
-    CameraStatus.UNKNOWN: "unknown",
+    CameraStatus.PLANNED: ("planned", "planned"),
+    CameraStatus.UNASSIGNED: (
+        "sees only what others image better",
+        "see only what others image better",
+    ),
+    CameraStatus.SEES_NOTHING: ("sees nothing", "see nothing"),
+    CameraStatus.UNKNOWN: ("unknown", "unknown"),
 }
 
 
@@ -175,7 +179,7 @@ _Field = tuple[Column, Callable[[_Entry], Cell]]
 
 def _fields(plan: FocusPlan) -> list[_Field]:
     """Return the columns, and what is in them."""
-    decimals = _decimals(plan)
+    decimals = decimals_of(plan)
     fields: list[_Field] = [
         (Column("set", "set", kind=Kind.BOX), lambda _: Cell(None, "")),
         (Column("name", "camera", kind=Kind.TEXT), lambda e: _text(e.camera.name)),
@@ -250,8 +254,8 @@ def _in_focus(shot: Shot) -> Cell:
     return Cell(share, f"{math.floor(100 * share)} %")
 
 
-def _decimals(plan: FocusPlan) -> int:
-    """Return how many decimals tell a quarter of the shallowest depth of field."""
+def decimals_of(plan: FocusPlan) -> int:
+    """Return how many decimals of a metre tell a quarter of the shallowest depth of field."""
     depths = [s.far_limit - s.near_limit for camera in plan.cameras for s in camera.shots]
     shallowest = min((depth for depth in depths if depth > 0), default=math.inf)
     if math.isinf(shallowest):
@@ -301,7 +305,11 @@ def _area(plan: FocusPlan) -> str:
 
 def _statuses(plan: FocusPlan) -> str:
     counts = Counter(camera.status for camera in plan.cameras)
-    return ", ".join(f"{counts[each]} {words}" for each, words in _COUNTED.items() if counts[each])
+    return ", ".join(
+        f"{counts[each]} {words[counts[each] > 1]}"
+        for each, words in _COUNTED.items()
+        if counts[each]
+    )
 
 
 def _measures(plan: FocusPlan, rig: Rig) -> list[tuple[str, str]]:

@@ -116,7 +116,7 @@ def test_the_head_tells_what_was_planned_and_how_it_is_measured():
         "method": "k_view, on 400 samples, seed 0",
         "fresh cost": "303.0 ± 3.5 of 1000 (0 is perfect), on 4096 samples unseen by the solver",
         "in focus": "1.750 ± 0.010 m², 87.5 % of the surface",
-        "cameras": "4 planned, 1 see only what others image better, 1 see nothing",
+        "cameras": "4 planned, 1 sees only what others image better, 1 sees nothing",
     }
     measures = dict(sheet.measures)
     assert "from the centre of projection" in measures["distance"]

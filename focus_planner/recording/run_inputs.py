@@ -1,0 +1,161 @@
+"""The inputs of recorded runs, surfaces and rigs, as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime, timedelta, timezone
+from typing import Any
+
+from numpy.typing import NDArray
+
+from focus_planner.core.notes import Note
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
+from focus_planner.core.validation import InputError
+from focus_planner.messages.limits import Limits
+from focus_planner.messages.reading import (
+    Optics,
+    cloud_from_message,
+    mesh_from_bytes,
+    poses_from_message,
+    rig_from_message,
+)
+from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, VERTEX_DATA, serialize
+from focus_planner.messages.writing import (
+    cloud_to_fields,
+    datetime_stamp,
+    mesh_to_bytes,
+    rig_to_fields,
+)
+from focus_planner.parameters.planner_settings import Settings
+from focus_planner.recording.bag import BagMessage
+from focus_planner.runtime.inputs import Arrival
+
+#: Types of messages.
+SURFACES, RIGS = (MESH, CLOUD), (POSES, RIG)
+_NANO = 10**9
+_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+
+
+# --- writing -----------------------------------------------------------------------------------
+
+
+def input_message(arrival: Arrival[Any]) -> BagMessage:
+    """Return an input that the planner received as the message to record."""
+    seconds, nanoseconds = datetime_stamp(arrival.at)
+    at = seconds * _NANO + nanoseconds
+    return BagMessage(arrival.topic, arrival.type_name, arrival.payload, at)
+
+
+def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> list[BagMessage]:
+    """Return the input messages for a surface that was read from a file."""
+    if isinstance(surface, PointCloud):
+        payload = serialize(CLOUD, cloud_to_fields(surface, frame_id))
+        return [BagMessage(f"{planner}/cloud", CLOUD, payload, at)]
+    messages = [BagMessage(f"{planner}/mesh", MESH, mesh_to_bytes(surface), at)]
+    data = {
+        "normals": surface.vertex_normals,
+        "colors": surface.colours_of_vertices(),
+        "importance": surface.vertex_importance,
+    }
+    given = {name: values for name, values in data.items() if values is not None}
+    if given:
+        payload = serialize(VERTEX_DATA, given)
+        messages.append(BagMessage(f"{planner}/mesh/vertex_data", VERTEX_DATA, payload, at))
+    return messages
+
+
+def rig_message(planner: str, rig: Rig, at: int) -> BagMessage:
+    """Return the input message for a rig that was read from a file."""
+    return BagMessage(f"{planner}/rig", RIG, serialize(RIG, rig_to_fields(rig)), at)
+
+
+# --- reading -----------------------------------------------------------------------------------
+
+
+def arrival_of(
+    message: BagMessage, read: Callable[[Optics], Surface] | Callable[[Optics], Rig]
+) -> Arrival[Any]:
+    """Return a recorded input as the planner received it.
+
+    Parameters
+    ----------
+    message : BagMessage
+    read : callable
+        Returns the surface or the rig of the message.
+    """
+    at = _EPOCH + timedelta(microseconds=message.at // 1000)
+    return Arrival(message.topic, message.type_name, message.payload, read, at)
+
+
+def read_surface(
+    message: BagMessage,
+    data: list[BagMessage],
+    settings: Settings,
+    notes: tuple[Note, ...],
+    limits: Limits,
+    _: Optics,
+) -> Surface:
+    """Return the surface of a message.
+
+    Parameters
+    ----------
+    message : BagMessage
+    data : list of BagMessage
+        What else there is of a mesh's vertices.
+    settings : Settings
+    notes : tuple of Note
+        On the file that it was read from.
+    limits : Limits
+
+    Raises
+    ------
+    InputError
+        If it is none, or beyond the limits.
+    """
+    surface = _surface(message, data, settings, limits)
+    # What there was to note in a file is no longer in the message that was made from it.
+    return replace(surface, notes=notes) if notes else surface
+
+
+def _surface(
+    message: BagMessage, data: list[BagMessage], settings: Settings, limits: Limits
+) -> Surface:
+    if message.type_name == CLOUD:
+        field = settings.importance_field
+        return cloud_from_message(message.read(), settings.frame_id, limits, field)
+    mesh = mesh_from_bytes(message.payload, limits)
+    if not data:
+        return mesh
+    vertices = data[0].read()
+    normals, importance = vertices.normals, vertices.importance
+    colours = vertices.colors
+    return Mesh(
+        mesh.vertices,
+        mesh.triangles,
+        _of_three("normals", normals),
+        importance if len(importance) else None,
+        mesh.notes,
+        _of_three("colors", colours),
+    )
+
+
+def _of_three(name: str, values: NDArray[Any]) -> NDArray[Any] | None:
+    """Return (V, 3) what a message has of each vertex; None if it has nothing."""
+    if len(values) % 3:
+        raise InputError(f"vertex_data {name}", "three numbers per vertex", f"{len(values)} in all")
+    return values.reshape(-1, 3) if len(values) else None
+
+
+def read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics) -> Rig:
+    """Return the rig of a message.
+
+    Raises
+    ------
+    InputError
+        If it is none, or beyond the limits.
+    """
+    limits.check_rig(message.payload)
+    from_message = rig_from_message if message.type_name == RIG else poses_from_message
+    return from_message(message.read(), optics, frame_id)
