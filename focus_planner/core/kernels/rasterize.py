@@ -72,6 +72,25 @@ class Triangles(NamedTuple):
     listed: IntArray
 
 
+@kernel
+def stride(count):
+    """Return a step that visits each of so many tiles once, any two in a row far apart.
+
+    Threads take runs of tiles, and some parts of an image take much longer than others.
+    """
+    step = max(int(0.381966 * count), 1)
+    while _divisor(step, count) > 1:
+        step += 1
+    return step
+
+
+@kernel
+def _divisor(a, b):
+    while b:
+        a, b = b, a % b
+    return a
+
+
 @parallel_kernel
 def undistort(rays, targets, kind, k, reach):
     """Refine, in place, (n, 2) rays until they are imaged at the (n, 2) targets.
@@ -356,8 +375,10 @@ def farthest_off_focus(triangles, tiles, inverse_focus, farthest):
     0 where nothing is.
     """
     columns = farthest.shape[1]
-    for tile in prange(farthest.shape[0] * columns):
-        most = 0.0
+    count = farthest.shape[0] * columns
+    step = stride(count)
+    for number in prange(count):
+        tile, most = number * step % count, 0.0
         if triangles.starts[tile + 1] > triangles.starts[tile]:
             inverse = _see(triangles, tiles, tile)
             for v in range(TILE):
@@ -372,7 +393,10 @@ def depths(triangles, tiles, image):
     """Fill in (H, W) the depth of what each pixel's centre shows; inf where nothing is."""
     height, width = image.shape
     columns = tiles.bounds.shape[1]
-    for tile in prange(tiles.bounds.shape[0] * columns):
+    count = tiles.bounds.shape[0] * columns
+    step = stride(count)
+    for number in prange(count):
+        tile = number * step % count
         inverse = _see(triangles, tiles, tile)
         top, left = tile // columns * TILE, tile % columns * TILE
         for v in range(top, min(top + TILE, height)):
