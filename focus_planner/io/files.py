@@ -269,6 +269,42 @@ def check_writable(path: Path) -> None:
         raise InputError(str(path), "a file that can be written", f"no permission in {folder}")
 
 
+def check_folder_writable(folder: Path) -> None:
+    """Raise unless files can be written to a folder, which may be new in one that exists.
+
+    Called before the work, it makes nothing; :func:`made_folder` does, with the first file.
+
+    Raises
+    ------
+    InputError
+        If it is a file, its own folder is missing, or may not be written to.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(str(folder), "a folder to write to", "a file")
+    target = folder if folder.exists() else resolved(folder).parent
+    if not target.is_dir():
+        raise InputError(
+            str(folder), "a folder, or a new one in one that exists", f"no folder {target}"
+        )
+    if not os.access(target, os.W_OK):
+        raise InputError(str(folder), "a folder to write to", f"no permission in {target}")
+
+
+def made_folder(folder: Path) -> Path:
+    """Return a folder, once it is there.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(folder), "a folder", error.strerror or str(error)) from None
+    return folder
+
+
 @contextmanager
 def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """Open a temporary file that replaces ``path`` when the block ends without an exception.

@@ -17,6 +17,8 @@ from focus_planner.core.surface.surface import Mesh
 
 # Corners whose normal is farther off their triangle's, in degrees, are at an edge of the surface.
 _CREASE = 50.0
+# Numbers to encode at a time.
+_BAND = 1_000_000
 # The pattern's coarsest level, in cells along the surface's diagonal.
 _CELLS = 26
 # Ground and chips, as sRGB.
@@ -47,8 +49,12 @@ def decode(colours: Colours) -> NDArray[np.float32]:
 
 def encode(linear: FloatArray | NDArray[np.float32]) -> Colours:
     """Return colours as sRGB of linear light from 0 to 1."""
-    steps = (np.clip(linear, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
-    colours: Colours = _encoded()[steps]
+    colours = np.empty(linear.shape, np.uint8)
+    rows = max(_BAND // max(linear[:1].size, 1), 1)
+    for top in range(0, len(linear), rows):
+        band = linear[top : top + rows]
+        steps = (np.clip(band, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
+        colours[top : top + rows] = _encoded()[steps]
     return colours
 
 

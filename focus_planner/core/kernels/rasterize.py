@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
@@ -40,7 +41,7 @@ class Tiles(NamedTuple):
 
     Attributes
     ----------
-    rays : (H, W, 2) array
+    rays : (H, W, 2) array of float32
         x and y at depth 1 of each pixel's centre; NaN if no ray is imaged there.
     bounds, blocks : (Y, X, 4) and (Y', X', 4) arrays
         Least and greatest x, least and greatest y, of each tile and each block of tiles; the least
@@ -48,7 +49,7 @@ class Tiles(NamedTuple):
     affine : (Y, X, AFFINE) array
     """
 
-    rays: FloatArray
+    rays: NDArray[np.float32]
     bounds: FloatArray
     blocks: FloatArray
     affine: FloatArray
