@@ -188,7 +188,7 @@ def _add_demo(commands: Any) -> None:
     )
     demo.set_defaults(command=_demo)
     demo.add_argument(
-        "--output",
+        *("-o", "--output"),
         type=Path,
         default=Path("demo_output"),
         metavar="DIR",

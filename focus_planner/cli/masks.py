@@ -44,7 +44,7 @@ def add(commands: Any) -> None:
     parser.set_defaults(command=run)
     add_subject_options(parser)
     option = parser.add_argument
-    option("--output", type=Path, required=True, metavar="DIR", help="folder to write to")
+    option(*("-o", "--output"), type=Path, required=True, metavar="DIR", help="folder to write to")
     option(
         "--for",
         dest="program",
@@ -113,18 +113,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_output(options: argparse.Namespace) -> None:
     """Raise if what is asked for cannot be written; called before the work."""
-    from focus_planner.io.files import check_writable, is_folder, is_there
+    from focus_planner.io.files import check_folder_writable
     from focus_planner.masks.maps import check_writer
 
     if options.depth or options.blur:
         check_writer(options.maps)
-    folder = options.output
-    if is_there(folder) and not is_folder(folder):
-        raise InputError(str(folder), "a folder to write to", "a file")
-    if is_folder(folder):
-        check_writable(folder / "masks.png")
-    else:
-        check_writable(folder)
+    check_folder_writable(options.output)
 
 
 def _written(
@@ -168,13 +162,9 @@ def _write_maps(options: argparse.Namespace, picture: MaskedPicture) -> None:
 
 def _made(path: Path) -> Path:
     """Return the path, once its folder is there."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        raise InputError(str(path.parent), "a folder", "a file") from None
-    except OSError as error:
-        raise InputError(str(path.parent), "a folder", error.strerror or str(error)) from None
-    return path
+    from focus_planner.io.files import made_folder
+
+    return made_folder(path.parent) / path.name
 
 
 def _write_text(path: Path, text: str) -> None:

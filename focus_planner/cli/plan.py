@@ -73,7 +73,7 @@ def _add_inputs(plan: Any) -> None:
 def _add_outputs(group: Any) -> None:
     option = group.add_argument
     option(
-        "--output",
+        *("-o", "--output"),
         type=_output,
         action="append",
         default=[],

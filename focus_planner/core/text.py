@@ -38,6 +38,11 @@ def printable(text: str, limit: int = MAX_LINE) -> str:
     return _cut(line, limit)
 
 
+def sentence(text: str) -> str:
+    """Return a phrase as a sentence, with a capital and a full stop; "" stays so."""
+    return f"{text[0].upper()}{text[1:]}." if text else ""
+
+
 def _cut(text: str, limit: int) -> str:
     """Return the text, without its middle if it is too long."""
     if len(text) <= limit:

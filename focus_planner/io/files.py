@@ -298,6 +298,47 @@ def _part_of(path: Path) -> Path:
     return path.with_name(f".{path.name}.{os.getpid()}.part")
 
 
+def check_folder_writable(folder: Path) -> None:
+    """Raise unless files can be written to a folder, which may be new in one that exists.
+
+    Called before the work, it makes nothing; :func:`made_folder` does, with the first file.
+
+    Raises
+    ------
+    InputError
+        If it is a file, its own folder is missing or may not be written to, or its name is too
+        long.
+    """
+    if is_there(folder) and not is_folder(folder):
+        raise InputError(str(folder), "a folder to write to", "a file")
+    with _reporting(folder), suppress(FileNotFoundError):
+        folder.lstat()
+    target = folder if is_folder(folder) else resolved(folder).parent
+    if not is_folder(target):
+        raise InputError(
+            str(folder), "a folder, or a new one in one that exists", f"no folder {target}"
+        )
+    if not os.access(target, os.W_OK):
+        raise InputError(str(folder), "a folder to write to", f"no permission in {target}")
+
+
+def made_folder(folder: Path) -> Path:
+    """Return a folder, once it is there.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InputError(str(folder), "a folder", "a file") from None
+    except OSError as error:
+        raise InputError(str(folder), "a folder", error.strerror or str(error)) from None
+    return folder
+
+
 @contextmanager
 def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """Open a temporary file that replaces ``path`` when the block ends without an exception.

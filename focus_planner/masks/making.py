@@ -85,25 +85,13 @@ def masked_pictures(
         camera, shot = subject.rig.cameras[name.camera], _shot(subject, name)
         if of_camera != name.camera:
             depths, of_camera = made.depths(camera), name.camera
-        mask = within_depth_of_field(depths, shot, subject.plan.depth_tolerance)
+        mask = shot.holds(depths, subject.plan.depth_tolerance)
         blur = None
         if with_blur or max_blur is not None:
             blur = _blur(depths, camera, shot)
         if blur is not None and max_blur is not None:
             mask &= blur <= max_blur
         yield MaskedPicture(name, mask, depths, blur if with_blur else None)
-
-
-def within_depth_of_field(
-    depths: NDArray[np.floating], shot: Shot, tolerance: float
-) -> NDArray[np.bool_]:
-    """Return where a depth and all that differ from it by the tolerance are in focus."""
-    held: Mask = (
-        np.isfinite(depths)
-        & (depths >= shot.near_limit + tolerance)
-        & (depths <= shot.far_limit - tolerance)
-    )
-    return held
 
 
 def _shot(subject: PlannedSubject, name: PictureName) -> Shot:
@@ -143,18 +131,13 @@ def sharp_elsewhere(
         for _ in focus.shots
     ]
     taken = problem.camera_index
-    near, far = (
-        np.array([getattr(shot, name) for shot in shots])[taken]
-        for name in ("near_limit", "far_limit")
-    )
-    tolerance = subject.plan.depth_tolerance
-    sharp = (problem.depth >= near + tolerance) & (problem.depth <= far - tolerance)
-    if max_blur is not None:
-        for i, (camera, shot) in enumerate(zip(cameras, shots, strict=True)):
-            pairs = taken == i
-            sharp[pairs] &= (
-                blur_diameters(problem.depth[pairs], camera, shot.focus_distance) <= max_blur
-            )
+    sharp = np.zeros(len(taken), dtype=bool)
+    for i, (camera, shot) in enumerate(zip(cameras, shots, strict=True)):
+        pairs = taken == i
+        sharp[pairs] = shot.holds(problem.depth[pairs], subject.plan.depth_tolerance)
+        if max_blur is not None:
+            diameters = blur_diameters(problem.depth[pairs], camera, shot.focus_distance)
+            sharp[pairs] &= diameters <= max_blur
     somewhere = np.zeros(problem.sample_count, dtype=bool)
     somewhere[problem.sample_index[sharp]] = True
     pixels = np.where(sharp, 0.0, _pixels_of_pairs(problem, cameras))

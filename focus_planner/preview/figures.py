@@ -115,13 +115,10 @@ def _title(panel: Preview) -> str:
 
 
 def _facts(panel: Preview) -> tuple[str, str]:
-    return f"focused at {panel.focus_distance:.3f} m", f"{_share(panel)} in focus"
-
-
-def _share(panel: Preview) -> str:
+    share = f"{100 * panel.in_focus:.0f} % of the subject's pixels in focus"
     if math.isnan(panel.in_focus):
-        return "none of the subject"
-    return f"{100 * panel.in_focus:.0f} % of the subject's pixels"
+        share = "sees nothing of the subject"
+    return f"focused at {panel.focus_distance:.3f} m", share
 
 
 def _short_facts(panel: Preview, named: bool) -> str:

@@ -10,10 +10,10 @@ import numpy as np
 
 from focus_planner.core.imaging.exposure import PictureCamera
 from focus_planner.core.imaging.pixels import pixel_grid
-from focus_planner.core.planning.plan import CameraFocus, FocusPlan
+from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.rig.camera import Camera
-from focus_planner.core.rig.optics import circle_of_confusion, depth_of_field
+from focus_planner.core.rig.optics import circle_of_confusion
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.validation import InputError
@@ -48,8 +48,8 @@ class Preview:
     focus_distance : float
         Metres.
     in_focus : float
-        The share of the subject's pixels that are within the depth of field; NaN if it is not in
-        the picture.
+        The share of the subject's pixels that are in focus, as far within the depth of field as the
+        plan's depth tolerance asks; NaN if it is not in the picture.
     """
 
     image: Colours
@@ -62,7 +62,7 @@ class Preview:
 
 
 def previews(
-    view: PictureCamera, camera: Camera, focus: CameraFocus, method: str, scale: float = 1.0
+    view: PictureCamera, camera: Camera, plan: FocusPlan, index: int, scale: float = 1.0
 ) -> Iterator[Preview]:
     """Yield what a camera sees in each of its shots.
 
@@ -70,24 +70,23 @@ def previews(
     ----------
     view : PictureCamera
     camera : Camera
-    focus : CameraFocus
-        Its part of a plan.
-    method : str
-        The plan's.
+    plan : FocusPlan
+    index : int
+        Which of the plan's cameras it is.
     scale : float
         Of the picture's sides.
     """
     depths = view.depths(camera, scale)
     seen = depths[np.isfinite(depths)]
-    for number, shot in enumerate(focus.shots, 1):
-        near, far = depth_of_field(np.array([shot.focus_distance]), camera.lens)
-        sharp = (seen >= near) & (seen <= far)
+    shots = plan.cameras[index].shots
+    for number, shot in enumerate(shots, 1):
+        sharp = shot.holds(seen, plan.depth_tolerance)
         yield Preview(
             view.picture(camera, shot.focus_distance, scale),
             camera.name,
-            method,
+            plan.method,
             number,
-            len(focus.shots),
+            len(shots),
             shot.focus_distance,
             float(sharp.mean()) if len(seen) else np.nan,
         )

@@ -167,7 +167,7 @@ def test_piped_it_prints_plan_json_and_nothing_else(here: Path, capsys: Any) -> 
 
 def test_it_writes_what_is_asked_for(here: Path, capsys: Any) -> None:
     names = ["plan.json", "problem.npz", "plan.png"]
-    options = ["--output", names[0], "--problem", names[1], "--picture", names[2]]
+    options = ["-o", names[0], "--problem", names[1], "--picture", names[2]]
     assert plan("--samples", "200", "--method", "em", *options) == 0
     assert capsys.readouterr() == ("", "")
     assert load_plan(Path("plan.json")).method == "em"

@@ -256,6 +256,11 @@ def test_where_nothing_can_be_written_is_told(
     assert told in capsys.readouterr().err
 
 
+def test_a_run_that_cannot_be_read_leaves_no_folder_behind(tmp_path: Path) -> None:
+    assert masks(tmp_path / "none", "-o", tmp_path / "out") == 2
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_rig_that_nerfstudio_cannot_represent_has_masks_all_the_same(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

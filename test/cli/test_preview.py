@@ -46,7 +46,7 @@ def test_another_methods_picture_is_beside_it(tmp_path: Path) -> None:
 
 
 def test_a_contact_sheet_and_every_picture(tmp_path: Path) -> None:
-    assert run(RUN, "--all", "--scale", 0.05, "--output", tmp_path) == 0
+    assert run(RUN, "--all", "--scale", 0.05, "-o", tmp_path) == 0
     assert len(list(tmp_path.glob("cam_*.png"))) == 36
     assert (tmp_path / "contact_sheet.png").is_file()
 
@@ -74,6 +74,37 @@ def test_what_cannot_be_done_is_told_in_one_line(
     (tmp_path / "taken").write_text("")
     error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / "taken")
     assert "a file named *.png, or a folder" in error
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ("--camera", "left"),
+        ("--camera", NAMES[0], "--method", "best"),
+        ("--camera", NAMES[0], "--scale", "2"),
+        ("--camera", NAMES[0], "--surface", "focus_planner/bodies/arms_down.ply"),
+        ("--camera", NAMES[0], "--rig", "rig.yaml"),
+        (),
+    ],
+)
+def test_what_cannot_be_done_leaves_no_folder_behind(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: tuple[str, ...]
+) -> None:
+    refused(capsys, *wrong, "-o", tmp_path / "pictures")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_run_that_cannot_be_read_leaves_no_folder_behind(tmp_path: Path) -> None:
+    assert run(tmp_path / "none", "--all", "-o", tmp_path / "pictures") == 2
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_new_folder_is_made_in_one_that_exists(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    error = refused(capsys, "--camera", NAMES[0], "-o", tmp_path / "none" / "pictures")
+    assert "none/pictures: expected a folder, or a new one in one that exists" in error
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["one.jpg", "one.TIFF", "one.webp"])

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focus_planner.core.text import MAX_LINE, printable
+from focus_planner.core.text import MAX_LINE, printable, sentence
 
 HOSTILE = {
     "a colour": ("\x1b[31mred", r"\x1b[31mred"),
@@ -55,3 +55,8 @@ def test_any_text_becomes_one_short_line_without_controls(text, limit):
     assert told.isprintable()
     assert not any(unicodedata.category(c) in {"Cc", "Cf", "Cs", "Zl", "Zp"} for c in told)
     told.encode()
+
+
+def test_a_phrase_becomes_a_sentence() -> None:
+    assert sentence("nothing is told; 3 mm assumed") == "Nothing is told; 3 mm assumed."
+    assert sentence("") == ""

@@ -67,7 +67,9 @@ def sent_unasked(client, on_feedback, **goal):
     rclpy drops feedback that arrives after the result, and the result of a short plan overtakes it.
     """
     goal = PlanFocus.Goal(**goal)
-    send = partial(client._plan.send_goal_async, goal, lambda message: on_feedback(message.feedback))
+    send = partial(
+        client._plan.send_goal_async, goal, lambda message: on_feedback(message.feedback)
+    )
     handle = _result(client._send(send), PATIENCE, "send_goal")
     assert handle.accepted
     return partial(Goal, handle, client._send)

@@ -27,7 +27,9 @@ class DepthCamera:
     def __init__(self, scene: Scene) -> None:
         vertices, triangles = scene.opaque
         self._vertices = np.ascontiguousarray(vertices, dtype=np.float64)
-        self._triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+        # A copy: for arrays that cannot be written to, as meshes' are, kernels would be compiled
+        # once more.
+        self._triangles = np.array(triangles, dtype=np.int32, order="C")
 
     def depths(self, camera: Camera, scale: float = 1.0) -> DepthImage:
         """Return the depth of what is seen at the centre of every pixel that is read out.

@@ -71,7 +71,7 @@ class PictureCamera(DepthCamera):
 
     def exposure(
         self, camera: Camera, focus_distance: float, scale: float = 1.0, density: float = 1.0
-    ) -> FloatArray:
+    ) -> NDArray[np.float32]:
         """Return (H, W, 3) the same as :meth:`picture` in linear light, 0 to 1."""
         intrinsics = camera.intrinsics
         grid = pixel_grid(intrinsics, scale)
@@ -81,7 +81,7 @@ class PictureCamera(DepthCamera):
         radius = aperture * float(np.sqrt((aims[:, :2] ** 2).sum(axis=1)).max())
         margin = float(np.abs(aims[:, 2:]).max() * 2 * np.abs(tiles.affine[..., 7:]).max())
         pixel = grid.pitch[0] / intrinsics.fx
-        image = np.empty((grid.height, grid.width, 3))
+        image = np.empty((grid.height, grid.width, 3), np.float32)
         with kernels.threads_for(image.size):
             vertices = in_optical_frame(self._vertices, camera)
             triangles = listed_by_tile(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from focus_planner.core.surface.surface import Mesh
 
 # Corners whose normal is farther off their triangle's, in degrees, are at an edge of the surface.
 _CREASE = 50.0
-# The pattern's coarsest level, in cells along the surface's diagonal, and its noise.
-_CELLS, _NOISE_SEED = 128, 1
+# The pattern's coarsest level, in cells along the surface's diagonal.
+_CELLS = 26
 # Ground and chips, as sRGB.
 _PALETTE = ((226, 218, 204), (74, 84, 96), (190, 120, 84))
 
@@ -55,32 +54,25 @@ def shaded(scene: Scene, vertices: FloatArray, triangles: IntArray) -> Shaded:
 def _looks(scene: Scene, vertices: FloatArray, triangles: IntArray) -> kernels.Looks:
     looks = kernels.Looks(
         kind=kernels.PATTERN,
-        places=np.empty((0, 3), np.float32),
+        values=np.empty((0, 3, 3), np.float32),
         cell=scene.diagonal / _CELLS,
-        noise=_noise(),
         palette=decode(np.array(_PALETTE, np.uint8)),
-        colours=np.empty((0, 3), np.float32),
-        coordinates=np.empty((0, 3, 2), np.float32),
         texels=np.empty((0, 3), np.uint8),
         levels=np.empty((0, 3), np.int64),
-        density=np.empty(0, np.float32),
         decode=decode(np.arange(256, dtype=np.uint8)),
     )
     colours = scene.colours
     if isinstance(scene.surface, Mesh) and scene.surface.texture is not None:
         texture = scene.surface.texture
         texels, levels = _pyramid(texture.image)
-        return looks._replace(
-            kind=kernels.TEXTURE,
-            coordinates=np.ascontiguousarray(texture.coordinates),
-            texels=texels,
-            levels=levels,
-            density=_density(texture, vertices, triangles),
-        )
+        values = np.empty((len(triangles), 3, 3), np.float32)
+        values[..., :2] = texture.coordinates
+        values[..., 2] = _density(texture, vertices, triangles)[:, None]
+        return looks._replace(kind=kernels.TEXTURE, values=values, texels=texels, levels=levels)
     if colours is not None:
-        return looks._replace(kind=kernels.VERTEX_COLOURS, colours=decode(colours))
+        return looks._replace(kind=kernels.VERTEX_COLOURS, values=decode(colours)[triangles])
     places = ((vertices - scene.centre) / looks.cell).astype(np.float32)
-    return looks._replace(places=places)
+    return looks._replace(values=places[triangles])
 
 
 def _density(texture: Texture, vertices: FloatArray, triangles: IntArray) -> NDArray[np.float32]:
@@ -131,20 +123,3 @@ def _corner_normals(scene: Scene, vertices: FloatArray, triangles: IntArray) -> 
     smooth_enough = along >= np.cos(np.radians(_CREASE))
     corners: FloatArray = np.where(smooth_enough[..., None], smooth, flat[:, None])
     return corners
-
-
-@cache
-def _noise() -> NDArray[np.int8]:
-    """Return periodic noise of one octave, of variance 1/9, with features of some four cells."""
-    random = np.random.default_rng(_NOISE_SEED)
-    white = np.fft.rfftn(random.standard_normal((kernels.NOISE_SIZE,) * 3))
-    along = np.fft.fftfreq(kernels.NOISE_SIZE)
-    square = (
-        along[:, None, None] ** 2
-        + along[None, :, None] ** 2
-        + np.fft.rfftfreq(kernels.NOISE_SIZE)[None, None, :] ** 2
-    )
-    band = np.exp(-((np.sqrt(square) - 0.14) ** 2) / (2 * 0.05**2))
-    noise = np.fft.irfftn(white * band)
-    scaled = kernels.NOISE_UNITS / 3 * noise / noise.std()
-    return np.round(scaled.clip(-127, 127)).astype(np.int8).ravel()

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import threading
+from collections import OrderedDict
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.distortion import first_rays, frustum_and_projection
 
-# Cameras of one kind follow one another; an entry takes some 10 MB.
-_CACHE_SIZE = 4
+# Bytes of tiles to keep, as cameras of one kind follow one another; and pixels to find the rays of
+# at a time.
+_MOST_KEPT, _BAND = 400_000_000, 1_000_000
 
 
 @dataclass(frozen=True)
@@ -52,9 +56,22 @@ def pixel_grid(intrinsics: CameraIntrinsics, scale: float = 1.0) -> PixelGrid:
     return PixelGrid(across, down, pitch, (x + pitch[0] / 2 - 0.5, y + pitch[1] / 2 - 0.5))
 
 
-@lru_cache(maxsize=_CACHE_SIZE)
+_Key: TypeAlias = tuple[CameraIntrinsics, PixelGrid]
+_lock = threading.Lock()
+_kept: OrderedDict[_Key, kernels.Tiles] = OrderedDict()
+
+
 def tiles_of(intrinsics: CameraIntrinsics, grid: PixelGrid) -> kernels.Tiles:
     """Return the rays of a picture's pixels, in tiles."""
+    with _lock:
+        tiles = _kept.pop((intrinsics, grid), None) or _tiles(intrinsics, grid)
+        _kept[intrinsics, grid] = tiles
+        while sum(each.rays.nbytes for each in _kept.values()) > _MOST_KEPT:
+            _kept.popitem(last=False)
+    return tiles
+
+
+def _tiles(intrinsics: CameraIntrinsics, grid: PixelGrid) -> kernels.Tiles:
     rays = _rays(intrinsics, grid)
     shape = -(-grid.height // kernels.TILE), -(-grid.width // kernels.TILE)
     bounds = np.empty((*shape, 4))
@@ -64,10 +81,22 @@ def tiles_of(intrinsics: CameraIntrinsics, grid: PixelGrid) -> kernels.Tiles:
     return kernels.Tiles(rays, bounds, _blocks(bounds), affine)
 
 
-def _rays(intrinsics: CameraIntrinsics, grid: PixelGrid) -> FloatArray:
+def _rays(intrinsics: CameraIntrinsics, grid: PixelGrid) -> NDArray[np.float32]:
+    """Return (H, W, 2) x and y at depth 1; 32 bits tell a pixel's thousandth."""
+    rays = np.empty((grid.height, grid.width, 2), np.float32)
+    rows = max(_BAND // grid.width, 1)
+    for top in range(0, grid.height, rows):
+        band = rays[top : top + rows]
+        band[...] = _rays_of_rows(intrinsics, grid, top, len(band))
+    return rays
+
+
+def _rays_of_rows(
+    intrinsics: CameraIntrinsics, grid: PixelGrid, top: int, count: int
+) -> FloatArray:
     u = grid.first[0] + grid.pitch[0] * np.arange(grid.width)
-    v = grid.first[1] + grid.pitch[1] * np.arange(grid.height)
-    targets = np.empty((grid.height, grid.width, 2))
+    v = grid.first[1] + grid.pitch[1] * np.arange(top, top + count)
+    targets = np.empty((count, grid.width, 2))
     targets[..., 0] = (u - intrinsics.cx) / intrinsics.fx
     targets[..., 1] = ((v - intrinsics.cy) / intrinsics.fy)[:, None]
     if not intrinsics.distortion_model:

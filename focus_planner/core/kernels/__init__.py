@@ -84,8 +84,6 @@ from focus_planner.core.kernels.rasterize import (
     undistort,
 )
 from focus_planner.core.kernels.shading import (
-    NOISE_SIZE,
-    NOISE_UNITS,
     PATTERN,
     TEXTURE,
     VERTEX_COLOURS,
@@ -115,8 +113,6 @@ __all__ = [
     "COEFFICIENTS",
     "FISHEYE",
     "NEVER",
-    "NOISE_SIZE",
-    "NOISE_UNITS",
     "PATTERN",
     "PLACES",
     "POLYNOMIAL",

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import prange
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
@@ -40,7 +41,7 @@ class Tiles(NamedTuple):
 
     Attributes
     ----------
-    rays : (H, W, 2) array
+    rays : (H, W, 2) array of float32
         x and y at depth 1 of each pixel's centre; NaN if no ray is imaged there.
     bounds, blocks : (Y, X, 4) and (Y', X', 4) arrays
         Least and greatest x, least and greatest y, of each tile and each block of tiles; the least
@@ -48,7 +49,7 @@ class Tiles(NamedTuple):
     affine : (Y, X, AFFINE) array
     """
 
-    rays: FloatArray
+    rays: NDArray[np.float32]
     bounds: FloatArray
     blocks: FloatArray
     affine: FloatArray
@@ -70,6 +71,25 @@ class Triangles(NamedTuple):
     corners: IntArray
     starts: IntArray
     listed: IntArray
+
+
+@kernel
+def stride(count):
+    """Return a step that visits each of so many tiles once, any two in a row far apart.
+
+    Threads take runs of tiles, and some parts of an image take much longer than others.
+    """
+    step = max(int(0.381966 * count), 1)
+    while _divisor(step, count) > 1:
+        step += 1
+    return step
+
+
+@kernel
+def _divisor(a, b):
+    while b:
+        a, b = b, a % b
+    return a
 
 
 @parallel_kernel
@@ -356,8 +376,10 @@ def farthest_off_focus(triangles, tiles, inverse_focus, farthest):
     0 where nothing is.
     """
     columns = farthest.shape[1]
-    for tile in prange(farthest.shape[0] * columns):
-        most = 0.0
+    count = farthest.shape[0] * columns
+    step = stride(count)
+    for number in prange(count):
+        tile, most = number * step % count, 0.0
         if triangles.starts[tile + 1] > triangles.starts[tile]:
             inverse = _see(triangles, tiles, tile)
             for v in range(TILE):
@@ -372,7 +394,10 @@ def depths(triangles, tiles, image):
     """Fill in (H, W) the depth of what each pixel's centre shows; inf where nothing is."""
     height, width = image.shape
     columns = tiles.bounds.shape[1]
-    for tile in prange(tiles.bounds.shape[0] * columns):
+    count = tiles.bounds.shape[0] * columns
+    step = stride(count)
+    for number in prange(count):
+        tile = number * step % count
         inverse = _see(triangles, tiles, tile)
         top, left = tile // columns * TILE, tile % columns * TILE
         for v in range(top, min(top + TILE, height)):

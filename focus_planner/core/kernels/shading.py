@@ -1,6 +1,8 @@
 """What colour a surface has where a ray hits it, and the mean over the rays of every pixel.
 
-All colours are in linear light, in which they may be averaged.
+All colours are in linear light, in which they may be averaged. What a tile's rays hit is listed in
+rows of one array, 32-bit throughout, and loops over it have neither branches nor divisions: so
+compilers work on eight at a time.
 """
 
 from __future__ import annotations
@@ -8,29 +10,33 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
+from numba import njit, prange
 from numpy.typing import NDArray
 
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
-from focus_planner.core.kernels.rasterize import TILE, scan
+from focus_planner.core.kernels.rasterize import TILE, scan, stride
 
 #: What a surface's colours come from.
 PATTERN, VERTEX_COLOURS, TEXTURE = 0, 1, 2
-#: The pattern's noise along each axis, a power of 2, and units of its bytes: it has to fit into a
-#: core's cache.
-NOISE_SIZE, NOISE_UNITS = 64, 64
-_MASK = NOISE_SIZE - 1
-# The pattern: each level's cells are this many times as small as those of the level before. The
-# finest that is drawn has cells of this many pixels.
-_FINER, _PIXELS = 4.0, 0.6
-_LOG_FINER = np.log(_FINER)
-_THRESHOLD, _SLOPE = 0.45, 0.35
+_F, _U = np.float32, np.uint32
+# The pattern: each level's cells are a fourth as wide as those of the level before, and there are
+# so many beyond the coarsest. The finest that is drawn has cells of this many pixels at least.
+_LEVELS, _PIXELS = 6, _F(3.0)
+_FOUR, _FOURTH, _THIRD, _HALF, _ONE, _NONE = _F(4), _F(0.25), _F(1 / 3), _F(0.5), _F(1), _F(0)
+# There are chips where noise is above the threshold. It rises by some such slope in a cell.
+_THRESHOLD, _SLOPE = _F(0.43), _F(1.75)
+# So that cells of different levels do not begin at the same places.
+_BESIDE = _F(0.37)
+# Noise: large odd numbers to hash cells with.
+_HASH_X, _HASH_Y, _HASH_Z = _U(0x8DA6B343), _U(0xD8163841), _U(0xCB1AB31F)
+_HASH, _HASH_BITS = _U(0x9E3779B1), _U(29)
 # Where rays are farther apart than pixels, colours are averaged over this share of the distance.
 _SMOOTH = 0.5
 # Textures are taken this many levels sharper than one texel per pixel: every pixel has many rays.
 _SHARPER = 0.7
-# Numbers of what a ray hits.
-_HIT = 6
+# Rows of what rays hit: three values of the surface, how many of what is averaged over there make
+# a metre, how brightly it is lit, its colour, and the pattern's.
+_RESOLUTION, _LIT, _COLOUR, _SCALE, _FADING, _ROWS = 3, 4, 5, 8, 9, 10
 
 
 class Looks(NamedTuple):
@@ -40,38 +46,27 @@ class Looks(NamedTuple):
     ----------
     kind : int
         PATTERN, VERTEX_COLOURS or TEXTURE.
-    places : (V, 3) array of float32
-        PATTERN: the vertices, in cells of the coarsest level.
+    values : (T, 3, 3) array of float32
+        Of each corner: its place in cells of the pattern's coarsest level; or its colour; or u and
+        v, and the texels per metre of its triangle.
     cell : float
         PATTERN: the size of such a cell, metres.
-    noise : (NOISE_SIZE³,) array of int8
-        PATTERN: periodic; in units of 1 / NOISE_UNITS.
     palette : (3, 3) array of float32
         PATTERN: the ground, and two kinds of chips in it.
-    colours : (V, 3) array of float32
-        VERTEX_COLOURS.
-    coordinates : (T, 3, 2) array of float32
-        TEXTURE: u and v of the corners.
     texels : (n, 3) array of uint8
         TEXTURE: the image, and ever smaller averages of it, as sRGB.
     levels : (L, 3) array of int64
         TEXTURE: where each of those starts, its width and its height.
-    density : (T,) array of float32
-        TEXTURE: texels per metre.
     decode : (256,) array of float32
         From sRGB to linear light.
     """
 
     kind: int
-    places: NDArray[np.float32]
+    values: NDArray[np.float32]
     cell: float
-    noise: NDArray[np.int8]
     palette: NDArray[np.float32]
-    colours: NDArray[np.float32]
-    coordinates: NDArray[np.float32]
     texels: NDArray[np.uint8]
     levels: NDArray[np.int64]
-    density: NDArray[np.float32]
     decode: NDArray[np.float32]
 
 
@@ -144,7 +139,10 @@ def expose(
     """
     height, width = image.shape[:2]
     columns = tiles.bounds.shape[1]
-    for tile in prange(tiles.bounds.shape[0] * columns):
+    count = tiles.bounds.shape[0] * columns
+    step = stride(count)
+    for number in prange(count):
+        tile = number * step % count
         ty, tx = tile // columns, tile % columns
         top, left = ty * TILE, tx * TILE
         bottom, right = min(top + TILE, height), min(left + TILE, width)
@@ -153,29 +151,27 @@ def expose(
             continue
         inverse, shown = np.empty((TILE, TILE)), np.empty((TILE, TILE), np.int32)
         where, total = np.empty((TILE, TILE, 2)), np.zeros((TILE * TILE, 4))
-        hits, shift, origin = np.empty((TILE * TILE, _HIT)), np.empty(2), np.empty(2)
+        hits, pixels = np.empty((_ROWS, TILE * TILE), np.float32), np.empty(TILE * TILE, np.int32)
+        shift, origin = np.empty(2), np.empty(2)
         bounds, steps = tiles.bounds[ty, tx], tiles.affine[ty, tx, 7:]
         first, last = starts[chosen[ty, tx]], starts[chosen[ty, tx] + 1]
         # Half of how far apart, on the sensor, the rays are that meet off the plane of focus.
         smooth = _SMOOTH * aperture / np.sqrt(last - first)
+        sizes = pixel, smooth, inverse_focus
         for s in range(first, last):
             for axis in range(2):
                 origin[axis] = aperture * aims[s, axis]
                 beside = aims[s, 2] * steps[axis] + aims[s, 3] * steps[2 + axis]
                 shift[axis] = beside - origin[axis] * inverse_focus
             scan(triangles, tiles, tile, bounds, origin, shift, inverse, shown, where)
-            sizes = pixel, smooth, inverse_focus
-            # Every kind has its own loop over pixels: what it needs is passed once, not to each.
+            seen = _list(looks.values, light, sizes, inverse, shown, where, hits, pixels)
             if looks.kind == TEXTURE:
-                count = _list_in_texture(looks, light, sizes, inverse, shown, where, hits)
-                _add_texture(looks.texels, looks.levels, looks.decode, hits, count, total)
-                continue
-            of = looks.colours if looks.kind == VERTEX_COLOURS else looks.places
-            count = _list(triangles.corners, of, light, sizes, inverse, shown, where, hits)
-            if looks.kind == VERTEX_COLOURS:
-                _add_colours(hits, count, total)
+                _colour_by_texture(looks.texels, looks.levels, looks.decode, hits, seen)
+            elif looks.kind == VERTEX_COLOURS:
+                hits[_COLOUR : _COLOUR + 3, :seen] = hits[:3, :seen]
             else:
-                _add_pattern(looks.noise, looks.palette, looks.cell, hits, count, total)
+                _colour_by_pattern(looks.palette, looks.cell, hits, seen)
+            _add(hits, pixels, seen, total)
         rays = last - first
         for v in range(bottom - top):
             for u in range(right - left):
@@ -186,12 +182,8 @@ def expose(
 
 
 @kernel
-def _list(corners, of, light, sizes, inverse, shown, where, hits):
-    """List what the rays of a tile hit, with three values of the vertices; return how much it is.
-
-    Each hit is those values, the size of what is to be averaged over there, metres, how brightly it
-    is lit, and the number of the pixel in the tile.
-    """
+def _list(values, light, sizes, inverse, shown, where, hits, pixels):
+    """List what the rays of a tile hit, and the pixels' numbers in it; return how much it is."""
     pixel, smooth, inverse_focus = sizes
     count = 0
     for v in range(TILE):
@@ -199,127 +191,130 @@ def _list(corners, of, light, sizes, inverse, shown, where, hits):
             if shown[v, u] < 0:
                 continue
             t, side = shown[v, u] >> 1, shown[v, u] & 1
-            depth = 1 / inverse[v, u]
-            wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
+            near = inverse[v, u]
+            wb, wc = where[v, u, 0] / near, where[v, u, 1] / near
             wa = 1 - wb - wc
-            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-            hits[count, 0] = wa * of[a, 0] + wb * of[b, 0] + wc * of[c, 0]
-            hits[count, 1] = wa * of[a, 1] + wb * of[b, 1] + wc * of[c, 1]
-            hits[count, 2] = wa * of[a, 2] + wb * of[b, 2] + wc * of[c, 2]
-            hits[count, 3] = depth * max(pixel, smooth * abs(inverse_focus - inverse[v, u]))
-            hits[count, 4] = (
+            for i in range(3):
+                hits[i, count] = wa * values[t, 0, i] + wb * values[t, 1, i] + wc * values[t, 2, i]
+            hits[_RESOLUTION, count] = near / max(pixel, smooth * abs(inverse_focus - near))
+            hits[_LIT, count] = (
                 wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
             )
-            hits[count, 5] = v * TILE + u
+            pixels[count] = v * TILE + u
             count += 1
     return count
 
 
 @kernel
-def _list_in_texture(looks, light, sizes, inverse, shown, where, hits):
-    """List what the rays of a tile hit, as :func:`_list`, with u, v and the texels per metre."""
-    uv, density = looks.coordinates, looks.density
-    pixel, smooth, inverse_focus = sizes
-    count = 0
-    for v in range(TILE):
-        for u in range(TILE):
-            if shown[v, u] < 0:
-                continue
-            t, side = shown[v, u] >> 1, shown[v, u] & 1
-            depth = 1 / inverse[v, u]
-            wb, wc = where[v, u, 0] * depth, where[v, u, 1] * depth
-            wa = 1 - wb - wc
-            hits[count, 0] = wa * uv[t, 0, 0] + wb * uv[t, 1, 0] + wc * uv[t, 2, 0]
-            hits[count, 1] = wa * uv[t, 0, 1] + wb * uv[t, 1, 1] + wc * uv[t, 2, 1]
-            hits[count, 2] = density[t]
-            hits[count, 3] = depth * max(pixel, smooth * abs(inverse_focus - inverse[v, u]))
-            hits[count, 4] = (
-                wa * light[t, 0, side] + wb * light[t, 1, side] + wc * light[t, 2, side]
-            )
-            hits[count, 5] = v * TILE + u
-            count += 1
-    return count
-
-
-@kernel
-def _add_colours(hits, count, total):
-    """Add the colours that are the hits' values."""
+def _add(hits, pixels, count, total):
+    """Add the lit colours of what is hit to their pixels' sums."""
     for n in range(count):
-        at, lit = int(hits[n, 5]), hits[n, 4]
+        at, lit = pixels[n], hits[_LIT, n]
         for i in range(3):
-            total[at, i] += lit * hits[n, i]
+            total[at, i] += lit * hits[_COLOUR + i, n]
         total[at, 3] += 1
 
 
 @kernel
-def _add_pattern(noise, palette, cell, hits, count, total):
-    """Add the colours of chips at three scales, the finest that are resolved.
+def _colour_by_pattern(palette, cell, hits, count):
+    """Colour what is hit with chips of three sizes, the finest that are resolved.
 
     Levels fade in and out as the camera comes nearer.
     """
+    # In the end, of each hit's finest level: pixels per cell, and cells per coarsest cell.
+    pixels, scale, fading = hits[_RESOLUTION], hits[_SCALE], hits[_FADING]
+    coarsest = _F(cell)
     for n in range(count):
-        pixel = hits[n, 3] / cell
-        finest = max(-np.log(_PIXELS * pixel) / _LOG_FINER, 0.0)
-        last = int(finest)
-        fading = finest - last
-        first = max(last - 2, 0)
-        scale = 1.0
-        for _ in range(first):
-            scale *= _FINER
-        r, g, b = palette[0, 0], palette[0, 1], palette[0, 2]
-        for level in range(first, last + 1):
-            # Shifted so that the levels' cells do not line up.
-            x = hits[n, 0] * scale + 17.3 * level
-            y = hits[n, 1] * scale + 7.7 * level
-            z = hits[n, 2] * scale - 11.9 * level
-            value = _noise(noise, x, y, z)
-            strength = 1.0
-            if level == last - 2:
-                strength = 1.0 - fading
-            elif level == last and last > 0:
-                strength = fading
-            edge = max(_SLOPE * scale * pixel, 1e-6)
-            share = min(max((abs(value) - _THRESHOLD) / edge + 0.5, 0.0), 1.0) * strength
-            if share > 0:
-                chip = 1 if value > 0 else 2
-                r += share * (palette[chip, 0] - r)
-                g += share * (palette[chip, 1] - g)
-                b += share * (palette[chip, 2] - b)
-            scale *= _FINER
-        at, lit = int(hits[n, 5]), hits[n, 4]
-        total[at, 0] += lit * r
-        total[at, 1] += lit * g
-        total[at, 2] += lit * b
-        total[at, 3] += 1
+        pixels[n] = coarsest * pixels[n]
+        scale[n] = _ONE
+    for _ in range(_LEVELS):
+        for n in range(count):
+            finer = pixels[n] >= _FOUR * _PIXELS
+            scale[n] = _FOUR * scale[n] if finer else scale[n]
+            pixels[n] = _FOURTH * pixels[n] if finer else pixels[n]
+    for n in range(count):
+        faded = min(max((pixels[n] * (_ONE / _PIXELS) - _ONE) * _THIRD, _NONE), _ONE)
+        fading[n] = faded if scale[n] > _ONE else _ONE
+    for i in range(3):
+        hits[_COLOUR + i, :count] = palette[0, i]
+    _add_chips(palette, hits, count, _F(1 / 16), _ONE, -_ONE)
+    _add_chips(palette, hits, count, _FOURTH, _ONE, _NONE)
+    _add_chips(palette, hits, count, _ONE, _NONE, _ONE)
 
 
 @kernel
-def _noise(volume, x, y, z):
-    """Interpolate periodic noise."""
-    i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-    x, y, z = x - i, y - j, z - k
-    i0, i1 = (i & _MASK) * NOISE_SIZE, ((i + 1) & _MASK) * NOISE_SIZE
-    j0, j1 = j & _MASK, (j + 1) & _MASK
-    k0, k1 = k & _MASK, (k + 1) & _MASK
-    a, b = (i0 + j0) * NOISE_SIZE, (i0 + j1) * NOISE_SIZE
-    c, d = (i1 + j0) * NOISE_SIZE, (i1 + j1) * NOISE_SIZE
-    a0, b0 = float(volume[a + k0]), float(volume[b + k0])
-    c0, d0 = float(volume[c + k0]), float(volume[d + k0])
-    a0 += z * (volume[a + k1] - a0)
-    b0 += z * (volume[b + k1] - b0)
-    c0 += z * (volume[c + k1] - c0)
-    d0 += z * (volume[d + k1] - d0)
-    a0 += y * (b0 - a0)
-    c0 += y * (d0 - c0)
-    return (a0 + x * (c0 - a0)) / NOISE_UNITS
+def _add_chips(palette, hits, count, coarser, steady, faded):
+    """Add chips of cells that are so much coarser than the finest.
+
+    Their strength is steady + faded × fading.
+    """
+    x, y, z, pixels, fading = hits[0], hits[1], hits[2], hits[_RESOLUTION], hits[_FADING]
+    red, green, blue, scales = hits[_COLOUR], hits[_COLOUR + 1], hits[_COLOUR + 2], hits[_SCALE]
+    r1, g1, b1 = palette[1]
+    r2, g2, b2 = palette[2]
+    sharpness = _ONE / (_SLOPE * coarser)
+    for n in range(count):
+        scale = scales[n] * coarser
+        strength = steady + faded * fading[n] if scale >= _ONE else _NONE
+        value = _noise(x[n] * scale + _BESIDE, y[n] * scale + _BESIDE, z[n] * scale + _BESIDE)
+        inside = (abs(value) - _THRESHOLD) * (sharpness * pixels[n]) + _HALF
+        share = strength * min(max(inside, _NONE), _ONE)
+        r, g, b = red[n], green[n], blue[n]
+        red[n] = r + share * ((r1 if value > _NONE else r2) - r)
+        green[n] = g + share * ((g1 if value > _NONE else g2) - g)
+        blue[n] = b + share * ((b1 if value > _NONE else b2) - b)
+
+
+@njit(inline="always")
+def _noise(x, y, z):
+    """Return noise with features of about a cell, of standard deviation 0.32.
+
+    It is 0 at the corners of cells, with a gradient there that is one of a cube's diagonals (K.
+    Perlin, An Image Synthesizer, SIGGRAPH 1985).
+    """
+    floor_x, floor_y, floor_z = np.floor(x), np.floor(y), np.floor(z)
+    left, top, front = x - floor_x, y - floor_y, z - floor_z
+    right, bottom, back = left - _ONE, top - _ONE, front - _ONE
+    i, j, k = (
+        _U(_U(np.int32(floor_x)) * _HASH_X),
+        _U(_U(np.int32(floor_y)) * _HASH_Y),
+        _U(_U(np.int32(floor_z)) * _HASH_Z),
+    )
+    i1, j1, k1 = _U(i + _HASH_X), _U(j + _HASH_Y), _U(k + _HASH_Z)
+    a, a1 = _rise(i ^ j ^ k, left, top, front), _rise(i ^ j ^ k1, left, top, back)
+    b, b1 = _rise(i ^ j1 ^ k, left, bottom, front), _rise(i ^ j1 ^ k1, left, bottom, back)
+    c, c1 = _rise(i1 ^ j ^ k, right, top, front), _rise(i1 ^ j ^ k1, right, top, back)
+    d, d1 = _rise(i1 ^ j1 ^ k, right, bottom, front), _rise(i1 ^ j1 ^ k1, right, bottom, back)
+    along = _ease(front)
+    a, b, c, d = (
+        a + along * (a1 - a),
+        b + along * (b1 - b),
+        c + along * (c1 - c),
+        d + along * (d1 - d),
+    )
+    down = _ease(top)
+    a, c = a + down * (b - a), c + down * (d - c)
+    return a + _ease(left) * (c - a)
+
+
+@njit(inline="always")
+def _rise(cell, x, y, z):
+    """Return how much the gradient of a cell's corner rises to a place beside it."""
+    bits = _U(cell * _HASH) >> _HASH_BITS
+    return (x if bits & _U(1) else -x) + (y if bits & _U(2) else -y) + (z if bits & _U(4) else -z)
+
+
+@njit(inline="always")
+def _ease(x):
+    return x * x * (_F(3) - x - x)
 
 
 @kernel
-def _add_texture(texels, levels, decode, hits, count, total):
-    """Add a texture's colours, averaged over about a pixel."""
+def _colour_by_texture(texels, levels, decode, hits, count):
+    """Colour what is hit as a texture is, averaged over about a pixel."""
     for n in range(count):
-        u, v = hits[n, 0], hits[n, 1]
-        level = np.log2(max(hits[n, 2] * hits[n, 3], 1e-9)) - _SHARPER
+        u, v, density = hits[0, n], hits[1, n], hits[2, n]
+        level = np.log2(max(density / hits[_RESOLUTION, n], 1e-9)) - _SHARPER
         level = min(max(level, 0.0), len(levels) - 1.0)
         sharp = int(level)
         r, g, b = _texel(texels, levels, decode, sharp, u, v)
@@ -329,11 +324,7 @@ def _add_texture(texels, levels, decode, hits, count, total):
             r += share * (smooth[0] - r)
             g += share * (smooth[1] - g)
             b += share * (smooth[2] - b)
-        at, lit = int(hits[n, 5]), hits[n, 4]
-        total[at, 0] += lit * r
-        total[at, 1] += lit * g
-        total[at, 2] += lit * b
-        total[at, 3] += 1
+        hits[_COLOUR, n], hits[_COLOUR + 1, n], hits[_COLOUR + 2, n] = r, g, b
 
 
 @kernel

@@ -7,6 +7,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
@@ -55,6 +56,23 @@ class Shot:
     in_focus_samples: int
     device_value: float | None = None
     from_sensor: float | None = None
+
+    def holds(self, depths: NDArray[np.floating], tolerance: float) -> NDArray[np.bool_]:
+        """Return where a depth, and all that differ from it by the tolerance, are in focus.
+
+        Parameters
+        ----------
+        depths : array
+            Metres; inf, where nothing is, is never in focus.
+        tolerance : float
+            The plan's depth tolerance, metres.
+        """
+        held: NDArray[np.bool_] = (
+            np.isfinite(depths)
+            & (depths >= self.near_limit + tolerance)
+            & (depths <= self.far_limit - tolerance)
+        )
+        return held
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from focus_planner.core.validation import InputError, check_array, check_finite
 #: Red, green and blue, 0 to 255, as sRGB.
 Colours = NDArray[np.uint8]
 
+# Numbers to encode at a time.
+_BAND = 1_000_000
+
 
 @dataclass(frozen=True, eq=False)
 class Texture:
@@ -71,8 +74,12 @@ def decode(colours: Colours) -> NDArray[np.float32]:
 
 def encode(linear: FloatArray | NDArray[np.float32]) -> Colours:
     """Return colours as sRGB of linear light from 0 to 1."""
-    steps = (np.clip(linear, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
-    colours: Colours = _encoded()[steps]
+    colours = np.empty(linear.shape, np.uint8)
+    rows = max(_BAND // max(linear[:1].size, 1), 1)
+    for top in range(0, len(linear), rows):
+        band = linear[top : top + rows]
+        steps = (np.clip(band, 0, 1) * (len(_encoded()) - 1) + 0.5).astype(np.int32)
+        colours[top : top + rows] = _encoded()[steps]
     return colours
 
 
