@@ -2,9 +2,11 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scheme } from "./colours";
+import { Detail } from "./detail";
 import { disposeOf, Frusta, type Inks, linesOfSight, selectedCamera } from "./frusta";
 import { axis, corners, minus, norm } from "./geometry";
 import type { Model, Vector } from "./model";
+import { madeRenderer } from "./renderer";
 import { Splats } from "./splats";
 
 /** A point is explained in one of the plans. */
@@ -55,20 +57,14 @@ export class View {
   private waiting = false;
   private held = false;
   private moved = false;
+  private readonly detail = new Detail(() => this.draw());
 
   constructor(
     private readonly model: Model,
     holder: HTMLElement,
   ) {
     THREE.ColorManagement.enabled = false;
-    this.renderer = new THREE.WebGLRenderer({
-      antialias: !drawnByProcessor(),
-      alpha: true,
-      preserveDrawingBuffer: true,
-      powerPreference: "high-performance",
-    });
-    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
-    this.renderer.autoClear = false;
+    this.renderer = madeRenderer();
     this.canvas = this.renderer.domElement;
     holder.append(this.canvas);
     const [centre, radius] = extentOf(model);
@@ -83,7 +79,7 @@ export class View {
     );
     this.marker.renderOrder = 10;
     this.marker.visible = false;
-    this.scene.add(...this.splats.meshes, this.frusta.lines, this.marker);
+    this.scene.add(...this.splats.meshes, ...this.frusta.lines, this.marker);
     this.camera.up.set(...upOf(model));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
@@ -92,6 +88,7 @@ export class View {
     this.controls.addEventListener("end", () => (this.held = false));
     this.controls.addEventListener("change", () => {
       this.moved ||= this.held;
+      if (this.moved) this.detail.move();
       this.draw();
     });
     this.canvas.addEventListener("webglcontextrestored", () => this.draw());
@@ -108,6 +105,7 @@ export class View {
   ink(inks: Inks): void {
     this.inks = inks;
     (this.marker.material as THREE.MeshBasicMaterial).color.set(inks.selected);
+    this.frusta.paint(inks);
     this.splats.onPaper(new THREE.Color(inks.paper), window.devicePixelRatio);
     this.select(this.selection);
   }
@@ -159,14 +157,15 @@ export class View {
     this.renderer.setScissorTest(false);
     this.renderer.clear();
     this.renderer.setScissorTest(true);
-    this.frusta.lines.visible = this.showCameras;
+    this.detail.drawing();
+    this.splats.thin(this.detail.share);
     for (const pane of this.panes()) {
       this.aim(pane, height);
       this.model.plans.forEach((_, k) => {
         this.splats.meshes[k]!.visible = k === pane.plan;
+        this.frusta.lines[k]!.visible = this.showCameras && k === pane.plan;
         if (this.groups[k]) this.groups[k].visible = k === pane.plan;
       });
-      this.frusta.paint(this.model.plans[pane.plan]!, this.inks);
       this.placeMarker();
       this.renderer.setViewport(pane.x, 0, pane.width, height);
       this.renderer.setScissor(pane.from, 0, pane.to - pane.from, height);
@@ -404,16 +403,6 @@ export class View {
     }
     return hit;
   }
-}
-
-/** Whether there is no graphics card to draw: smooth edges then cost more than all else. */
-function drawnByProcessor(): boolean {
-  const context = document.createElement("canvas").getContext("webgl2");
-  if (!context) return false;
-  const told = context.getExtension("WEBGL_debug_renderer_info");
-  const name = String(context.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
-  context.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 function extentOf(model: Model): [THREE.Vector3, number] {
