@@ -102,7 +102,11 @@ function seeing(model: Model, views: View[], onCamera: (camera: number) => void)
     views.map((view) => [
       button(view.camera.name, () => onCamera(view.camera.index), { class: "link" }),
       view.depth.toFixed(3),
-      `${view.near.toFixed(3)}–${view.far === null ? "∞" : view.far.toFixed(3)}`,
+      h(
+        "span",
+        { class: "range" },
+        `${view.near.toFixed(3)}–${view.far === null ? "∞" : view.far.toFixed(3)}`,
+      ),
       h(
         "span",
         { class: view.held ? "is sharp" : "is blurred" },

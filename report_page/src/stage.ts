@@ -39,6 +39,10 @@ export class Stage {
     this.second = model.plans.length > 1 && window.innerWidth >= 700 ? 1 : null;
     this.inspector = new Inspector(model, {
       select: (selection) => this.select(selection),
+      close: () => {
+        this.select(null);
+        this.view.canvas.focus({ preventScroll: true });
+      },
       lookFrom: (camera) => this.view.lookFrom(camera),
       showInTable: (camera) => this.table?.show(camera),
     });
@@ -134,6 +138,7 @@ export class Stage {
     bar.append(
       h("label", { class: "check" }, shown, h("span", {}, "Cameras")),
       button("Reset view", () => this.view.home()),
+      button("Show rig", () => this.view.home(true)),
     );
     return bar;
   }
@@ -166,6 +171,7 @@ export class Stage {
     const selected = this.selection && "camera" in this.selection ? this.selection.camera : null;
     this.labels.place(selected);
     this.captions.replaceChildren(
+      this.aim(),
       ...this.view.panes().map((pane, k) => {
         const plan = this.model.plans[pane.plan]!;
         const caption = h(
@@ -176,11 +182,19 @@ export class Stage {
         );
         if (this.slider && k) caption.style.right = "12px";
         else caption.style.left = `${pane.from + 12}px`;
+        caption.classList.toggle("beside", k > 0 && !this.slider);
         return caption;
       }),
     );
     this.divider.style.left = `${100 * this.view.layout.at}%`;
-    this.element.dataset["drawn"] = "true";
+    this.element.toggleAttribute("data-drawn", this.view.isWhole);
+  }
+
+  /** What Enter selects, while the picture has the focus. */
+  private aim(): HTMLElement {
+    const mark = h("span", { class: "aim" });
+    mark.style.left = `${this.view.middle().x}px`;
+    return mark;
   }
 
   private madeDivider(): HTMLElement {
@@ -205,7 +219,7 @@ export class Stage {
       move((event.clientX - box.left) / box.width);
     });
     divider.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
+      const step = { ArrowLeft: -0.02, ArrowDown: -0.02, ArrowRight: 0.02, ArrowUp: 0.02, Home: -1, End: 1 }[event.key];
       if (step === undefined) return;
       move(this.view.layout.at + step);
       event.preventDefault();

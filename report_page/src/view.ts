@@ -39,7 +39,9 @@ export class View {
   layout: Layout = { plans: [0], slider: false, at: 0.5 };
   showCameras = true;
   hovered: number | null = null;
-  /** Called after each drawing. */
+  /** Whether all of the surface is in the picture, not only as much as keeps a move fluent. */
+  isWhole = false;
+  /** Called after each drawing, and when another camera is pointed at. */
   onDrawn: () => void = () => {};
   readonly frusta: Frusta;
   private readonly renderer: THREE.WebGLRenderer;
@@ -130,6 +132,13 @@ export class View {
     this.draw();
   }
 
+  hover(camera: number | null): void {
+    if (camera === this.hovered) return;
+    this.hovered = camera;
+    this.canvas.style.cursor = camera === null ? "" : "pointer";
+    this.onDrawn();
+  }
+
   draw(): void {
     if (this.waiting) return;
     this.waiting = true;
@@ -171,6 +180,7 @@ export class View {
       this.renderer.setScissor(pane.from, 0, pane.to - pane.from, height);
       this.renderer.render(this.scene, this.camera);
     }
+    this.isWhole = this.detail.share === 1;
     this.onDrawn();
   }
 
@@ -199,14 +209,15 @@ export class View {
 
   // --- where one looks from --------------------------------------------------------------------
 
-  home(): void {
-    this.moved = false;
+  /** Look at the surface from the front, or from as far away as shows all cameras. */
+  home(withRig = false): void {
+    this.moved = withRig;
     const up = this.camera.up;
     const front = Math.abs(up.z) > 0.5 ? new THREE.Vector3(0, -1, 0) : new THREE.Vector3(0, 0, 1);
     const side = new THREE.Vector3().crossVectors(front, up).normalize();
     const from = front.addScaledVector(side, -0.42).addScaledVector(up, 0.16).normalize();
     this.controls.target.copy(this.centre);
-    this.camera.position.copy(this.centre).addScaledVector(from, this.fittingDistance(from));
+    this.camera.position.copy(this.centre).addScaledVector(from, this.fittingDistance(from, withRig));
     this.controls.minDistance = 0.02 * this.radius;
     this.controls.maxDistance = 30 * this.radius;
     this.controls.update();
@@ -224,8 +235,8 @@ export class View {
     this.orbit(((left ? -1 : 1) * (turn - REVEALED)) / ORBIT_STEP, 0);
   }
 
-  /** How far away the surface fills the first pane when seen from a direction. */
-  private fittingDistance(from: THREE.Vector3): number {
+  /** How far away the surface, or the rig, fills the first pane when seen from a direction. */
+  private fittingDistance(from: THREE.Vector3, withRig: boolean): number {
     const { clientWidth, clientHeight } = this.canvas.parentElement!;
     const pane = this.panes()[0]!;
     const aspect = (pane.width || clientWidth || 1) / (clientHeight || 1);
@@ -244,8 +255,9 @@ export class View {
     }
     let rig = 0;
     for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95));
-    // With its cameras, unless that makes it much smaller.
-    return Math.max(surface, Math.min(rig, 1.6 * surface)) || 3 * this.radius;
+    const all = Math.max(surface, rig);
+    // With its cameras, if that makes it hardly smaller.
+    return (withRig || all < 1.2 * surface ? all : surface) || 3 * this.radius;
   }
 
   orbit(across: number, up: number): void {
@@ -333,6 +345,13 @@ export class View {
     const x = pane.x + (0.5 + at.x / 2) * pane.width;
     const y = (0.5 - at.y / 2) * height;
     return { x, y, depth };
+  }
+
+  /** The middle of the first pane. */
+  middle(): { x: number; y: number } {
+    const pane = this.panes()[0]!;
+    const x = Math.max(Math.min(pane.x + pane.width / 2, pane.to - 1), pane.from);
+    return { x, y: this.canvas.clientHeight / 2 };
   }
 
   planAt(x: number): number {
