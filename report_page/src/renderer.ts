@@ -1,6 +1,7 @@
 // What draws: with smooth edges where there is a graphics card.
 import * as THREE from "three";
 
+/** Throws an error that says what the browser lacks. */
 export function madeRenderer(): THREE.WebGLRenderer {
   const settings = {
     alpha: true,
@@ -11,8 +12,9 @@ export function madeRenderer(): THREE.WebGLRenderer {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("webgl2", { ...settings, antialias: false });
   // Without a graphics card smooth edges would cost more than all else, and so would to start twice.
-  if (context && isProcessor(context)) return prepared({ ...settings, canvas, context });
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  if (!context) throw new Error("it has no WebGL 2, or has switched it off");
+  if (isProcessor(context)) return prepared({ ...settings, canvas, context });
+  context.getExtension("WEBGL_lose_context")?.loseContext();
   return prepared({ ...settings, antialias: true });
 }
 

@@ -7,7 +7,7 @@ import { Labels } from "./labels";
 import { legendNodes } from "./legend";
 import type { Model } from "./model";
 import { listen } from "./pointing";
-import { currentInks } from "./theme";
+import { currentInks, inksOfPaper } from "./theme";
 import { View, type Layout, type Selection } from "./view";
 import { percent } from "./words";
 
@@ -28,11 +28,12 @@ export class Stage {
   private second: number | null = null;
   private slider = false;
   private ways: HTMLFieldSetElement | null = null;
-  private table: CameraTable | null = null;
+  private folded: HTMLDetailsElement[] = [];
 
   constructor(
     private readonly model: Model,
     private readonly element: HTMLElement,
+    private readonly table: CameraTable,
   ) {
     this.schemes = schemes(model);
     this.scheme = this.schemes[0]!;
@@ -44,7 +45,7 @@ export class Stage {
         this.view.canvas.focus({ preventScroll: true });
       },
       lookFrom: (camera) => this.view.lookFrom(camera),
-      showInTable: (camera) => this.table?.show(camera),
+      showInTable: (camera) => this.table.show(camera),
     });
     const picture = h("div", { class: "picture-box" }, this.holder, this.legend);
     element.replaceChildren(this.toolbar(), h("div", { class: "stage" }, picture, this.inspector.element));
@@ -59,19 +60,12 @@ export class Stage {
     listen(model, this.view, () => this.selection, (selection) => this.select(selection));
     this.view.onDrawn = () => this.drawn();
     window.addEventListener("beforeprint", () => this.print());
-    window.addEventListener("afterprint", () => this.restyle());
+    window.addEventListener("afterprint", () => this.printed());
     this.inspector.show(null, this.plans, null);
     this.view.paint(this.scheme);
     this.arrange();
     this.restyle();
-  }
-
-  restyle(): void {
-    this.view.ink(currentInks());
-  }
-
-  useTable(table: HTMLTableElement, filters: HTMLElement): void {
-    this.table = new CameraTable(table, filters, (camera) => {
+    table.link((camera) => {
       this.select({ camera });
       this.view.reveal(camera);
       this.element.scrollIntoView({ block: "start" });
@@ -79,11 +73,15 @@ export class Stage {
     });
   }
 
+  restyle(): void {
+    this.view.ink(currentInks());
+  }
+
   private select(selection: Selection): void {
     const previous = this.selection;
     this.selection = selection;
     this.inspector.show(selection, this.plans, previous);
-    this.table?.mark(selection && "camera" in selection ? selection.camera : null);
+    this.table.mark(selection && "camera" in selection ? selection.camera : null);
     this.view.select(selection);
   }
 
@@ -227,9 +225,16 @@ export class Stage {
     return divider;
   }
 
-  /** Draw as it goes onto paper. */
+  /** Draw as it goes onto paper, with what tells how it was made. */
   private print(): void {
-    this.view.ink(currentInks());
+    this.folded = [...document.querySelectorAll<HTMLDetailsElement>("#origin details:not([open])")];
+    for (const each of this.folded) each.open = true;
+    this.view.ink(inksOfPaper());
     this.view.drawNow();
+  }
+
+  private printed(): void {
+    for (const each of this.folded) each.open = false;
+    this.restyle();
   }
 }

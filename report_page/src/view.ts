@@ -31,6 +31,7 @@ export interface Pane {
 
 const FIELD = 32; // degrees
 const FILL = 0.84; // of a pane, by the surface at first
+const CAPTION = 48; // pixels at its top that are kept free
 const REVEALED = (50 * Math.PI) / 180; // off the line of sight, at most
 const ORBIT_STEP = Math.PI / 36;
 
@@ -244,17 +245,18 @@ export class View {
     const right = new THREE.Vector3().crossVectors(this.camera.up, from).normalize();
     const above = new THREE.Vector3().crossVectors(from, right);
     const every = Math.ceil(this.model.samples / 2048);
-    const needed = (place: Vector, fill: number) => {
+    const tall = Math.min(FILL, Math.max(1 - (2 * CAPTION) / (clientHeight || 1), 0.3));
+    const needed = (place: Vector, fill: number, tall: number) => {
       const d = new THREE.Vector3(...place).sub(this.centre);
       const wide = Math.abs(d.dot(right)) / (fill * tangent * aspect);
-      return d.dot(from) + Math.max(wide, Math.abs(d.dot(above)) / (fill * tangent));
+      return d.dot(from) + Math.max(wide, Math.abs(d.dot(above)) / (tall * tangent));
     };
     let surface = 0;
     for (let p = 0; p < this.model.samples; p += every) {
-      surface = Math.max(surface, needed(this.model.point(p), FILL));
+      surface = Math.max(surface, needed(this.model.point(p), FILL, tall));
     }
     let rig = 0;
-    for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95));
+    for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95, 0.95));
     const all = Math.max(surface, rig);
     // With its cameras, if that makes it hardly smaller.
     return (withRig || all < 1.2 * surface ? all : surface) || 3 * this.radius;
