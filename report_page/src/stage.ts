@@ -28,6 +28,7 @@ export class Stage {
   private second: number | null = null;
   private slider = false;
   private ways: HTMLFieldSetElement | null = null;
+  private readonly paper = h("canvas", { class: "paper", "aria-hidden": "true" });
   private folded: HTMLDetailsElement[] = [];
 
   constructor(
@@ -50,7 +51,7 @@ export class Stage {
     const picture = h("div", { class: "picture-box" }, this.holder, this.legend);
     element.replaceChildren(this.toolbar(), h("div", { class: "stage" }, picture, this.inspector.element));
     this.view = new View(model, this.holder);
-    this.holder.append(this.captions, this.divider);
+    this.holder.append(this.captions, this.divider, this.paper);
     this.labels = new Labels(model, this.view, this.holder);
     const { canvas } = this.view;
     canvas.tabIndex = 0;
@@ -231,9 +232,14 @@ export class Stage {
     for (const each of this.folded) each.open = true;
     this.view.ink(inksOfPaper());
     this.view.drawNow();
+    // A browser prints what it last showed of WebGL, but what is now in a plain canvas.
+    const { canvas } = this.view;
+    [this.paper.width, this.paper.height] = [canvas.width, canvas.height];
+    this.paper.getContext("2d")!.drawImage(canvas, 0, 0);
   }
 
   private printed(): void {
+    this.paper.width = this.paper.height = 0;
     for (const each of this.folded) each.open = false;
     this.restyle();
   }
