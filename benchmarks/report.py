@@ -44,7 +44,14 @@ def run(console: Console) -> bool:
     }
     chromium = shutil.which("chromium")
     table = Table(title="reports", title_justify="left")
-    for heading in ("report", "write / s", "size / MB", "load / s", "then drawn / s", "turning / Hz"):
+    for heading in (
+        "report",
+        "write / s",
+        "size / MB",
+        "load / s",
+        "then drawn / s",
+        "turning / Hz",
+    ):
         table.add_column(heading, justify="left" if heading == "report" else "right")
     fast = True
     with tempfile.TemporaryDirectory() as folder:

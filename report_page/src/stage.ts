@@ -60,6 +60,7 @@ export class Stage {
     canvas.setAttribute("aria-label", "The surface and the cameras: arrows turn, n and p choose a camera, Enter the point in the middle");
     listen(model, this.view, () => this.selection, (selection) => this.select(selection));
     this.view.onDrawn = () => this.drawn();
+    this.view.onWhole = (isWhole) => element.toggleAttribute("data-drawn", isWhole);
     window.addEventListener("beforeprint", () => this.print());
     window.addEventListener("afterprint", () => this.printed());
     this.inspector.show(null, this.plans, null);
@@ -186,7 +187,6 @@ export class Stage {
       }),
     );
     this.divider.style.left = `${100 * this.view.layout.at}%`;
-    this.element.toggleAttribute("data-drawn", this.view.isWhole);
   }
 
   /** What Enter selects, while the picture has the focus. */

@@ -40,10 +40,10 @@ export class View {
   layout: Layout = { plans: [0], slider: false, at: 0.5 };
   showCameras = true;
   hovered: number | null = null;
-  /** Whether all of the surface is in the picture, not only as much as keeps a move fluent. */
-  isWhole = false;
   /** Called after each drawing, and when another camera is pointed at. */
   onDrawn: () => void = () => {};
+  /** Called with true once all of the surface is on the canvas, and with false when it is drawn anew. */
+  onWhole: (isWhole: boolean) => void = () => {};
   readonly frusta: Frusta;
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
@@ -58,6 +58,7 @@ export class View {
   private groups: THREE.Group[] = [];
   private inks: Inks | null = null;
   private waiting = false;
+  private drawings = 0;
   private held = false;
   private moved = false;
   private readonly detail = new Detail(() => this.draw());
@@ -181,8 +182,28 @@ export class View {
       this.renderer.setScissor(pane.from, 0, pane.to - pane.from, height);
       this.renderer.render(this.scene, this.camera);
     }
-    this.isWhole = this.detail.share === 1;
     this.onDrawn();
+    this.drawings++;
+    this.onWhole(false);
+    if (this.detail.share === 1) this.whenFinished(() => this.onWhole(true));
+  }
+
+  /** What is drawn is only asked for at first: wait until it is there, unless it is drawn anew. */
+  private whenFinished(action: () => void): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const drawing = this.drawings;
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      const isNewest = drawing === this.drawings;
+      if (fence && isNewest && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
+        window.setTimeout(look, 10);
+        return;
+      }
+      gl.deleteSync(fence);
+      if (isNewest && !gl.isContextLost()) action();
+    };
+    window.setTimeout(look);
   }
 
   panes(): Pane[] {
