@@ -96,7 +96,10 @@ export class View {
       this.draw();
     });
     this.canvas.addEventListener("webglcontextrestored", () => this.draw());
-    new ResizeObserver(() => this.resized()).observe(holder);
+    new ResizeObserver(() => {
+      const { x, y } = this.renderer.getSize(new THREE.Vector2());
+      if (x !== holder.clientWidth || y !== holder.clientHeight) this.resized();
+    }).observe(holder);
   }
 
   // --- what is shown ---------------------------------------------------------------------------
