@@ -5,7 +5,8 @@ const LEAST = 1 / 16;
 const REST = 180; // milliseconds without a move
 
 export class Detail {
-  private moving = 0;
+  private moving = false;
+  private resting = 0;
   private last = 0;
   private found = 1;
 
@@ -16,25 +17,31 @@ export class Detail {
     return this.moving ? this.found : 1;
   }
 
-  /** Something moves. */
+  /** Something moves, and will be drawn. */
   move(): void {
-    if (!this.moving) this.last = 0;
-    window.clearTimeout(this.moving);
-    this.moving = window.setTimeout(() => {
-      this.moving = 0;
-      if (this.found < 1) this.onRest();
-    }, REST);
+    if (!this.moving) this.last = 0; // after a pause of the hand the time tells nothing
+    this.moving = true;
+    window.clearTimeout(this.resting);
   }
 
   /** A drawing begins. */
   drawing(): void {
     const now = performance.now();
     const taken = now - this.last;
-    // Of two in a row: after a pause of the hand the time tells nothing.
-    if (this.moving && this.last && taken < 2000) {
+    if (this.moving && this.last) {
       if (taken > SLOW) this.found = Math.max(this.found * Math.max(SLOW / taken, 0.4), LEAST);
       else if (taken < FAST) this.found = Math.min(this.found * 1.1, 1);
     }
     this.last = now;
+  }
+
+  /** The newest drawing is on the canvas. */
+  finished(): void {
+    window.clearTimeout(this.resting);
+    if (!this.moving) return;
+    this.resting = window.setTimeout(() => {
+      this.moving = false;
+      if (this.found < 1) this.onRest();
+    }, REST);
   }
 }

@@ -188,7 +188,11 @@ export class View {
     this.onDrawn();
     this.drawings++;
     this.onWhole(false);
-    if (this.detail.share === 1) this.whenFinished(() => this.onWhole(true));
+    const isWhole = this.detail.share === 1;
+    this.whenFinished(() => {
+      this.detail.finished();
+      this.onWhole(isWhole);
+    });
   }
 
   /** What is drawn is only asked for at first: wait until it is there, unless it is drawn anew. */

@@ -383,6 +383,10 @@ def test_a_large_report_draws(browser, tmp_path):
         assert share_of_surface(opened.pixels()) > 0.05
         point = point_to_click(opened)
         assert f"{content.plans[0].cost[point]:.3f}" in opened.inspector.inner_text()
+        opened.canvas.focus()
+        for _ in range(4):
+            opened.page.keyboard.press("ArrowLeft")
+        opened.page.wait_for_selector("#stage[data-drawn]")  # all of it again, at rest
         assert opened.complaints == []
 
 
