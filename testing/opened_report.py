@@ -55,7 +55,7 @@ class Opened:
 
     @property
     def canvas(self):
-        return self.page.locator(".canvas canvas")
+        return self.page.locator(".canvas canvas[tabindex]")
 
     @property
     def inspector(self):

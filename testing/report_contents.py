@@ -54,11 +54,13 @@ def real(samples: int = 16_384) -> ReportContent:
     return content_of(Scene(body("arms_out")), cylinder_rig(), samples)
 
 
-def made_large(samples: int = 65_536, cameras: int = 1_000) -> ReportContent:
+def made_large(
+    samples: int = 65_536, cameras: int = 1_000, squarely: float = 0.985
+) -> ReportContent:
     """Samples of a sphere and many cameras around it; the plans are made up, the geometry is not.
 
-    A pair is one of a camera and a sample that faces it almost squarely: of what a convex surface
-    has in its picture, the middle.
+    A pair is one of a camera and a sample that faces it almost squarely, by this cosine: of what a
+    convex surface has in its picture, the middle.
     """
     rng = np.random.default_rng(0)
     normals = rng.normal(size=(samples, 3))
@@ -73,7 +75,7 @@ def made_large(samples: int = 65_536, cameras: int = 1_000) -> ReportContent:
         )
     )
     towards = (places / np.linalg.norm(places, axis=1)[:, None]).astype(np.float32)
-    sample, camera = np.nonzero(normals.astype(np.float32) @ towards.T > 0.985)
+    sample, camera = np.nonzero(normals.astype(np.float32) @ towards.T > squarely)
     depth = ((places[camera] - points[sample]) * towards[camera]).sum(axis=1)
     counts = np.bincount(sample, minlength=samples)
     areas = np.full(samples, 4 * np.pi * 0.3**2 / samples)

@@ -15,7 +15,7 @@ from importlib.resources import files
 from focus_planner.report.content import ReportContent
 from focus_planner.report.markup import text
 from focus_planner.report.payload import encoded_payload
-from focus_planner.report.sections import cameras, costs, head, origin, steps
+from focus_planner.report.sections import cameras, costs, facts, head, origin, steps
 
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -41,6 +41,7 @@ _PAGE = """<!DOCTYPE html>
 <div id="stage"><p class="about">The surface is drawn here by the program in this page: it takes
 JavaScript and WebGL. All else is below.</p></div>
 </section>
+{facts}
 <div class="pair">
 {costs}
 {steps}
@@ -64,6 +65,7 @@ def report_page(content: ReportContent) -> str:
         style=style,
         program=program,
         head=head(content),
+        facts=facts(content),
         costs=costs(content),
         steps=steps(content),
         cameras=cameras(content),

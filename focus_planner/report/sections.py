@@ -22,12 +22,20 @@ _MOST_STEPS = 200  # in the table; all are in the curve
 
 
 def head(content: ReportContent) -> str:
-    """Return the verdict, the notes and what was planned."""
+    """Return the verdict and the notes."""
     notes = "".join(f"<li>{prose(note.text)}</li>" for note in content.notes)
+    return f'<p class="verdict">{prose(content.verdict)}</p>' + (
+        f'<ul class="notes" aria-label="Notes">{notes}</ul>' if notes else ""
+    )
+
+
+def facts(content: ReportContent) -> str:
+    """Return what was planned, how and when; nothing if it is unknown."""
+    if not content.facts:
+        return ""
     return (
-        f'<p class="verdict">{prose(content.verdict)}</p>'
-        + (f'<ul class="notes" aria-label="Notes">{notes}</ul>' if notes else "")
-        + definitions(content.facts, "facts")
+        '<section id="facts" aria-labelledby="facts-title"><h2 id="facts-title">What was planned'
+        f"</h2>{definitions(content.facts, 'facts')}</section>"
     )
 
 

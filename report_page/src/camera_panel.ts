@@ -43,13 +43,13 @@ export function cameraPanel(model: Model, camera: number, plans: number[]): Node
   if (columns.some(({ shot }) => shot.device !== null)) {
     rows.splice(2, 0, ["device value", (shot, plan) => device(shot, plan, camera)]);
   }
-  nodes.push(
-    table(
+  const settings = table(
       "Where the lens is set, and what that holds",
       ["", ...columns.map(({ title }) => ({ text: title, number: true }))],
       rows.map(([name, of]) => [name, ...columns.map(({ shot, plan }) => of(shot, plan))]),
-    ),
   );
+  const region = { class: "scroll", tabindex: 0, role: "region", "aria-label": "Where the lens is set" };
+  nodes.push(h("div", region, settings));
   nodes.push(...heldNodes(model, camera, shown.filter((plan) => plan.seesTheSame)));
   for (const k of plans) nodes.push(...pictureNodes(model, camera, k, plans.length > 1));
   return nodes;
@@ -97,6 +97,16 @@ function pictureNodes(model: Model, camera: number, plan: number, named: boolean
     class: "picture",
   });
   image.addEventListener("load", () => URL.revokeObjectURL(address), { once: true });
-  const caption = `Its picture${named ? `, ${title}` : ""}${shot}`;
-  return [h("figure", {}, image, h("figcaption", {}, caption))];
+  const caption = h(
+    "figcaption",
+    {},
+    `Its picture${named ? `, ${title}` : ""}${shot}, made small, which hides most of the blur. In full: `,
+    h("code", {}, `focus_planner preview RUN --camera ${quoted(name)}`),
+  );
+  return [h("figure", {}, image, caption)];
+}
+
+/** As a shell takes it for one word. */
+function quoted(name: string): string {
+  return /^[\w.-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`;
 }

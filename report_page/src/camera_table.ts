@@ -12,12 +12,11 @@ export class CameraTable {
   constructor(
     table: HTMLTableElement,
     filters: HTMLElement,
-    onCamera: (camera: number) => void,
   ) {
     this.table = table;
     this.rows = [...table.tBodies[0]!.rows];
     this.count = h("p", { class: "count", role: "status" });
-    for (const row of this.rows) this.link(row, onCamera);
+    for (const row of this.rows) nameBoxes(row);
     for (const heading of table.tHead!.rows[0]!.cells) {
       if (heading.dataset["sort"]) this.sortable(heading);
     }
@@ -39,15 +38,12 @@ export class CameraTable {
     row.querySelector("button")?.focus();
   }
 
-  private link(row: HTMLTableRowElement, onCamera: (camera: number) => void): void {
-    const cell = row.querySelector<HTMLElement>("th.name")!;
-    const open = button(cell.textContent!, () => onCamera(Number(row.dataset["camera"])), {
-      class: "link",
-    });
-    cell.replaceChildren(open);
-    const name = cell.dataset["value"]!;
-    for (const box of row.querySelectorAll("input")) {
-      box.setAttribute("aria-label", `${name}: ${box.getAttribute("aria-label")}`);
+  /** Make names of cameras lead to them. */
+  link(onCamera: (camera: number) => void): void {
+    for (const row of this.rows) {
+      const cell = row.querySelector<HTMLElement>("th.name")!;
+      const open = () => onCamera(Number(row.dataset["camera"]));
+      cell.replaceChildren(button(cell.textContent!, open, { class: "link" }));
     }
   }
 
@@ -108,6 +104,14 @@ export class CameraTable {
     }
     this.count.textContent =
       (shown === this.rows.length ? "" : `${shown} of `) + counted(this.rows.length, "row");
+  }
+}
+
+/** Say whose they are. */
+function nameBoxes(row: HTMLTableRowElement): void {
+  const name = row.querySelector<HTMLElement>("th.name")!.dataset["value"]!;
+  for (const box of row.querySelectorAll("input")) {
+    box.setAttribute("aria-label", `${name}: ${box.getAttribute("aria-label")}`);
   }
 }
 

@@ -78,13 +78,11 @@ export function table(
   firstIsHeading = true,
 ): HTMLTableElement {
   const isNumber = (k: number) => typeof headings[k] === "object" && headings[k].number;
-  const head = headings.map((each, k) =>
-    h(
-      "th",
-      { scope: "col", class: isNumber(k) ? "number" : null },
-      typeof each === "string" ? each : each.text,
-    ),
-  );
+  const head = headings.map((each, k) => {
+    const text = typeof each === "string" ? each : each.text;
+    if (!text) return h("td");
+    return h("th", { scope: "col", class: isNumber(k) ? "number" : null }, text);
+  });
   const body = rows.map((cells) =>
     h(
       "tr",

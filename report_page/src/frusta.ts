@@ -16,37 +16,83 @@ export interface Inks {
 }
 
 const PLANNED = 1;
+const CORNERS = 4; // of a line
 
-/** All cameras, each as long as it is small beside the surface. */
+/** All cameras, each as long as it is small beside the surface: lines per plan. */
 export class Frusta {
-  readonly lines: LineSegments2;
-  private readonly segments: number;
+  readonly lines: LineSegments2[];
 
   constructor(
     private readonly model: Model,
     readonly length: number,
   ) {
-    const places: number[] = [];
-    for (const camera of model.cameras) {
-      for (const [a, b] of pyramid(camera, length)) places.push(...a, ...b);
-    }
-    this.segments = places.length / 6;
-    this.lines = new LineSegments2(new LineSegmentsGeometry(), lineMaterial(1.25, true));
-    this.lines.geometry.setPositions(places);
-    this.lines.material.transparent = true;
-    this.lines.material.opacity = 0.85;
+    const ends = model.cameras.flatMap((camera) => pyramid(camera, length));
+    const bare = unrolled(ends);
+    this.lines = model.plans.map(() => {
+      const geometry = new THREE.BufferGeometry();
+      for (const [name, attribute] of Object.entries(bare)) {
+        if (name === "index") geometry.setIndex(attribute);
+        else geometry.setAttribute(name, attribute);
+      }
+      const colours = new THREE.BufferAttribute(new Uint8Array(3 * CORNERS * ends.length), 3, true);
+      geometry.setAttribute("instanceColorStart", colours);
+      geometry.setAttribute("instanceColorEnd", colours);
+      const material = lineMaterial(1.25, true);
+      material.transparent = true;
+      material.opacity = 0.85;
+      // Its shader takes lines that are not instanced as well: see `unrolled`.
+      const lines = new LineSegments2(geometry as unknown as LineSegmentsGeometry, material);
+      lines.frustumCulled = false;
+      return lines;
+    });
   }
 
-  paint(plan: Plan, inks: Inks): void {
-    const colours: number[] = [];
-    const [planned, idle] = [new THREE.Color(inks.camera), new THREE.Color(inks.idle)];
-    const each = this.segments / this.model.cameras.length;
-    for (const focus of plan.cameras) {
-      const colour = focus.status === PLANNED ? planned : idle;
-      for (let k = 0; k < 2 * each; k++) colours.push(colour.r, colour.g, colour.b);
-    }
-    this.lines.geometry.setColors(colours);
+  paint(inks: Inks): void {
+    const [planned, idle] = [inks.camera, inks.idle].map((ink) => {
+      const { r, g, b } = new THREE.Color(ink);
+      return [r, g, b].map((each) => Math.round(255 * each));
+    });
+    this.model.plans.forEach((plan, k) => {
+      const colours = this.lines[k]!.geometry.getAttribute("instanceColorStart");
+      const bytes = colours.array as Uint8Array;
+      const each = bytes.length / plan.cameras.length;
+      plan.cameras.forEach((focus, c) => {
+        const colour = focus.status === PLANNED ? planned! : idle!;
+        for (let at = c * each; at < (c + 1) * each; at += 3) bytes.set(colour, at);
+      });
+      (colours as THREE.BufferAttribute).needsUpdate = true;
+    });
   }
+}
+
+/**
+ * What LineSegmentsGeometry tells of an instance, at every corner of every line: to draw one line
+ * very many times is slow, most of all without a graphics card.
+ */
+function unrolled(ends: [Vector, Vector][]): Record<string, THREE.BufferAttribute> {
+  const count = CORNERS * ends.length;
+  const [position, start, end] = [0, 0, 0].map(() => new Float32Array(3 * count));
+  const uv = new Float32Array(2 * count);
+  const index = new Uint32Array(6 * ends.length);
+  ends.forEach(([from, to], k) => {
+    for (let corner = 0; corner < CORNERS; corner++) {
+      const at = CORNERS * k + corner;
+      const [across, along] = [corner % 2 ? 1 : -1, corner < 2 ? 0 : 1];
+      position!.set([across, along, 0], 3 * at);
+      uv.set([across, 0], 2 * at);
+      start!.set(from, 3 * at);
+      end!.set(to, 3 * at);
+    }
+    const first = CORNERS * k;
+    index.set([0, 1, 2, 2, 1, 3].map((corner) => first + corner), 6 * k);
+  });
+  return {
+    position: new THREE.BufferAttribute(position!, 3),
+    uv: new THREE.BufferAttribute(uv, 2),
+    instanceStart: new THREE.BufferAttribute(start!, 3),
+    instanceEnd: new THREE.BufferAttribute(end!, 3),
+    index: new THREE.BufferAttribute(index, 1),
+  };
 }
 
 function pyramid(camera: Camera, length: number): [Vector, Vector][] {

@@ -7,6 +7,7 @@ import type { Selection } from "./view";
 
 export interface Actions {
   select(selection: Selection): void;
+  close(): void;
   lookFrom(camera: number): void;
   showInTable(camera: number): void;
 }
@@ -19,13 +20,19 @@ const KEYS: [string, string][] = [
   ["Enter", "the point in the middle"],
   ["Esc", "nothing"],
   ["Home", "as at first"],
+  ["End", "the whole rig"],
 ];
 
 export class Inspector {
   readonly element: HTMLElement;
   private readonly title = h("h3", { id: "inspector-title", tabindex: -1 });
   private readonly tools = h("div", { class: "row" });
-  private readonly body = h("div", { class: "body" });
+  private readonly body = h("div", {
+    class: "body",
+    tabindex: 0,
+    role: "group",
+    "aria-labelledby": "inspector-title",
+  });
   private before: Selection[] = [];
   private isGoingBack = false;
 
@@ -43,6 +50,9 @@ export class Inspector {
       live,
     );
     this.say = (text) => (live.textContent = text);
+    this.element.addEventListener("keydown", (event) => {
+      if (event.key === "Escape" && this.element.dataset["kind"]) actions.close();
+    });
   }
 
   private readonly say: (text: string) => void;
@@ -106,7 +116,7 @@ export class Inspector {
   }
 
   private close(): HTMLButtonElement {
-    return button("Close", () => this.actions.select(null));
+    return button("Close", () => this.actions.close());
   }
 }
 

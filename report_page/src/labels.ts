@@ -4,8 +4,10 @@ import type { Model } from "./model";
 import type { View } from "./view";
 
 const MOST = 40;
-const WIDTH = 64;
+const LETTER = 6.5; // pixels, about
+const ASIDE = 8; // of the camera
 const HEIGHT = 16;
+const TOP = 48; // under the captions
 
 export class Labels {
   private readonly pool: HTMLElement[] = [];
@@ -20,28 +22,31 @@ export class Labels {
     let used = 0;
     if (this.view.showCameras) {
       for (const pane of this.view.panes()) {
-        const width = this.holder.clientWidth;
         const height = this.holder.clientHeight;
         const all = this.model.cameras
           .map((camera) => ({
             camera: camera.index,
             at: this.view.locate(this.view.middleOf(camera.index), pane),
           }))
-          .filter(({ at }) => at && at.x > pane.from && at.x < pane.to && at.y > 0 && at.y < height);
+          .filter(({ at }) => at && at.x > pane.from && at.x < pane.to && at.y > TOP && at.y < height - HEIGHT / 2);
         const wanted = (camera: number) => camera === selected || camera === this.view.hovered;
         const few = all.length <= MOST;
         const shown = all.filter(({ camera }) => few || wanted(camera));
         shown.sort(
           (a, b) => Number(wanted(b.camera)) - Number(wanted(a.camera)) || a.at!.depth - b.at!.depth,
         );
-        const taken: [number, number][] = [];
+        const taken: { left: number; right: number; y: number }[] = [];
         for (const { camera, at } of shown) {
-          const [x, y] = [Math.min(at!.x, width - WIDTH), at!.y];
+          const width = 12 + LETTER * this.model.cameras[camera]!.name.length;
+          const y = at!.y;
+          // To the right of its camera; to the left, where the pane ends.
+          const fits = at!.x + ASIDE + width < pane.to;
+          const x = fits ? at!.x + ASIDE : Math.max(at!.x - ASIDE - width, pane.from);
           const crowded = taken.some(
-            ([a, b]) => Math.abs(a - x) < WIDTH && Math.abs(b - y) < HEIGHT,
+            (each) => x < each.right && x + width > each.left && Math.abs(each.y - y) < HEIGHT,
           );
           if (crowded && !wanted(camera)) continue;
-          taken.push([x, y]);
+          taken.push({ left: x, right: x + width, y });
           this.set(used++, camera, x, y, camera === selected, camera === this.view.hovered);
         }
       }

@@ -1,4 +1,5 @@
 // What makes a report move: without it, all its text and tables are there.
+import { CameraTable } from "./camera_table";
 import { Model } from "./model";
 import { readPayload } from "./payload";
 import { Stage } from "./stage";
@@ -11,18 +12,17 @@ async function start(): Promise<void> {
   const stage = byId("stage");
   let drawn: Stage | null = null;
   byId("tools").append(themeSwitch(() => drawn?.restyle()));
+  const table = new CameraTable(byId("cameras") as HTMLTableElement, byId("filters"));
   const model = new Model(await readPayload(byId("payload").textContent!));
   byId("payload").remove();
   try {
-    drawn = new Stage(model, stage);
+    drawn = new Stage(model, stage, table);
   } catch (error) {
-    const said = error instanceof Error ? error.message : String(error);
+    const why = error instanceof Error ? error.message : String(error);
     stage.replaceChildren(
-      h("p", { class: "about", role: "alert" }, `This browser does not draw it: ${said}`),
+      h("p", { class: "about", role: "alert" }, `This browser does not draw the surface: ${why}. All else is below.`),
     );
-    return;
   }
-  drawn.useTable(byId("cameras") as HTMLTableElement, byId("filters"));
 }
 
 void start();

@@ -107,7 +107,11 @@ function seeing(model: Model, views: View[], onCamera: (camera: number) => void)
     views.map((view) => [
       button(view.camera.name, () => onCamera(view.camera.index), { class: "link" }),
       fixed(view.depth, decimals),
-      `${fixed(view.near, decimals)}–${view.far === null ? "∞" : fixed(view.far, decimals)}`,
+      h(
+        "span",
+        { class: "range" },
+        `${fixed(view.near, decimals)}–${view.far === null ? "∞" : fixed(view.far, decimals)}`,
+      ),
       h(
         "span",
         { class: view.held ? "is sharp" : "is blurred" },

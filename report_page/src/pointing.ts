@@ -41,20 +41,13 @@ export function listen(
     const { x, y } = place(event);
     requestAnimationFrame(() => {
       asked = false;
-      hover(view, view.cameraAt(x, y, REACH.mouse));
+      view.hover(view.cameraAt(x, y, REACH.mouse));
     });
   });
-  canvas.addEventListener("pointerleave", () => hover(view, null));
+  canvas.addEventListener("pointerleave", () => view.hover(null));
   canvas.addEventListener("keydown", (event) => {
     if (onKey(model, view, current, select, event)) event.preventDefault();
   });
-}
-
-function hover(view: View, camera: number | null): void {
-  if (camera === view.hovered) return;
-  view.hovered = camera;
-  view.canvas.style.cursor = camera === null ? "" : "pointer";
-  view.onDrawn();
 }
 
 const WAYS: Record<string, [number, number]> = {
@@ -91,6 +84,7 @@ function onKey(
     "=": () => view.zoom(1.15),
     "-": () => view.zoom(1 / 1.15),
     Home: () => view.home(),
+    End: () => view.home(true),
     n: () => next(1),
     p: () => next(-1),
     Escape: () => select(null),
@@ -103,8 +97,7 @@ function onKey(
 
 /** Select the point in the middle of the first pane. */
 export function pickMiddle(view: View, select: (selection: Selection) => void): void {
-  const pane = view.panes()[0]!;
-  const x = pane.x + pane.width / 2;
-  const point = view.pointAt(Math.min(x, pane.to - 1), view.canvas.clientHeight / 2);
-  if (point !== null) select({ point, plan: pane.plan });
+  const { x, y } = view.middle();
+  const point = view.pointAt(x, y);
+  if (point !== null) select({ point, plan: view.planAt(x) });
 }

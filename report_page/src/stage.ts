@@ -7,7 +7,7 @@ import { Labels } from "./labels";
 import { legendNodes } from "./legend";
 import type { Model } from "./model";
 import { listen } from "./pointing";
-import { currentInks } from "./theme";
+import { currentInks, inksOfPaper } from "./theme";
 import { View, type Layout, type Selection } from "./view";
 import { percent } from "./words";
 
@@ -28,24 +28,30 @@ export class Stage {
   private second: number | null = null;
   private slider = false;
   private ways: HTMLFieldSetElement | null = null;
-  private table: CameraTable | null = null;
+  private readonly paper = h("canvas", { class: "paper", "aria-hidden": "true" });
+  private folded: HTMLDetailsElement[] = [];
 
   constructor(
     private readonly model: Model,
     private readonly element: HTMLElement,
+    private readonly table: CameraTable,
   ) {
     this.schemes = schemes(model);
     this.scheme = this.schemes[0]!;
     this.second = model.plans.length > 1 && window.innerWidth >= 700 ? 1 : null;
     this.inspector = new Inspector(model, {
       select: (selection) => this.select(selection),
+      close: () => {
+        this.select(null);
+        this.view.canvas.focus({ preventScroll: true });
+      },
       lookFrom: (camera) => this.view.lookFrom(camera),
-      showInTable: (camera) => this.table?.show(camera),
+      showInTable: (camera) => this.table.show(camera),
     });
     const picture = h("div", { class: "picture-box" }, this.holder, this.legend);
     element.replaceChildren(this.toolbar(), h("div", { class: "stage" }, picture, this.inspector.element));
     this.view = new View(model, this.holder);
-    this.holder.append(this.captions, this.divider);
+    this.holder.append(this.captions, this.divider, this.paper);
     this.labels = new Labels(model, this.view, this.holder);
     const { canvas } = this.view;
     canvas.tabIndex = 0;
@@ -54,20 +60,14 @@ export class Stage {
     canvas.setAttribute("aria-label", "The surface and the cameras: arrows turn, n and p choose a camera, Enter the point in the middle");
     listen(model, this.view, () => this.selection, (selection) => this.select(selection));
     this.view.onDrawn = () => this.drawn();
+    this.view.onWhole = (isWhole) => element.toggleAttribute("data-drawn", isWhole);
     window.addEventListener("beforeprint", () => this.print());
-    window.addEventListener("afterprint", () => this.restyle());
+    window.addEventListener("afterprint", () => this.printed());
     this.inspector.show(null, this.plans, null);
     this.view.paint(this.scheme);
     this.arrange();
     this.restyle();
-  }
-
-  restyle(): void {
-    this.view.ink(currentInks());
-  }
-
-  useTable(table: HTMLTableElement, filters: HTMLElement): void {
-    this.table = new CameraTable(table, filters, (camera) => {
+    table.link((camera) => {
       this.select({ camera });
       this.view.reveal(camera);
       this.element.scrollIntoView({ block: "start" });
@@ -75,11 +75,15 @@ export class Stage {
     });
   }
 
+  restyle(): void {
+    this.view.ink(currentInks());
+  }
+
   private select(selection: Selection): void {
     const previous = this.selection;
     this.selection = selection;
     this.inspector.show(selection, this.plans, previous);
-    this.table?.mark(selection && "camera" in selection ? selection.camera : null);
+    this.table.mark(selection && "camera" in selection ? selection.camera : null);
     this.view.select(selection);
   }
 
@@ -134,6 +138,7 @@ export class Stage {
     bar.append(
       h("label", { class: "check" }, shown, h("span", {}, "Cameras")),
       button("Reset view", () => this.view.home()),
+      button("Show rig", () => this.view.home(true)),
     );
     return bar;
   }
@@ -166,6 +171,7 @@ export class Stage {
     const selected = this.selection && "camera" in this.selection ? this.selection.camera : null;
     this.labels.place(selected);
     this.captions.replaceChildren(
+      this.aim(),
       ...this.view.panes().map((pane, k) => {
         const plan = this.model.plans[pane.plan]!;
         const caption = h(
@@ -176,11 +182,18 @@ export class Stage {
         );
         if (this.slider && k) caption.style.right = "12px";
         else caption.style.left = `${pane.from + 12}px`;
+        caption.classList.toggle("beside", k > 0 && !this.slider);
         return caption;
       }),
     );
     this.divider.style.left = `${100 * this.view.layout.at}%`;
-    this.element.dataset["drawn"] = "true";
+  }
+
+  /** What Enter selects, while the picture has the focus. */
+  private aim(): HTMLElement {
+    const mark = h("span", { class: "aim" });
+    mark.style.left = `${this.view.middle().x}px`;
+    return mark;
   }
 
   private madeDivider(): HTMLElement {
@@ -205,7 +218,7 @@ export class Stage {
       move((event.clientX - box.left) / box.width);
     });
     divider.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
+      const step = { ArrowLeft: -0.02, ArrowDown: -0.02, ArrowRight: 0.02, ArrowUp: 0.02, Home: -1, End: 1 }[event.key];
       if (step === undefined) return;
       move(this.view.layout.at + step);
       event.preventDefault();
@@ -213,9 +226,21 @@ export class Stage {
     return divider;
   }
 
-  /** Draw as it goes onto paper. */
+  /** Draw as it goes onto paper, with what tells how it was made. */
   private print(): void {
-    this.view.ink(currentInks());
+    this.folded = [...document.querySelectorAll<HTMLDetailsElement>("#origin details:not([open])")];
+    for (const each of this.folded) each.open = true;
+    this.view.ink(inksOfPaper());
     this.view.drawNow();
+    // A browser prints what it last showed of WebGL, but what is now in a plain canvas.
+    const { canvas } = this.view;
+    [this.paper.width, this.paper.height] = [canvas.width, canvas.height];
+    this.paper.getContext("2d")!.drawImage(canvas, 0, 0);
+  }
+
+  private printed(): void {
+    this.paper.width = this.paper.height = 0;
+    for (const each of this.folded) each.open = false;
+    this.restyle();
   }
 }

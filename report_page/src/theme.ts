@@ -17,6 +17,17 @@ export function themeSwitch(onChange: () => void): HTMLElement {
   });
 }
 
+/** The light ones, whatever is on the screen. */
+export function inksOfPaper(): Inks {
+  const { dataset } = document.documentElement;
+  const theme = dataset["theme"];
+  dataset["theme"] = "light";
+  const inks = currentInks();
+  if (theme === undefined) delete dataset["theme"];
+  else dataset["theme"] = theme;
+  return inks;
+}
+
 export function currentInks(): Inks {
   const style = getComputedStyle(document.documentElement);
   const of = (name: string) => style.getPropertyValue(`--${name}`).trim();

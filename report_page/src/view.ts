@@ -2,9 +2,11 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Scheme } from "./colours";
+import { Detail } from "./detail";
 import { disposeOf, Frusta, type Inks, linesOfSight, selectedCamera } from "./frusta";
 import { axis, corners, minus, norm } from "./geometry";
 import type { Model, Vector } from "./model";
+import { madeRenderer } from "./renderer";
 import { Splats } from "./splats";
 
 /** A point is explained in one of the plans. */
@@ -29,6 +31,7 @@ export interface Pane {
 
 const FIELD = 32; // degrees
 const FILL = 0.84; // of a pane, by the surface at first
+const CAPTION = 48; // pixels at its top that are kept free
 const REVEALED = (50 * Math.PI) / 180; // off the line of sight, at most
 const ORBIT_STEP = Math.PI / 36;
 
@@ -37,8 +40,10 @@ export class View {
   layout: Layout = { plans: [0], slider: false, at: 0.5 };
   showCameras = true;
   hovered: number | null = null;
-  /** Called after each drawing. */
+  /** Called after each drawing, and when another camera is pointed at. */
   onDrawn: () => void = () => {};
+  /** Called with true once all of the surface is on the canvas, and with false when it is drawn anew. */
+  onWhole: (isWhole: boolean) => void = () => {};
   readonly frusta: Frusta;
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
@@ -53,22 +58,17 @@ export class View {
   private groups: THREE.Group[] = [];
   private inks: Inks | null = null;
   private waiting = false;
+  private drawings = 0;
   private held = false;
   private moved = false;
+  private readonly detail = new Detail(() => this.draw());
 
   constructor(
     private readonly model: Model,
     holder: HTMLElement,
   ) {
     THREE.ColorManagement.enabled = false;
-    this.renderer = new THREE.WebGLRenderer({
-      antialias: !drawnByProcessor(),
-      alpha: true,
-      preserveDrawingBuffer: true,
-      powerPreference: "high-performance",
-    });
-    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
-    this.renderer.autoClear = false;
+    this.renderer = madeRenderer();
     this.canvas = this.renderer.domElement;
     holder.append(this.canvas);
     const [centre, radius] = extentOf(model);
@@ -83,7 +83,7 @@ export class View {
     );
     this.marker.renderOrder = 10;
     this.marker.visible = false;
-    this.scene.add(...this.splats.meshes, this.frusta.lines, this.marker);
+    this.scene.add(...this.splats.meshes, ...this.frusta.lines, this.marker);
     this.camera.up.set(...upOf(model));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
@@ -92,10 +92,14 @@ export class View {
     this.controls.addEventListener("end", () => (this.held = false));
     this.controls.addEventListener("change", () => {
       this.moved ||= this.held;
+      if (this.moved) this.detail.move();
       this.draw();
     });
     this.canvas.addEventListener("webglcontextrestored", () => this.draw());
-    new ResizeObserver(() => this.resized()).observe(holder);
+    new ResizeObserver(() => {
+      const { x, y } = this.renderer.getSize(new THREE.Vector2());
+      if (x !== holder.clientWidth || y !== holder.clientHeight) this.resized();
+    }).observe(holder);
   }
 
   // --- what is shown ---------------------------------------------------------------------------
@@ -108,6 +112,7 @@ export class View {
   ink(inks: Inks): void {
     this.inks = inks;
     (this.marker.material as THREE.MeshBasicMaterial).color.set(inks.selected);
+    this.frusta.paint(inks);
     this.splats.onPaper(new THREE.Color(inks.paper), window.devicePixelRatio);
     this.select(this.selection);
   }
@@ -130,6 +135,13 @@ export class View {
     });
     if (this.groups.length) this.scene.add(...this.groups);
     this.draw();
+  }
+
+  hover(camera: number | null): void {
+    if (camera === this.hovered) return;
+    this.hovered = camera;
+    this.canvas.style.cursor = camera === null ? "" : "pointer";
+    this.onDrawn();
   }
 
   draw(): void {
@@ -159,20 +171,46 @@ export class View {
     this.renderer.setScissorTest(false);
     this.renderer.clear();
     this.renderer.setScissorTest(true);
-    this.frusta.lines.visible = this.showCameras;
+    this.detail.drawing();
+    this.splats.thin(this.detail.share);
     for (const pane of this.panes()) {
       this.aim(pane, height);
       this.model.plans.forEach((_, k) => {
         this.splats.meshes[k]!.visible = k === pane.plan;
+        this.frusta.lines[k]!.visible = this.showCameras && k === pane.plan;
         if (this.groups[k]) this.groups[k].visible = k === pane.plan;
       });
-      this.frusta.paint(this.model.plans[pane.plan]!, this.inks);
       this.placeMarker();
       this.renderer.setViewport(pane.x, 0, pane.width, height);
       this.renderer.setScissor(pane.from, 0, pane.to - pane.from, height);
       this.renderer.render(this.scene, this.camera);
     }
     this.onDrawn();
+    this.drawings++;
+    this.onWhole(false);
+    const isWhole = this.detail.share === 1;
+    this.whenFinished(() => {
+      this.detail.finished();
+      this.onWhole(isWhole);
+    });
+  }
+
+  /** What is drawn is only asked for at first: wait until it is there, unless it is drawn anew. */
+  private whenFinished(action: () => void): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const drawing = this.drawings;
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      const isNewest = drawing === this.drawings;
+      if (fence && isNewest && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
+        window.setTimeout(look, 10);
+        return;
+      }
+      gl.deleteSync(fence);
+      if (isNewest && !gl.isContextLost()) action();
+    };
+    window.setTimeout(look);
   }
 
   panes(): Pane[] {
@@ -200,14 +238,15 @@ export class View {
 
   // --- where one looks from --------------------------------------------------------------------
 
-  home(): void {
-    this.moved = false;
+  /** Look at the surface from the front, or from as far away as shows all cameras. */
+  home(withRig = false): void {
+    this.moved = withRig;
     const up = this.camera.up;
     const front = Math.abs(up.z) > 0.5 ? new THREE.Vector3(0, -1, 0) : new THREE.Vector3(0, 0, 1);
     const side = new THREE.Vector3().crossVectors(front, up).normalize();
     const from = front.addScaledVector(side, -0.42).addScaledVector(up, 0.16).normalize();
     this.controls.target.copy(this.centre);
-    this.camera.position.copy(this.centre).addScaledVector(from, this.fittingDistance(from));
+    this.camera.position.copy(this.centre).addScaledVector(from, this.fittingDistance(from, withRig));
     this.controls.minDistance = 0.02 * this.radius;
     this.controls.maxDistance = 30 * this.radius;
     this.controls.update();
@@ -225,8 +264,8 @@ export class View {
     this.orbit(((left ? -1 : 1) * (turn - REVEALED)) / ORBIT_STEP, 0);
   }
 
-  /** How far away the surface fills the first pane when seen from a direction. */
-  private fittingDistance(from: THREE.Vector3): number {
+  /** How far away the surface, or the rig, fills the first pane when seen from a direction. */
+  private fittingDistance(from: THREE.Vector3, withRig: boolean): number {
     const { clientWidth, clientHeight } = this.canvas.parentElement!;
     const pane = this.panes()[0]!;
     const aspect = (pane.width || clientWidth || 1) / (clientHeight || 1);
@@ -234,19 +273,21 @@ export class View {
     const right = new THREE.Vector3().crossVectors(this.camera.up, from).normalize();
     const above = new THREE.Vector3().crossVectors(from, right);
     const every = Math.ceil(this.model.samples / 2048);
-    const needed = (place: Vector, fill: number) => {
+    const tall = Math.min(FILL, Math.max(1 - (2 * CAPTION) / (clientHeight || 1), 0.3));
+    const needed = (place: Vector, fill: number, tall: number) => {
       const d = new THREE.Vector3(...place).sub(this.centre);
       const wide = Math.abs(d.dot(right)) / (fill * tangent * aspect);
-      return d.dot(from) + Math.max(wide, Math.abs(d.dot(above)) / (fill * tangent));
+      return d.dot(from) + Math.max(wide, Math.abs(d.dot(above)) / (tall * tangent));
     };
     let surface = 0;
     for (let p = 0; p < this.model.samples; p += every) {
-      surface = Math.max(surface, needed(this.model.point(p), FILL));
+      surface = Math.max(surface, needed(this.model.point(p), FILL, tall));
     }
     let rig = 0;
-    for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95));
-    // With its cameras, unless that makes it much smaller.
-    return Math.max(surface, Math.min(rig, 1.6 * surface)) || 3 * this.radius;
+    for (const camera of this.model.cameras) rig = Math.max(rig, needed(camera.position, 0.95, 0.95));
+    const all = Math.max(surface, rig);
+    // With its cameras, if that makes it hardly smaller.
+    return (withRig || all < 1.2 * surface ? all : surface) || 3 * this.radius;
   }
 
   orbit(across: number, up: number): void {
@@ -336,6 +377,13 @@ export class View {
     return { x, y, depth };
   }
 
+  /** The middle of the first pane. */
+  middle(): { x: number; y: number } {
+    const pane = this.panes()[0]!;
+    const x = Math.max(Math.min(pane.x + pane.width / 2, pane.to - 1), pane.from);
+    return { x, y: this.canvas.clientHeight / 2 };
+  }
+
   planAt(x: number): number {
     return this.paneAt(x).plan;
   }
@@ -404,16 +452,6 @@ export class View {
     }
     return hit;
   }
-}
-
-/** Whether there is no graphics card to draw: smooth edges then cost more than all else. */
-function drawnByProcessor(): boolean {
-  const context = document.createElement("canvas").getContext("webgl2");
-  if (!context) return false;
-  const told = context.getExtension("WEBGL_debug_renderer_info");
-  const name = String(context.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
-  context.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 function extentOf(model: Model): [THREE.Vector3, number] {
