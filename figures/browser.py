@@ -48,7 +48,7 @@ def picture_report(report: Path, views: Views, path: Path) -> None:
     """Write a PNG of a report."""
     with _page(views) as page:
         page.goto(report.resolve().as_uri())
-        page.wait_for_selector("#stage[data-drawn=true]", timeout=_PATIENCE)
+        page.wait_for_selector("#stage[data-drawn]", timeout=_PATIENCE)
         if views.selected:
             page.get_by_role("button", name=views.selected, exact=True).first.click()
             page.wait_for_selector("#stage .inspector[data-kind=camera]", timeout=_PATIENCE)

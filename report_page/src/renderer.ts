@@ -28,5 +28,6 @@ function prepared(settings: THREE.WebGLRendererParameters): THREE.WebGLRenderer 
   const renderer = new THREE.WebGLRenderer(settings);
   renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
   renderer.autoClear = false;
+  renderer.setClearColor(0, 0); // also for the first picture
   return renderer;
 }

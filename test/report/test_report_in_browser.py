@@ -302,6 +302,14 @@ def test_names_from_elsewhere_run_nothing(browser, content, tmp_path):
         assert opened.complaints == []
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_first_picture_is_on_the_pages_own_ground(browser, path, scheme):
+    with Opened(browser, path, color_scheme=scheme) as opened:
+        style = "getComputedStyle(document.querySelector('.canvas')).backgroundColor"
+        ground = re.findall(r"\d+", opened.page.evaluate(style))
+        np.testing.assert_array_equal(opened.pixels()[-20, 20], [int(each) for each in ground])
+
+
 def test_a_large_report_draws(browser, tmp_path):
     content = report_contents.made_large(squarely=0.998)  # few pairs: those do not draw
     assert len(content.surface.points) == 65_536
