@@ -18,7 +18,7 @@ const KEYS: [string, string][] = [
   ["+ and −", "nearer, farther"],
   ["n and p", "next, previous camera"],
   ["Enter", "the point in the middle"],
-  ["Esc", "nothing"],
+  ["Esc", "select nothing"],
   ["Home", "as at first"],
   ["End", "the whole rig"],
 ];
