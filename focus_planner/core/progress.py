@@ -117,7 +117,8 @@ class Standing:
         if not math.isnan(self.cost):
             figures.append(f"cost {self.cost:.2f}")
         if not math.isnan(self.gap):
-            figures.append(f"gap {self.gap:.2%}")
+            # Only a gap that is closed is 0.
+            figures.append("gap < 0.01%" if 0 < self.gap < 1e-4 else f"gap {self.gap:.2%}")
         return figures
 
     def __str__(self) -> str:

@@ -97,6 +97,14 @@ def test_there_is_no_gap_without_both(cost, bound):
             Standing("solving", elapsed=0.04, time_budget=0.5),
             "setting up the search, 0.0 s of 0.5 s",
         ),
+        (
+            Standing("branching", 550, None, 294.99, 294.98),
+            "closing the gap, step 550, cost 294.99, gap < 0.01%, 0.0 s",
+        ),
+        (
+            Standing("branching", 551, None, 294.99, 294.99),
+            "closing the gap, step 551, cost 294.99, gap 0.00%, 0.0 s",
+        ),
         (Standing("of a later version", 2), "of a later version, step 2, 0.0 s"),
     ],
 )
