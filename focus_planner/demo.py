@@ -32,6 +32,7 @@ from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
 from focus_planner.io.bodies import body
+from focus_planner.io.files import check_folder_writable, made_folder
 from focus_planner.io.lens_sheet.content import lens_sheet
 from focus_planner.io.lens_sheet.saving import save_lens_sheet
 from focus_planner.io.picture import draw_plans
@@ -94,9 +95,14 @@ def run(
     -------
     int
         The exit status.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written to.
     """
     console = Console(highlight=False, markup=False, emoji=False)
-    output_directory.mkdir(parents=True, exist_ok=True)
+    check_folder_writable(made_folder(output_directory))
     _keep_to_this_machine()
     path = body(_BODY)
     mesh, rig = load_surface(path), cylinder_rig()

@@ -156,8 +156,9 @@ def _written(
         yield from _write_sheets(options, subject, plans, view, tell)
         walk = walking_order(subject.rig).tolist()
         chosen = walk if options.output is not None and not _is_file(options.output) else chosen
+    show = show_share(tell, "drawing pictures")
     for number, index in enumerate(chosen):
-        show_share(tell, "drawing pictures")(number / len(chosen))
+        show(number / len(chosen))
         yield from _write_figures(options, subject, plans, view, index)
 
 
@@ -204,8 +205,9 @@ def _write_sheets(
     from focus_planner.preview.pictures import fitting_scale, note_on_circles
 
     cells = []
+    show = show_share(tell, "drawing the contact sheet")
     for number, index in enumerate(walking_order(subject.rig).tolist()):
-        show_share(tell, "drawing the contact sheet")(number / len(subject.rig))
+        show(number / len(subject.rig))
         scale = fitting_scale(subject.rig.cameras[index], THUMBNAIL)
         cells += list(_panels(subject, plans, view, index, scale))
     methods = " and ".join(plan.method for plan in plans)

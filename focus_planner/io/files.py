@@ -256,6 +256,11 @@ def is_folder(path: Path) -> bool:
     return _mode(path, stat.S_ISDIR)
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is a regular file."""
+    return _mode(path, stat.S_ISREG)
+
+
 def is_there(path: Path) -> bool:
     """Return whether there is anything that can be found by this name."""
     return _mode(path, lambda _: True)

@@ -6,6 +6,7 @@ import pytest
 
 from focus_planner import demo
 from focus_planner.core.planning.request import METHODS
+from focus_planner.core.validation import InputError
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig
 from focus_planner.recording.run_reading import read_run
@@ -22,6 +23,17 @@ def usual_speed(monkeypatch):
         return compare({method: demo._Result(plan, 0.5) for method, plan in plans.items()})
 
     monkeypatch.setattr(demo, "_compare", quickly)
+
+
+@pytest.mark.parametrize(
+    ("name", "got"),
+    [("a file", "a file"), ("a file/below", "Not a directory"), ("a" * 300, "File name too long")],
+)
+def test_a_folder_that_cannot_be_is_told_before_the_node_starts(tmp_path, monkeypatch, name, got):
+    (tmp_path / "a file").write_text("")
+    monkeypatch.setattr(demo, "_run_node", None)
+    with pytest.raises(InputError, match=f"expected a folder, got {got}"):
+        demo.run(tmp_path / name)
 
 
 @pytest.mark.processes

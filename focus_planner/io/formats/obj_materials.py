@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.appearance import Colours, Texture
-from focus_planner.io.files import MAX_TEXT, is_there, read_text
+from focus_planner.io.files import MAX_TEXT, is_file, read_text
 from focus_planner.io.formats.polygons import triangulate_corners
 from focus_planner.io.formats.tables import columns_of_lines, numbers_of_text, words_per_line
 from focus_planner.io.formats.textures import (
@@ -188,7 +188,7 @@ def _materials(path: Path, text: bytes, notes: list[Note]) -> dict[str, _Materia
     for line in dict.fromkeys(_LIBRARY.findall(text)):
         name = line.decode("utf-8", "replace").strip()
         # Several names may stand in a line; one may have spaces.
-        for each in [name] if is_there(path.parent / name) else name.split():
+        for each in [name] if is_file(path.parent / name) else name.split():
             found: dict[str, _Material] = looks_or_note(
                 path, "the materials", partial(_materials_of, path, each), notes, {}
             )
