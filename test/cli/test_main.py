@@ -510,10 +510,13 @@ def test_a_pdf_that_nothing_can_write_is_refused_before_it_is_planned(
     assert plan("--samples", "200", "--output", "sheet.html", "--output", "plan.json") == 0
 
 
-def test_k_above_the_number_of_cameras_is_refused(here: Path, capsys: Any) -> None:
-    save_rig(Rig(RIG.cameras[:2]), Path("two.yaml"))
-    status = plan("--k", "3", rig="two.yaml")
-    fails_in_one_line(capsys, status, "k: expected at most 2, the number of cameras, got 3")
+@pytest.mark.parametrize("words", [[], ["--k", "3"]])
+def test_one_camera_is_planned(here: Path, capsys: Any, words: list[str]) -> None:
+    save_rig(Rig(RIG.cameras[:1]), Path("one.yaml"))
+    assert plan("--samples", "200", "--output", "-", *words, rig="one.yaml") == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["method"] == "k_view"
+    assert [camera["status"] for camera in data["cameras"]] == ["planned"]
 
 
 def test_grid_tuples_need_a_grid(here: Path, capsys: Any) -> None:

@@ -92,17 +92,8 @@ def formulate_problem(
 
 
 def _check_counts(rig: Rig, request: PlanRequest) -> None:
-    """Raise if there are too few cameras and shots to move together, or too many to plan."""
-    shots = len(rig) * request.shots
-    if request.method == "k_view" and request.k > shots:
-        raise InputError(
-            "k",
-            f"at most {shots}, the number of cameras"
-            + (" times shots" if request.shots > 1 else ""),
-            str(request.k),
-            "for a single camera, use method em",
-        )
-    if shots > MAX_CAMERAS:
+    """Raise if there are too many cameras and shots to plan."""
+    if len(rig) * request.shots > MAX_CAMERAS:
         raise InputError(
             "shots", f"at most {MAX_CAMERAS // len(rig)} for {len(rig)} cameras", str(request.shots)
         )

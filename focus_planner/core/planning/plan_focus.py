@@ -172,7 +172,8 @@ def _bounded(
 
 
 def _options(rig: Rig, request: PlanRequest) -> Options:
-    if request.method == "k_view" and request.tuples == "grid" and rig.grid is None:
+    several = len(rig) * request.shots > 1
+    if several and request.method == "k_view" and request.tuples == "grid" and rig.grid is None:
         raise InputError(
             "tuples", "overlap, for a rig without a grid", "'grid'", "or give the rig's grid"
         )

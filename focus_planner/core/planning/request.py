@@ -66,7 +66,11 @@ class PlanRequest:
         ),
     )
     k: int = specified(
-        2, FieldSpec("number of cameras that k_view optimises together", choices=(2, 3))
+        2,
+        FieldSpec(
+            "number of cameras that k_view optimises together; all, if there are fewer",
+            choices=(2, 3),
+        ),
     )
     scope: str = specified(
         "all",

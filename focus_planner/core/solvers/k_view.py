@@ -33,7 +33,7 @@ def solve(
     """Start from EM's solution and move every tuple to its best cells until no move pays.
 
     With k = 3 triples start where pairs end: pairs take a tenth of the time and leave little to
-    gain.
+    gain. Of fewer than k cameras all move together; of a single one EM's solution is the best.
 
     With scope "all" each step is exact block-coordinate descent on the total cost. With
     "assigned", the paper's, a step re-assigns the tuple's own samples among its cameras, and
@@ -48,7 +48,7 @@ def solve(
         return keep_going
 
     solution = em.solve(problem, options, on_step)
-    for k in range(2, options.k + 1):
+    for k in range(2, min(options.k, problem.camera_count) + 1):
         # Setting up the tuples takes longer than a step, so ask before, even if the stage before
         # has converged.
         if not (keep_going and on_progress(Progress(STAGES[k], 0, cost))):

@@ -15,7 +15,7 @@ class Options:
     Attributes
     ----------
     k : int
-        How many cameras ``k_view`` moves together: 2 or 3.
+        How many cameras ``k_view`` moves together: 2 or 3, or all if there are fewer.
     scope : {"all", "assigned"}
         Which samples a step may re-assign: all that its cameras see, or those assigned to them.
     grid : Grid, optional

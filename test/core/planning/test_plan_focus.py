@@ -23,7 +23,7 @@ from focus_planner import (
     plan_focus,
 )
 from focus_planner.core import kernels
-from focus_planner.core.planning.request import METHODS
+from focus_planner.core.planning.request import METHODS, SCOPES
 from focus_planner.core.surface.sampling import sample_mesh
 from focus_planner.core.surface.visibility import visible_pairs
 from testing import reference
@@ -280,20 +280,31 @@ def test_every_kind_of_k_view(k, scope, tuples):
     assert plan_focus(scene, rig, more).cost < 0.98 * plan.cost
 
 
+@pytest.mark.parametrize("scope", SCOPES)
+@pytest.mark.parametrize(
+    ("cameras", "options"),
+    [
+        (1, {}),
+        (1, {"k": 3}),
+        (1, {"tuples": "grid"}),
+        (1, {"k": 3, "shots": 2}),
+        (2, {"k": 3}),
+    ],
+)
+def test_of_fewer_cameras_than_k_the_plan_is_the_best(cameras, options, scope):
+    rig = Rig(RIG.cameras[:cameras])
+    plan = plan_focus(SCENE, rig, PlanRequest(samples=300, scope=scope, **options))
+    shots = options.get("shots", 1)
+    best = plan_focus(SCENE, rig, PlanRequest("optimal", samples=300, shots=shots, gap=0.0))
+    assert plan.method == "k_view"
+    assert plan.converged
+    assert plan.cost == best.cost == pytest.approx(best.lower_bound, rel=1e-9)
+    assert [camera.status for camera in plan.cameras] == [CameraStatus.PLANNED] * cameras
+
+
 @pytest.mark.parametrize(
     ("rig", "request_", "message"),
     [
-        (
-            Rig(RIG.cameras[:1]),
-            PlanRequest(),
-            "k: expected at most 1, the number of cameras, got 2; for a single .* method em",
-        ),
-        (Rig(RIG.cameras[:2]), PlanRequest(k=3), "k: expected at most 2, the number of cameras"),
-        (
-            Rig(RIG.cameras[:1]),
-            PlanRequest(k=3, shots=2),
-            "k: expected at most 2, the number of cameras times shots, got 3",
-        ),
         (
             RIG,
             PlanRequest(samples=0, standard_error=1e-3),

@@ -283,7 +283,13 @@ def test_the_plan_before_is_left_alone():
 
 def test_what_cannot_be_planned_cannot_be_planned_from_a_plan():
     cold, _ = planned(SCENE, RIG, samples=300)
-    with pytest.raises(InputError, match="k: expected at most 1"):
-        plan_focus(
-            SCENE, Rig(RIG.cameras[:1]), PlanRequest(samples=300), warm_start=cold.warm_start
-        )
+    request = PlanRequest(samples=300, tuples="grid")
+    with pytest.raises(InputError, match="tuples: expected overlap, for a rig without a grid"):
+        plan_focus(SCENE, Rig(RIG.cameras[:2]), request, warm_start=cold.warm_start)
+
+
+def test_one_camera_is_planned_from_a_plan_of_many():
+    cold, _ = planned(SCENE, RIG, samples=300)
+    one, request = Rig(RIG.cameras[:1]), PlanRequest(samples=300)
+    plan = plan_focus(SCENE, one, request, warm_start=cold.warm_start)
+    assert plan.cost == plan_focus(SCENE, one, request).cost
