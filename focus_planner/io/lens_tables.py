@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
@@ -51,6 +52,8 @@ class LensTables:
     default: LensTable | None = None
     text: str = field(default="", compare=False)
     where: str = field(default="lens tables", compare=False)
+
+    __repr__ = brief_repr
 
     def apply(self, rig: Rig) -> Rig:
         """Return the rig with these tables for the cameras that have none of their own.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.plan import FocusPlan, WarmStart
@@ -57,6 +58,8 @@ class Beginning:
     software: Mapping[str, str]
     warm_start: WarmStart | None = None
     input_notes: tuple[Note, ...] = ()
+
+    __repr__ = brief_repr
 
     @property
     def request(self) -> PlanRequest:

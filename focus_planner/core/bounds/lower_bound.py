@@ -11,6 +11,7 @@ from focus_planner.core.bounds.lagrangian import (
     pointwise_prices,
     prices_in_units,
 )
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.problem.cells import units_of_cost
 from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.problem.problem import Problem
@@ -31,6 +32,8 @@ class Bound:
 
     lower_bound: float
     prices: FloatArray
+
+    __repr__ = brief_repr
 
 
 def lower_bound(

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.planning.plan import SolvedPlan
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ class Fingerprint:
     stage: str
     counts: tuple[int, ...]
     digests: tuple[int, ...]
+
+    __repr__ = brief_repr
 
 
 def fingerprints(plan: SolvedPlan) -> tuple[Fingerprint, ...]:

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
+from focus_planner.core.planning.plan_text import plan_line, plan_text
 from focus_planner.core.planning.stop_log import StopLog
 
 if TYPE_CHECKING:
@@ -111,6 +113,8 @@ class CameraFocus:
     device_unit: str | None = None
     from_sensor: float | None = None
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True)
 class FocusPlan:
@@ -202,6 +206,13 @@ class FocusPlan:
         codes = ", ".join(dict.fromkeys(note.code for note in self.notes))
         return f"{text}; see its notes: {codes}" if codes else text
 
+    def __str__(self) -> str:
+        """Return the plan in ten lines."""
+        return plan_text(self)
+
+    def __repr__(self) -> str:
+        return plan_line(self)
+
     @property
     def focus_distances(self) -> FloatArray:
         """(C · shots,) metres, camera by camera, as ``Problem.evaluate`` takes them."""
@@ -230,8 +241,10 @@ class WarmStart:
     points: FloatArray
     prices: FloatArray | None
 
+    __repr__ = brief_repr
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class SolvedPlan(FocusPlan):
     """A plan together with what it came from.
 
@@ -248,10 +261,10 @@ class SolvedPlan(FocusPlan):
         for bit, on any machine.
     """
 
-    problem: Problem = field(repr=False, compare=False)
-    fresh_problem: Problem = field(repr=False, compare=False)
-    prices: FloatArray | None = field(repr=False, compare=False)
-    stop_log: StopLog = field(repr=False, compare=False)
+    problem: Problem = field(compare=False)
+    fresh_problem: Problem = field(compare=False)
+    prices: FloatArray | None = field(compare=False)
+    stop_log: StopLog = field(compare=False)
 
     @property
     def warm_start(self) -> WarmStart:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.brief import brief_repr
 
 if TYPE_CHECKING:
     # Importing it loads compiled kernels.
@@ -44,6 +45,8 @@ class SampledQuality:
     in_focus: NDArray[np.bool_]
     views: IntArray
     shots: int
+
+    __repr__ = brief_repr
 
     @property
     def camera(self) -> IntArray:

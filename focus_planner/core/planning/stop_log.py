@@ -29,6 +29,8 @@ from enum import Enum
 from itertools import groupby, repeat
 from typing import NamedTuple
 
+from focus_planner.core.brief import brief_repr
+
 
 class Answer(Enum):
     """What was answered to whether to go on.
@@ -66,6 +68,8 @@ class StopLog:
     """
 
     entries: tuple[Entry, ...] = ()
+
+    __repr__ = brief_repr
 
     @property
     def stopped(self) -> bool:

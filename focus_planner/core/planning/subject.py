@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan
 from focus_planner.core.planning.plan_focus import plan_focus
@@ -37,6 +38,8 @@ class PlannedSubject:
     request: PlanRequest
     plan: FocusPlan
     model: CostModel | None = None
+
+    __repr__ = brief_repr
 
     def with_method(self, method: str, on_progress: ProgressCallback = never_stop) -> SolvedPlan:
         """Return another method's plan for the same request, to compare with.

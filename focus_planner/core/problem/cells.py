@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import nearest_settable
 
@@ -62,6 +63,8 @@ class Cells:
     seen_last: IntArray
     focus: Offsets
     unseen: Offsets
+
+    __repr__ = brief_repr
 
     def distances(self) -> FloatArray:
         """Return (M,) the settable focus distance nearest to each cell's middle, metres."""

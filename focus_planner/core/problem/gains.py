@@ -8,6 +8,7 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import IntArray, Offsets
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.problem.problem import Problem
 
 
@@ -44,6 +45,8 @@ class Gains:
     cell_offsets: Offsets
     most: Offsets
     out: int
+
+    __repr__ = brief_repr
 
     @property
     def by_camera(self) -> kernels.GainsByCamera:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.problem.cells import UNITS, Cells, group_by_lens, to_units
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
@@ -67,6 +68,8 @@ class Problem:
     focus_far: FloatArray
     focus_weight: float
     shots: int = 1
+
+    __repr__ = brief_repr
 
     @property
     def sample_count(self) -> int:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.validation import (
     MAX_COORDINATE,
@@ -220,6 +221,8 @@ class Camera:
     orientation: tuple[float, float, float, float]
     intrinsics: CameraIntrinsics = field(default_factory=CameraIntrinsics)
     lens: Lens = field(default_factory=Lens)
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         check_camera_name(self.name)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS, LensTable
 from focus_planner.core.validation import InputError, check_number, check_whole, shown
 
@@ -69,6 +70,8 @@ class Lens:
     table: LensTable | None = None
     hiatus: float = 0.0
     circle_of_confusion: float | None = None
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         check_number("lens.focal_length", self.focal_length, above=0)

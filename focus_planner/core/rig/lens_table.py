@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.validation import InputError, check_array, check_finite, check_number, shown
 
 #: No focus motor has more, and solvers consider every one for every camera.
@@ -66,6 +67,8 @@ class LensTable:
     distances: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
     step: float = 0.0
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         if not isinstance(self.unit, str) or not self.unit:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.validation import InputError, check_whole
@@ -60,6 +61,8 @@ class Rig:
     grid: Grid | None = None
     notes: tuple[Note, ...] = field(default=(), compare=False)
     assumed: Mapping[str, frozenset[str]] = field(default_factory=dict, compare=False, repr=False)
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cameras", tuple(self.cameras))

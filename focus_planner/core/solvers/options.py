@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.rig import Grid
 
 
@@ -36,3 +37,5 @@ class Options:
     start: FloatArray | None = None
     gap: float = 1e-6
     prices: FloatArray | None = None
+
+    __repr__ = brief_repr

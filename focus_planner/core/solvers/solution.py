@@ -9,6 +9,7 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.problem.cells import middle, settable
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import ProgressCallback, never_stop
@@ -40,6 +41,8 @@ class Solution:
     converged: bool
     lower_bound: float | None = None
     prices: FloatArray | None = None
+
+    __repr__ = brief_repr
 
 
 class Solver(Protocol):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.validation import InputError, check_array, check_finite
 
 #: Red, green and blue, 0 to 255, as sRGB.
@@ -39,6 +40,8 @@ class Texture:
 
     image: Colours
     coordinates: NDArray[np.float32]
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         image = check_array("texture image", self.image, (None, None, 3), np.uint8)

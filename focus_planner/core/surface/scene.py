@@ -98,6 +98,9 @@ class Scene:
         )
         on_progress(1.0)
 
+    def __repr__(self) -> str:
+        return f"<Scene: {self.surface!r}, {self.area:.3g} m², {self.diagonal:.3g} m across>"
+
     @property
     def notes(self) -> tuple[Note, ...]:
         """What was noticed when the surface was read and prepared."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.appearance import (
     Colours,
@@ -66,6 +67,8 @@ class Mesh:
     notes: tuple[Note, ...] = ()
     vertex_colours: Colours | None = None
     texture: Texture | None = None
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         vertices = check_array("mesh vertices", self.vertices, (None, 3))
@@ -150,6 +153,8 @@ class PointCloud:
     notes: tuple[Note, ...] = ()
     colours: Colours | None = None
 
+    __repr__ = brief_repr
+
     MIN_POINTS = 16
 
     def __post_init__(self) -> None:
@@ -203,6 +208,8 @@ class Samples:
     areas: FloatArray
     weights: FloatArray
     patches: IntArray | None = None
+
+    __repr__ = brief_repr
 
     def __len__(self) -> int:
         return len(self.points)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.distortion import frustum_and_projection
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
@@ -48,6 +49,8 @@ class Visibility:
     sample_index: IntArray
     normals: FloatArray
     taken: NDArray[np.int64]
+
+    __repr__ = brief_repr
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,65 @@
+"""A plan in words: what ``print(plan)`` shows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from focus_planner.core.planning.plan import FocusPlan
+
+
+def plan_text(plan: FocusPlan) -> str:
+    """Return a plan in ten lines: its quality, and what its cameras have to do."""
+    rows = list(_rows(plan))
+    width = max(len(name) for name, _ in rows)
+    return "\n".join([_title(plan), *(f"  {name:<{width}}  {text}" for name, text in rows)])
+
+
+def plan_line(plan: FocusPlan) -> str:
+    """Return what a plan is in one line."""
+    return (
+        f"<{type(plan).__name__}: {plan.method}, {_cameras(plan)}, cost {plan.cost:.1f} on"
+        f" {plan.samples} samples, {plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on"
+        f" {plan.fresh_samples} fresh ones>"
+    )
+
+
+def _title(plan: FocusPlan) -> str:
+    return f"{plan.method} plan for {_cameras(plan)}" + ", stopped early" * (not plan.converged)
+
+
+def _cameras(plan: FocusPlan) -> str:
+    count = len(plan.cameras)
+    shots = f" of {plan.shots} shots" if plan.shots > 1 else ""
+    return f"{count} camera{'s' * (count != 1)}{shots}"
+
+
+def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
+    """Yield nine rows: name, text."""
+    yield "cost", f"{plan.cost:.2f} of 1000, on {plan.samples} samples, seed {plan.seed}"
+    bound = "none sought"
+    if plan.lower_bound is not None and plan.gap is not None:
+        bound = f"{plan.lower_bound:.2f}: within {100 * plan.gap:.3g} % of the best"
+    yield "lower bound", bound
+    fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
+    yield "fresh cost", f"{fresh}, on {plan.fresh_samples} samples unseen by the solver"
+    seen = _share(plan.covered_area, plan)
+    yield "seen", f"{plan.covered_area:.3f} m²{seen} of the surface"
+    in_focus = f"{plan.in_focus_area:.3f} ± {plan.in_focus_standard_error:.3f} m²"
+    yield "in focus", f"{in_focus}{_share(plan.in_focus_area, plan)}"
+    statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
+    words = (
+        f"{count} {status.name.lower().replace('sees_', 'seeing ')}" for status, count in statuses
+    )
+    yield "cameras", ", ".join(words) or "none"
+    distances = [shot.focus_distance for camera in plan.cameras for shot in camera.shots]
+    yield "focused at", f"{min(distances):.3f} to {max(distances):.3f} m" if distances else "none"
+    yield "time", f"{plan.total_seconds:.3f} s, of which {plan.solve_seconds:.3f} s solving"
+    codes = ", ".join(dict.fromkeys(note.code for note in plan.notes))
+    yield "notes", f"{len(plan.notes)}: {codes}" if codes else "none"
+
+
+def _share(area: float, plan: FocusPlan) -> str:
+    return f", {area / plan.surface_area:.1%}" if plan.surface_area else ""
