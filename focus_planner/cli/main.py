@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -125,6 +126,37 @@ class _Parser(argparse.ArgumentParser):
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
         self.set_defaults(command=self._print_help)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse; an option that resembles another is told before what is missing without it."""
+        if args is not None and "_ARGCOMPLETE" not in os.environ:
+            self._check_spelling(args)
+        return super().parse_known_args(args, namespace)
+
+    def _check_spelling(self, words: Sequence[str]) -> None:
+        from focus_planner.core.text import did_you_mean
+
+        def own(word: str) -> bool:
+            # What follows a command is the command's.
+            return word != "--" and (self._subparsers is None or word.startswith("-"))
+
+        known = [option for option in self._option_string_actions if option.startswith("--")]
+        for word in takewhile(own, words):
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in known:
+                remedy = did_you_mean(name, known)
+                if remedy:
+                    self.error(f"unrecognized arguments: {name}; {remedy}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        from focus_planner.core.text import did_you_mean
+
+        if action.choices is None or value in action.choices:
+            return
+        names = [str(choice) for choice in action.choices]
+        remedy = did_you_mean(str(value), names)
+        text = f"invalid choice: {value!r} (choose from {', '.join(names)})"
+        raise argparse.ArgumentError(action, f"{text}; {remedy}" if remedy else text)
 
     def error(self, message: str) -> NoReturn:
         self.exit(_fail(f"{message} (see {self.prog} --help)"))

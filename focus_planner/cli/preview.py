@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError, check_choice
 
 if TYPE_CHECKING:
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 _OTHER_ENDINGS = {".bmp", ".gif", ".jpeg", ".jpg", ".tif", ".tiff", ".webp"}
 # Of PNG, out of 9: as small within a few percent as by the usual 6, in half the time.
 _COMPRESSION = 3
-# Names among which similar ones are searched.
-_MAX_SIMILAR = 10_000
 
 
 def add(commands: Any) -> None:
@@ -122,14 +120,11 @@ def _chosen(subject: PlannedSubject, names: Sequence[str]) -> list[int]:
     known = {camera.name: index for index, camera in enumerate(subject.rig.cameras)}
     for name in names:
         if name not in known:
-            near = difflib.get_close_matches(name, list(known)[:_MAX_SIMILAR], n=3)
             raise InputError(
                 "--camera",
                 f"one of the {len(known)} cameras of the rig",
                 repr(name),
-                f"did you mean {' or '.join(near)}?"
-                if near
-                else f"they are named like {next(iter(known))}",
+                did_you_mean(name, known, 3) or f"they are named like {next(iter(known))}",
             )
     return [known[name] for name in dict.fromkeys(names)]
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from difflib import get_close_matches
+from itertools import islice
 
 #: Characters of a line, unless its reader says otherwise.
 MAX_LINE = 4000
@@ -10,6 +13,8 @@ MAX_LINE = 4000
 MAX_REASON = 400
 
 _GAP = " … "
+# Looking for the likeliest of more names takes too long for an answer.
+_MAX_SIMILAR = 10_000
 _LINE_BREAK = re.compile(r"\s*[\r\n]\s*")
 
 
@@ -41,6 +46,26 @@ def printable(text: str, limit: int = MAX_LINE) -> str:
 def sentence(text: str) -> str:
     """Return a phrase as a sentence, with a capital and a full stop; "" stays so."""
     return f"{text[0].upper()}{text[1:]}." if text else ""
+
+
+def did_you_mean(name: str, known: Iterable[str], most: int = 1) -> str:
+    """Return "did you mean X?" for a name that resembles a known one, else "".
+
+    Parameters
+    ----------
+    name : str
+        Neither case, nor whether words are joined by hyphens or underscores, makes a difference.
+    known : iterable of str
+    most : int, optional
+        Names to suggest at most: "did you mean X or Y?"
+    """
+    folded = {_folded(each): each for each in islice(known, _MAX_SIMILAR)}
+    close = get_close_matches(_folded(name), folded, n=most)
+    return f"did you mean {' or '.join(folded[each] for each in close)}?" if close else ""
+
+
+def _folded(name: str) -> str:
+    return name.casefold().removeprefix("--").replace("-", "_")
 
 
 def _cut(text: str, limit: int) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.exceptions import ComplexWarning
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from focus_planner.core.text import MAX_REASON, printable
+from focus_planner.core.text import MAX_REASON, did_you_mean, printable
 
 #: Metres. Larger coordinates are mistakes, and products of them may overflow.
 MAX_COORDINATE = 1e8
@@ -163,10 +163,11 @@ def check_choice(argument: str, value: str, choices: tuple[str, ...]) -> str:
     Raises
     ------
     InputError
-        If it is not.
+        If it is not; names the one that was probably meant.
     """
     if value not in choices:
-        raise InputError(argument, "one of " + ", ".join(choices), repr(value))
+        remedy = did_you_mean(value, choices) if isinstance(value, str) else ""
+        raise InputError(argument, "one of " + ", ".join(choices), shown(value), remedy)
     return value
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
@@ -14,6 +13,7 @@ from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError, first_few
 from focus_planner.io.files import read_text
 from focus_planner.io.quoting import abbreviated, kind_of
@@ -85,13 +85,12 @@ class LensTables:
         if not self.cameras or not self.cameras.keys().isdisjoint(names):
             return
         listed = islice(self.cameras, _MAX_SIMILAR)
-        close = (difflib.get_close_matches(name, names[:_MAX_SIMILAR], n=1) for name in listed)
-        meant = next((match[0] for match in close if match), None)
+        remedies = (did_you_mean(name, names[:_MAX_SIMILAR]) for name in listed)
         raise InputError(
             f"{self.where}: cameras",
             f"some of the rig's {len(names)}: {first_few(names, 3)}",
             first_few(self.cameras, 3),
-            f"did you mean {meant}?" if meant else "",
+            next(filter(None, remedies), ""),
         )
 
 

@@ -14,10 +14,11 @@ from focus_planner.core.rig.defaults import KINDS, assumed_values, keys_of, note
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
 from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import atomic_write
 from focus_planner.io.lens_tables import lens_table_from_values, lens_table_values
-from focus_planner.io.quoting import abbreviated, kind_of
+from focus_planner.io.quoting import abbreviated, key_name, kind_of
 from focus_planner.io.yaml_values import (
     Values,
     errors_within,
@@ -241,10 +242,11 @@ def _given(values: Values) -> frozenset[str]:
 
 
 def _doubted(where: str, listed: Any) -> frozenset[str]:
-    if not isinstance(listed, list) or not all(
-        isinstance(name, str) and name in _DEFAULTS for name in listed
-    ):
-        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), kind_of(listed))
+    names = listed if isinstance(listed, list) else ()
+    unknown = [name for name in names if not (isinstance(name, str) and name in _DEFAULTS)]
+    if unknown or not isinstance(listed, list):
+        remedy = did_you_mean(key_name(unknown[0]), _DEFAULTS) if unknown else ""
+        raise InputError(where, "a list of " + ", ".join(_DEFAULTS), kind_of(listed), remedy)
     return frozenset[str]().union(*(_DEFAULTS[name] for name in listed))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import shlex
 from collections.abc import Callable, Iterator, Sequence
@@ -25,6 +24,7 @@ from focus_planner.core.rig.frames import (
 )
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError, check_choice, check_number, first_few
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
@@ -49,7 +49,6 @@ _FLAGS = {
     "frames": ("--frame-id", "--child-frame-id"),
 }
 _OPTICAL = re.compile(r"(^|[_/])optical(_frame)?$")
-_MAX_SIMILAR = 1000  # frames among which the one that was meant is looked for
 _MAX_SPAN = 100.0  # metres between cameras that need no --scale
 
 
@@ -153,10 +152,11 @@ def load_transforms(
 def _root(path: Path, tree: FrameTree, root: str) -> str:
     if root:
         if root not in tree:
-            close = difflib.get_close_matches(root, tree.frames[:_MAX_SIMILAR], n=1)
-            remedy = f"did you mean {close[0]}?" if close else ""
             raise InputError(
-                f"{path}: root", f"one of {first_few(tree.frames)}", repr(root), remedy
+                f"{path}: root",
+                f"one of {first_few(tree.frames)}",
+                repr(root),
+                did_you_mean(root, tree.frames),
             )
         return root
     if len(tree.roots) > 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -11,6 +10,7 @@ from typing import Any
 
 import yaml
 
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import read_text
 from focus_planner.io.quoting import abbreviated, key_name, kind_of
@@ -133,12 +133,11 @@ def mapping(where: str, data: Any, keys: tuple[str, ...], prefix: str = "") -> V
     for key in data:
         if key not in keys:
             name = key_name(key)
-            close = difflib.get_close_matches(name, keys, n=1)
             raise InputError(
                 f"{prefix or where + '.'}{name}",
                 "one of the keys " + ", ".join(keys),
                 "an unknown one",
-                f"did you mean {close[0]}?" if close else "",
+                did_you_mean(name, keys),
             )
     return data
 

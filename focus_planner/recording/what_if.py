@@ -13,6 +13,7 @@ from focus_planner.core.rig.defaults import KINDS, keys_of, told_by
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import customary_circle, hyperfocal_distance
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Value, group
 from focus_planner.parameters.planner import DECLARATIONS
@@ -64,7 +65,13 @@ def parse_changes(assignments: list[str]) -> dict[str, Value]:
         if not equals:
             raise InputError("--set", "NAME=VALUE", repr(assignment))
         if name not in settable_names():
-            raise InputError("--set", f"one of {', '.join(settable_names())}", repr(name))
+            raise InputError(
+                "--set",
+                "a parameter that can be changed",
+                repr(name),
+                did_you_mean(name, settable_names())
+                or f"these can be: {', '.join(settable_names())}",
+            )
         name = name if name in _DEFAULTS else f"lens.{name}"
         if name in changes:
             raise InputError("--set", f"{name} once", "twice")

@@ -144,7 +144,7 @@ def test_rig_cylinder_takes_a_lens_of_certain_distances(
             "--hiatus 12",
             "lens.hiatus: expected above -4 focal lengths (-0.2 m) and at most 1 m, got",
         ),
-        ("--colour red", "unrecognized arguments: --colour red"),
+        ("--colour red", "unrecognized arguments: --colour; did you mean --columns?"),
     ],
 )
 def test_rig_cylinder_refuses(options: str, telling: str, capsys: Any) -> None:
@@ -481,8 +481,13 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--output plan.json --output none/sheet.pdf", "none/sheet.pdf: expected a file in a fold"),
         ("--problem none/x.npz", "none/x.npz"),
         ("--picture none/x.png", "none/x.png"),
-        ("--sampels 3", "unrecognized arguments: --sampels 3"),
-        ("--sam 3", "unrecognized arguments: --sam 3"),
+        ("--sampels 3", "unrecognized arguments: --sampels; did you mean --samples? (see focus"),
+        ("--sam=3", "unrecognized arguments: --sam; did you mean --samples? (see focus"),
+        ("--colour 3", "unrecognized arguments: --colour 3"),
+        ("--metod em", "unrecognized arguments: --metod; did you mean --method?"),
+        ("--method kview", "got 'kview'; did you mean k_view?"),
+        ("--tuples girds", "got 'girds'; did you mean grid?"),
+        ("--up Y", "did you mean y?"),
     ],
 )
 def test_a_bad_option_is_refused(here: Path, capsys: Any, options: str, telling: str) -> None:

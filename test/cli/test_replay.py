@@ -220,12 +220,13 @@ def test_truncated_and_random_bytes_are_told_in_one_line(here: Path, capsys: Any
     ("words", "told"),
     [
         (["--set", "samples=many"], "--set samples: expected a whole number, got 'many'"),
-        (["--set", "f=8"], "--set: expected one of method, "),
+        (["--set", "x=8"], "got 'x'; these can be: method, "),
         (["--set", "method=best"], "method: expected one of closest"),
         (["--set", "depth_tolerance=9"], "depth_tolerance: expected metres that some camera's"),
         (["--live", "--set", "k=2"], "--live: expected neither --set, --record nor --report"),
         (["--live", "--record", "x"], "--live: expected neither --set, --record nor --report"),
-        (["--sett", "k=2"], "unrecognized arguments"),
+        (["--sett", "k=2"], "unrecognized arguments: --sett; did you mean --set?"),
+        (["--set", "f_nmber=8"], "can be changed, got 'f_nmber'; did you mean f_number?"),
     ],
 )
 def test_what_is_asked_wrongly_is_2_in_one_line(

@@ -47,7 +47,7 @@ def test_what_is_the_default_is_left_out_and_what_is_long_is_counted() -> None:
     assert repr(camera) == (
         "Camera(name='a', position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))"
     )
-    assert eval(repr(camera), vars(focus_planner)) == camera
+    assert eval(repr(camera), {"Camera": Camera}) == camera
     assert repr(RIG) == "Rig(cameras=<72 Camera>, grid=Grid(rows=3, columns=24))"
 
 

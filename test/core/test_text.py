@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focus_planner.core.text import MAX_LINE, printable, sentence
+from focus_planner.core.text import MAX_LINE, did_you_mean, printable, sentence
 
 HOSTILE = {
     "a colour": ("\x1b[31mred", r"\x1b[31mred"),
@@ -60,3 +60,25 @@ def test_any_text_becomes_one_short_line_without_controls(text, limit):
 def test_a_phrase_becomes_a_sentence() -> None:
     assert sentence("nothing is told; 3 mm assumed") == "Nothing is told; 3 mm assumed."
     assert sentence("") == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "most", "told"),
+    [
+        ("f_nmber", ("f_number", "focal_length"), 1, "did you mean f_number?"),
+        ("metod", ("method", "mode"), 1, "did you mean method?"),
+        ("F-Number", ("f_number",), 1, "did you mean f_number?"),
+        ("--metod", ("--method", "--mode"), 1, "did you mean --method?"),
+        ("--max_focus", ("--max-focus",), 1, "did you mean --max-focus?"),
+        ("Y", ("z", "y", "-z", "-y"), 1, "did you mean y?"),
+        ("cam_3", ("cam_1", "cam_2"), 3, "did you mean cam_2 or cam_1?"),
+        ("colour", ("width", "height"), 1, ""),
+        ("anything", (), 1, ""),
+    ],
+)
+def test_a_misspelt_name_is_told_what_it_resembles(name, known, most, told):
+    assert did_you_mean(name, known, most) == told
+
+
+def test_of_very_many_names_the_first_are_looked_at():
+    assert did_you_mean("cam_7", (f"cam_{i}" for i in range(10**9))) == "did you mean cam_7?"

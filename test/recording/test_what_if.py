@@ -144,8 +144,10 @@ def test_several_changes_are_taken_together():
     ("assignments", "told"),
     [
         (["samples"], "--set: expected NAME=VALUE, got 'samples'"),
-        (["=3"], "--set: expected one of method, samples, .*, got ''"),
-        (["sample=3"], "--set: expected one of method, .*, got 'sample'"),
+        (["=3"], "--set: expected a parameter .*, got ''; these can be: method, samples, "),
+        (["sample=3"], r"--set: expected .*, got 'sample'; did you mean samples\?$"),
+        (["f_nmber=8"], r"got 'f_nmber'; did you mean f_number\?$"),
+        (["lens.f_nmber=8"], r"got 'lens.f_nmber'; did you mean lens.f_number\?$"),
         (["record_directory=/tmp"], "got 'record_directory'"),
         (["warm_start=true"], "got 'warm_start'"),
         (["frame_id=booth"], "got 'frame_id'"),
