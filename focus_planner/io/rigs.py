@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, fields
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.defaults import KINDS, assumed_values, keys_of, notes_on_defaults
+from focus_planner.core.notes import Note
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
+from focus_planner.core.rig.circles import CIRCLE, AssumedCircle, assumed_circle, note_on_circles
+from focus_planner.core.rig.defaults import (
+    FOCAL_LENGTH,
+    KINDS,
+    assumed_values,
+    keys_of,
+    notes_on_defaults,
+)
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.optics import f_number_of, lens_of_aperture
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
@@ -59,23 +67,35 @@ class _Optics(NamedTuple):
     lens: Values
     doubted: frozenset[str]
 
+    def assumed(self) -> frozenset[str]:
+        """Return the keys that nothing tells."""
+        keys = assumed_values(self.lens, self.image, self.doubted)
+        f_number, circle = self.lens.get("f_number"), self.lens.get("circle_of_confusion")
+        return keys | {CIRCLE} if f_number is not None and circle is None else keys
+
+    def circle(self, camera: Camera) -> AssumedCircle:
+        """Return the circle of confusion that was assumed for their camera."""
+        told = FOCAL_LENGTH not in self.assumed()
+        f = camera.lens.focal_length
+        return assumed_circle(camera.intrinsics, f, focal_length_told=told)
+
 
 def load_rig(path: str | PathLike[str]) -> Rig:
     """Read rig.yaml.
 
     ``image`` and ``lens`` apply to all cameras; a camera may override any of their keys. Missing
     keys default to the paper's values. A lens has a ``hyperfocal_distance``, beside which a
-    ``circle_of_confusion`` tells the aperture, or ``f_number`` and ``circle_of_confusion``; a
-    camera that gives either form overrides the shared one. ``fy``
-    defaults to ``fx``. The same
-    goes for ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
+    ``circle_of_confusion`` tells the aperture, or ``f_number`` and ``circle_of_confusion``, which
+    is assumed where it is missing (:mod:`focus_planner.core.rig.circles`); a camera that gives
+    either form overrides the shared one. ``fy`` defaults to ``fx``. The same goes for
+    ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
     converts distances to the driver's values
     (:class:`~focus_planner.core.rig.lens_table.LensTable`); null for none. ``grid`` describes the
     arrangement of the cameras for ``--tuples grid``. ``defaults`` lists what a program filled in,
     ``image`` or ``lens`` or one value such as ``lens.focal_length``: of these, values that still
     are the default's count as said by nobody, unless a camera gives them itself. A camera may
-    have ``defaults`` of its own instead. The rig has a note on cameras whose image or lens nothing
-    tells.
+    have ``defaults`` of its own instead. The rig has notes on cameras whose image or lens nothing
+    tells, and on circles of confusion that were assumed.
 
     Raises
     ------
@@ -96,25 +116,35 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
         CameraIntrinsics(**shared.image)
         lens_from_values(f"{path}: lens", shared.lens)
-    read = [_camera(f"{path}: cameras[{i}]", each, shared) for i, each in enumerate(entries)]
+    read = [_camera(str(path), i, each, shared) for i, each in enumerate(entries)]
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
         raise InputError(f"{path}: frame_id", "a name", abbreviated(frame_id))
-    assumed = {
-        camera.name: assumed_values(optics.lens, optics.image, optics.doubted)
-        for camera, optics in read
-    }
-    doubted = frozenset[str]().union(*(optics.doubted for _, optics in read))
-    notes = notes_on_defaults(
-        (assumed[camera.name] for camera, _ in read),
-        f"give your own under lens in {path} (focal_length, and f_number with circle_of_confusion,"
-        " or hyperfocal_distance)" + _DELETE * bool(doubted & keys_of("lens")),
-        f"give your own under image in {path} (width, height, fx, fy, cx, cy)"
-        + _DELETE * bool(doubted & keys_of("image")),
-    )
+    assumed = {camera.name: optics.assumed() for camera, optics in read}
+    notes = _notes(path, read)
     with errors_within(str(path)):
         cameras = tuple(camera for camera, _ in read)
         return Rig(cameras, frame_id, _grid(f"{path}: grid", top), notes, assumed)
+
+
+def _notes(path: Path, read: Sequence[tuple[Camera, _Optics]]) -> tuple[Note, ...]:
+    """Return the notes on what a file tells nothing of."""
+    doubted = frozenset[str]().union(*(optics.doubted for _, optics in read))
+    circles = [optics.circle(camera) for camera, optics in read if CIRCLE in optics.assumed()]
+    return (
+        *notes_on_defaults(
+            (optics.assumed() for _, optics in read),
+            f"give your own under lens in {path} (focal_length, and f_number with"
+            " circle_of_confusion, or hyperfocal_distance)"
+            + _DELETE
+            * bool(doubted & keys_of("lens")),
+            f"give your own under image in {path} (width, height, fx, fy, cx, cy)"
+            + _DELETE * bool(doubted & keys_of("image")),
+        ),
+        *note_on_circles(
+            circles, len(read), f"give your own as circle_of_confusion under lens in {path}"
+        ),
+    )
 
 
 def rig_to_yaml(rig: Rig) -> str:
@@ -123,14 +153,16 @@ def rig_to_yaml(rig: Rig) -> str:
     The most common image and lens come first, then one line per camera.
     """
     intrinsics = Counter(camera.intrinsics for camera in rig.cameras).most_common(1)[0][0]
-    lens = Counter(camera.lens for camera in rig.cameras).most_common(1)[0][0]
-    optics = {"focal_length": lens.focal_length, "hyperfocal_distance": lens.hyperfocal_distance}
+    lenses = [_lens_values(camera, rig.assumed.get(camera.name, ())) for camera in rig.cameras]
+    lens = dict(Counter(tuple(values.items()) for values in lenses).most_common(1)[0][0])
+    always = ("focal_length", "f_number" if "f_number" in lens else "hyperfocal_distance")
+    optics = {name: lens[name] for name in always}
     lines = [
         f"frame_id: {scalar(rig.frame_id)}",
         f"image: {flow(_image_values(intrinsics))}   # pixels",
-        f"lens: {flow(optics | _differing(lens, Lens()))}   # metres",
+        f"lens: {flow(optics | _written(lens, vars(Lens()) | optics))}   # metres",
     ]
-    assumed = [rig.assumed.get(camera.name, frozenset[str]()) for camera in rig.cameras]
+    assumed = [rig.assumed.get(camera.name, frozenset[str]()) - {CIRCLE} for camera in rig.cameras]
     doubted = Counter(assumed).most_common(1)[0][0]
     if doubted:
         lines.append(
@@ -140,8 +172,8 @@ def rig_to_yaml(rig: Rig) -> str:
     if rig.grid:
         lines.append(f"grid: {flow(asdict(rig.grid))}")
     lines.append("cameras:   # position in metres; orientation x, y, z, w of the optical frame")
-    for camera, own in zip(rig.cameras, assumed, strict=True):
-        values = _camera_values(camera, intrinsics, lens)
+    for camera, own_lens, own in zip(rig.cameras, lenses, assumed, strict=True):
+        values = _camera_values(camera, intrinsics, _written(own_lens, lens))
         if own != doubted - _given(values):
             values["defaults"] = _names(own)
         lines.append(f"  - {flow(values)}")
@@ -160,7 +192,12 @@ def save_rig(rig: Rig, path: Path) -> None:
         file.write(rig_to_yaml(rig).encode())
 
 
-def lens_from_values(where: str, values: Values) -> Lens:
+def lens_from_values(
+    where: str,
+    values: Values,
+    intrinsics: CameraIntrinsics | None = None,
+    doubted: Collection[str] = (),
+) -> Lens:
     """Return the lens with these values, the paper's where they are missing.
 
     Parameters
@@ -168,35 +205,37 @@ def lens_from_values(where: str, values: Values) -> Lens:
     where : str
         The values' name in errors.
     values : mapping
-        Lens's attributes; ``f_number``, with ``circle_of_confusion``, may replace
-        ``hyperfocal_distance``.
+        Lens's attributes; ``f_number`` may replace ``hyperfocal_distance``. If it has no
+        ``circle_of_confusion``, that is assumed: see :mod:`focus_planner.core.rig.circles`.
+    intrinsics : CameraIntrinsics, optional
+        Of its camera; the default if they are not known yet.
+    doubted : collection of str
+        As for :func:`~focus_planner.core.rig.defaults.assumed_values`.
 
     Raises
     ------
     InputError
-        If both are given, ``circle_of_confusion`` has neither beside it, ``f_number`` has no
-        ``circle_of_confusion``, or a value is out of range.
+        If ``f_number`` and ``hyperfocal_distance`` are given, ``circle_of_confusion`` has neither
+        beside it, or a value is out of range.
     """
     f_number, circle = values.get("f_number"), values.get("circle_of_confusion")
     if f_number is not None and "hyperfocal_distance" in values:
-        raise InputError(
-            where, "either hyperfocal_distance or f_number and circle_of_confusion", "both"
-        )
-    if f_number is not None and circle is None:
-        raise InputError(where, "both f_number and circle_of_confusion", "only one of them")
+        raise InputError(where, "either hyperfocal_distance or f_number", "both")
     if circle is not None and f_number is None and "hyperfocal_distance" not in values:
         raise InputError(
             where, "f_number or hyperfocal_distance with circle_of_confusion", "neither"
         )
-    own = {key: value for key, value in values.items() if key != "f_number"}
-    if f_number is not None and circle is not None:
-        focal_length = own.get("focal_length", Lens().focal_length)
-        own["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, circle)
-    return Lens(**own)
+    lens = Lens(**{key: value for key, value in values.items() if key != "f_number"})
+    if f_number is None:
+        return lens
+    told = FOCAL_LENGTH not in assumed_values(values, {}, doubted)
+    image = intrinsics or CameraIntrinsics()
+    return lens_of_aperture(lens, f_number, circle, image, focal_length_told=told)
 
 
-def _camera(where: str, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
+def _camera(path: str, index: int, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
     """Return a camera, and the values given for its image and lens."""
+    where = f"{path}: cameras[{index}]"
     data = mapping(where, entry, _CAMERA_KEYS)
     for key in ("name", "position", "orientation"):
         if key not in data:
@@ -212,16 +251,21 @@ def _camera(where: str, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
         if "defaults" in data
         else shared.doubted - _given(own)
     )
-    optics = _Optics(image, {**_without_replaced(shared.lens, own_lens), **own_lens}, doubted)
+    lens = {**_without_replaced(shared.lens, own_lens), **own_lens}
+    optics = _Optics(image, lens, doubted)
+    name = data["name"]
     with errors_within(where):
+        check_camera_name(name)
         x, y, z = vector(f"{where}.position", data["position"], 3)
         qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
+    with errors_within(path), errors_within(f"camera {name}"):
+        intrinsics = CameraIntrinsics(**optics.image)
         camera = Camera(
-            name=data["name"],
+            name=name,
             position=(x, y, z),
             orientation=(qx, qy, qz, qw),
-            intrinsics=CameraIntrinsics(**optics.image),
-            lens=lens_from_values(f"{where}.lens", optics.lens),
+            intrinsics=intrinsics,
+            lens=lens_from_values(f"camera {name}: lens", lens, intrinsics, doubted),
         )
     return camera, optics
 
@@ -296,15 +340,45 @@ _READERS = {
 }
 
 
-def _camera_values(camera: Camera, intrinsics: CameraIntrinsics, lens: Lens) -> dict[str, Any]:
+def _camera_values(
+    camera: Camera, intrinsics: CameraIntrinsics, lens: Mapping[str, Any]
+) -> dict[str, Any]:
     values = {
         "name": camera.name,
         "position": camera.position,
         "orientation": camera.orientation,
         "image": _differing(camera.intrinsics, intrinsics),
-        "lens": _differing(camera.lens, lens),
+        "lens": lens,
     }
     return {key: value for key, value in values.items() if value}
+
+
+def _lens_values(camera: Camera, assumed: Collection[str]) -> dict[str, Any]:
+    """Return the values of a camera's lens: with its f-number if its circle was assumed.
+
+    Reading them, the circle is assumed again, and so stays one that nobody told.
+    """
+    lens = camera.lens
+    values = {field.name: getattr(lens, field.name) for field in fields(lens)}
+    if CIRCLE not in assumed:
+        return values
+    told = FOCAL_LENGTH not in assumed
+    circle = assumed_circle(camera.intrinsics, lens.focal_length, focal_length_told=told).metres
+    f_number = f_number_of(lens)
+    if lens.circle_of_confusion != circle or f_number is None:
+        return values
+    del values["hyperfocal_distance"]
+    return values | {"f_number": f_number, "circle_of_confusion": None}
+
+
+def _written(values: Mapping[str, Any], shared: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a lens that differ from the shared ones, as rig.yaml has them."""
+    differing = {
+        key: value for key, value in values.items() if key not in shared or value != shared[key]
+    }
+    if differing.get("table") is not None:
+        differing["table"] = lens_table_values(differing["table"])
+    return differing
 
 
 def _image_values(intrinsics: CameraIntrinsics) -> dict[str, Any]:
@@ -321,14 +395,10 @@ def _image_values(intrinsics: CameraIntrinsics) -> dict[str, Any]:
     return pinhole | _differing(intrinsics, plain)
 
 
-def _differing(own: CameraIntrinsics | Lens, shared: CameraIntrinsics | Lens) -> dict[str, Any]:
+def _differing(own: CameraIntrinsics, shared: CameraIntrinsics) -> dict[str, Any]:
     """Return the values that differ from the shared ones."""
-    mine, others = _as_values(own), _as_values(shared)
-    return {key: value for key, value in mine.items() if value != others[key]}
-
-
-def _as_values(optics: CameraIntrinsics | Lens) -> dict[str, Any]:
-    values = dict(vars(optics))
-    if isinstance(optics, Lens) and optics.table is not None:
-        values["table"] = lens_table_values(optics.table)
-    return {field.name: values[field.name] for field in fields(optics)}
+    return {
+        field.name: getattr(own, field.name)
+        for field in fields(own)
+        if getattr(own, field.name) != getattr(shared, field.name)
+    }

@@ -49,7 +49,7 @@ def lenses(draw: st.DrawFn) -> Lens:
     focal_length = draw(st.floats(1e-4, 0.5))
     lens = Lens(
         focal_length,
-        draw(st.floats(0.6, 1e9)),
+        draw(st.floats(0.6, 1e3)),
         draw(st.floats(0.51, 0.6)),
         draw(st.floats(1.0, 1e3) | st.just(math.inf)),
     )
@@ -317,15 +317,15 @@ def test_a_camera_overrides_what_its_lens_takes(
         (f"cameras: [{CAMERA}, {CAMERA}]", "unique camera names, got 'a' 2 times"),
         (
             f"cameras: [{CAMERA.replace('[0, 0, 0, 1]', '[0, 0, 0, 0]')}]",
-            r"cameras\[0\]: camera a: orientation: expected a unit quaternion .*never set",
+            r"yaml: camera a: orientation: expected a unit quaternion .*never set",
         ),
         (
             f"cameras: [{CAMERA.replace('[0, 0, 0, 1]', '[.nan, 0, 0, 1]')}]",
-            r"cameras\[0\]: camera a: orientation: expected a unit quaternion",
+            r"yaml: camera a: orientation: expected a unit quaternion",
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, .nan, 0]')}]",
-            r"cameras\[0\]: camera a: position: expected finite coordinates",
+            r"yaml: camera a: position: expected finite coordinates",
         ),
         (
             f"cameras: [{CAMERA.replace('[1, 0, 0]', '[1, 0]')}]",
@@ -337,7 +337,6 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (f"cameras: [{CAMERA.replace('a,', '1a,')}]", r"cameras\[0\]: camera name: .*got '1a'"),
         (f"cameras: [{CAMERA.replace('a,', 'yes,')}]", r"cameras\[0\]: camera name: .*got True"),
-        (f"lens: {{f_number: 8}}\ncameras: [{CAMERA}]", "lens: expected both f_number and circle"),
         (
             f"lens: {{circle_of_confusion: 3e-5}}\ncameras: [{CAMERA}]",
             "lens: expected f_number or hyperfocal_distance with circle_of_confusion, got neither",
@@ -402,7 +401,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (
             f"cameras: [{camera_with(image='{region: [0, 0, 1.5, 2]}')}]",
-            r"cameras\[0\]: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
+            r"yaml: camera a: image\.region\[2\]: expected a whole number of at least 1, got 1\.5",
         ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),
         (f"grid: {{rows: 2}}\ncameras: [{CAMERA}]", r"grid\.columns: expected a value"),

@@ -10,6 +10,7 @@ from functools import cached_property
 
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.plausible import check_sensor
 from focus_planner.core.validation import (
     MAX_COORDINATE,
     UNIT_ROUNDING,
@@ -242,10 +243,18 @@ class Camera:
                 f"{quaternion} of norm {norm:g}",
                 "the pose was probably never set" if norm == 0 else "",
             )
+        _check_sensor(self)
         object.__setattr__(self, "position", position)
         if abs(norm - 1) > UNIT_ROUNDING:  # so that saving and loading a rig changes no bit
             quaternion = tuple(q / norm for q in quaternion)
         object.__setattr__(self, "orientation", quaternion)
+
+
+def _check_sensor(camera: Camera) -> None:
+    """Raise if the focal length, in metres and in pixels, makes a sensor larger than any."""
+    f, image = camera.lens.focal_length, camera.intrinsics
+    diagonal = f * math.hypot(image.width / image.fx, image.height / image.fy)
+    check_sensor(f"camera {camera.name}: lens.focal_length", f, diagonal)
 
 
 def check_camera_name(name: object) -> None:

@@ -20,6 +20,8 @@ _VALUES = {
     },
 }
 _OTHER_FORMS = {"lens.f_number": "lens.hyperfocal_distance"}
+#: The key of the focal length.
+FOCAL_LENGTH = "lens.focal_length"
 #: What of a camera has to be told.
 KINDS = tuple(_DEFAULTS)
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.plausible import RIG_SIZE
 from focus_planner.core.rig.rig import MAX_CAMERAS, Grid, Rig
 from focus_planner.core.validation import InputError, check_number, check_whole
 
@@ -46,9 +47,9 @@ def cylinder_rig(
     check_whole("rows", rows, 1)
     check_whole("columns", columns, 1)
     _check_total("rows × columns", rows * columns)
-    check_number("radius", radius, above=0)
-    check_number("bottom", bottom)
-    check_number("top", top)
+    _check_radius(radius)
+    _check_height("bottom", bottom)
+    _check_height("top", top)
     if top < bottom:
         raise InputError("top", f"at least bottom ({bottom:g} m)", f"{top:g} m")
     digits = max(2, len(str(columns - 1)))
@@ -116,8 +117,8 @@ def dome_rig(
     elevations = _elevations(rings, lowest, highest)
     counts = [max(1, round(columns * math.cos(elevation))) for elevation in elevations]
     _check_total("cameras", sum(counts))
-    check_number("radius", radius, above=0)
-    check_number("height", height)
+    _check_radius(radius)
+    _check_height("height", height)
     digits = max(2, len(str(max(counts) - 1)))
     cameras = [
         _looking_at_centre(
@@ -168,8 +169,8 @@ def turntable_rig(
     check_whole("cameras", cameras, 1)
     check_whole("stops", stops, 1)
     _check_total("cameras × stops", cameras * stops)
-    check_number("radius", radius, above=0)
-    check_number("height", height)
+    _check_radius(radius)
+    _check_height("height", height)
     digits = max(2, len(str(stops - 1)))
     views = [
         _looking_at_centre(
@@ -190,6 +191,15 @@ def turntable_rig(
 def _check_total(argument: str, count: int) -> None:
     if count > MAX_CAMERAS:
         raise InputError(argument, f"at most {MAX_CAMERAS}", str(count))
+
+
+def _check_radius(radius: float) -> None:
+    RIG_SIZE.check("radius", check_number("radius", radius, above=0))
+
+
+def _check_height(argument: str, z: float) -> None:
+    if check_number(argument, z):
+        RIG_SIZE.check(argument, z)
 
 
 def _elevations(count: int, lowest: float, highest: float) -> Sequence[float]:

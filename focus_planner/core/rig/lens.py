@@ -12,12 +12,19 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.lens_table import MAX_FOCUS_STEPS, LensTable
+from focus_planner.core.rig.plausible import (
+    HIATUS,
+    NEAREST_FOCUS,
+    check_circle,
+    check_focal_length,
+    check_hyperfocal,
+)
 from focus_planner.core.validation import InputError, check_number, check_whole, shown
 
 # Metres: products and quotients of others overflow.
-_SHORTEST_LENGTH, _LARGEST_LENGTH = 1e-12, 1e12
-#: Metres. Real lenses have centimetres: a larger one was probably given in millimetres.
-MAX_HIATUS = 1.0
+_LARGEST_LENGTH = 1e12
+#: Metres. Real lenses have centimetres.
+MAX_HIATUS = HIATUS.most
 
 
 @dataclass(frozen=True)
@@ -51,8 +58,8 @@ class Lens:
     circle_of_confusion : float, optional
         Largest diameter on the sensor of a blurred point that still counts as sharp, metres. With
         the hyperfocal distance it tells the aperture, and so how blurred pictures are; plans do
-        not depend on it. When absent, pictures assume the customary one:
-        :func:`~focus_planner.core.rig.optics.circle_of_confusion`.
+        not depend on it. When absent, pictures assume one:
+        :mod:`focus_planner.core.rig.circles`.
 
     Raises
     ------
@@ -74,13 +81,15 @@ class Lens:
     __repr__ = brief_repr
 
     def __post_init__(self) -> None:
-        check_number("lens.focal_length", self.focal_length, above=0)
-        check_number("lens.focal_length", self.focal_length, at_least=_SHORTEST_LENGTH)
-        check_number("lens.hyperfocal_distance", self.hyperfocal_distance, above=self.focal_length)
+        f = check_focal_length("lens.focal_length", self.focal_length)
+        check_hyperfocal("lens.hyperfocal_distance", self.hyperfocal_distance, f)
         check_number("lens.min_focus", self.min_focus, at_least=0)
-        for name in ("focal_length", "hyperfocal_distance", "min_focus"):
-            _check_magnitude(f"lens.{name}", getattr(self, name))
-        check_number("lens.max_focus", self.max_focus, above=self.focal_length, infinite=True)
+        if self.min_focus:
+            NEAREST_FOCUS.check("lens.min_focus", self.min_focus)
+        if check_number("lens.max_focus", self.max_focus, infinite=True) <= f:
+            raise InputError(
+                "lens.max_focus", f"a number above focal_length ({f:g} m)", f"{self.max_focus:g}"
+            )
         if self.max_focus < math.inf:
             _check_magnitude("lens.max_focus", self.max_focus)
         if self.min_focus > self.max_focus:
@@ -91,10 +100,7 @@ class Lens:
             )
         _check_hiatus(self)
         if self.circle_of_confusion is not None:
-            name = "lens.circle_of_confusion"
-            check_number(name, self.circle_of_confusion, above=0)
-            check_number(name, self.circle_of_confusion, at_least=_SHORTEST_LENGTH)
-            _check_magnitude(name, self.circle_of_confusion)
+            check_circle("lens.circle_of_confusion", self.circle_of_confusion)
         if self.table is not None:
             _check_table(self, self.table)
         if self.focus_distances is not None:
@@ -140,7 +146,7 @@ def _check_hiatus(lens: Lens) -> None:
             "lens.hiatus",
             f"above -4 focal lengths ({least:g} m) and at most {MAX_HIATUS:g} m",
             f"{hiatus:g} m",
-            "it is probably not in metres",
+            HIATUS.other_unit(hiatus) or "it is probably not in metres",
         )
 
 
@@ -209,6 +215,7 @@ def _checked_distances(lens: Lens) -> tuple[float, ...]:
             str(len(listed)),
             "leave it out for a lens that takes any distance between its limits",
         )
+    NEAREST_FOCUS.check(f"{name} (the nearest)", listed[0])
     _check_magnitude(name, listed[-1])
     nearest, farthest = lens.focus_limits
     if not nearest <= listed[0] <= listed[-1] <= farthest:

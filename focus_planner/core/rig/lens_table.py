@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focus_planner.core.brief import brief_repr
+from focus_planner.core.rig.plausible import NEAREST_FOCUS
 from focus_planner.core.validation import InputError, check_array, check_finite, check_number, shown
 
 #: No focus motor has more, and solvers consider every one for every camera.
@@ -284,6 +285,7 @@ def _check_distances(distances: _Array) -> None:
             f"{_NEAREST:g} to {_FARTHEST:g} m; only the last may be inf",
             f"{finite[outside][0]:g}",
         )
+    NEAREST_FOCUS.check(f"{name} (the nearest)", float(distances.min()))
     if not (np.diff(1.0 / distances) < 0).all():
         raise InputError(name, "ascending metres", _abbreviated(distances))
 

@@ -7,45 +7,36 @@ otherwise.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.circles import assumed_circle
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.validation import check_number
+from focus_planner.core.rig.plausible import (
+    check_circle,
+    check_f_number,
+    check_focal_length,
+    farthest_hyperfocal,
+)
+from focus_planner.core.validation import InputError
 
-# Of what a lens is given by, metres: beyond these its squares and their quotients overflow.
-_SMALLEST, _LARGEST = 1e-12, 1e12
-
-# The customary circle of confusion is the sensor's diagonal divided by this.
-_CIRCLES_PER_DIAGONAL = 1500
-
-
-def customary_circle(intrinsics: CameraIntrinsics, focal_length: float) -> float:
-    """Return the sensor's diagonal / 1500, the circle of confusion where nobody gives one, metres.
-
-    Parameters
-    ----------
-    intrinsics : CameraIntrinsics
-    focal_length : float
-        Metres: with the focal length in pixels it tells the pixels' size.
-    """
-    diagonal = focal_length * math.hypot(
-        intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
-    )
-    return diagonal / _CIRCLES_PER_DIAGONAL
+# Rounding may leave an f-number so many neighbouring numbers away.
+_ULPS = 4
+_DIGITS = 17
 
 
 def circle_of_confusion(camera: Camera) -> float:
-    """Return the circle of confusion of a camera's lens, the customary one if it has none, metres.
+    """Return the circle of confusion of a camera's lens, else the one to assume, metres.
 
-    See :func:`customary_circle`.
+    See :mod:`focus_planner.core.rig.circles`.
     """
     given = camera.lens.circle_of_confusion
     if given is not None:
         return given
-    return customary_circle(camera.intrinsics, camera.lens.focal_length)
+    return assumed_circle(camera.intrinsics, camera.lens.focal_length).metres
 
 
 def aperture_diameter(camera: Camera) -> float:
@@ -72,17 +63,76 @@ def hyperfocal_distance(focal_length: float, f_number: float, circle_of_confusio
     Raises
     ------
     InputError
-        If a value is not positive.
+        If no lens has such a value, or none all of them; names these.
     """
-    given = {
-        "focal_length": focal_length,
-        "f_number": f_number,
-        "circle_of_confusion": circle_of_confusion,
-    }
-    for name, value in given.items():
-        check_number(f"lens.{name}", value, above=0, at_most=_LARGEST)
-        check_number(f"lens.{name}", value, at_least=_SMALLEST)
-    return focal_length**2 / (f_number * circle_of_confusion)
+    f = check_focal_length("lens.focal_length", focal_length)
+    number = check_f_number("lens.f_number", f_number)
+    circle = check_circle("lens.circle_of_confusion", circle_of_confusion)
+    distance = f**2 / (number * circle)
+    if not f < distance <= farthest_hyperfocal(f):
+        size = "large" if distance <= f else "small"
+        raise InputError(
+            "lens.focal_length, lens.f_number, lens.circle_of_confusion",
+            "those of one lens, in metres: a hyperfocal distance focal_length² / (f_number ·"
+            f" circle_of_confusion) from {f:g} to {farthest_hyperfocal(f):.3g}",
+            f"{f:g}, {number:g} and {circle:g}, which make it {distance:.3g}",
+            f"the circle of confusion is probably too {size} for the focal length",
+        )
+    return distance
+
+
+def lens_of_aperture(
+    lens: Lens,
+    f_number: float,
+    circle: float | None,
+    intrinsics: CameraIntrinsics,
+    *,
+    focal_length_told: bool = True,
+) -> Lens:
+    """Return a lens with this f-number.
+
+    Parameters
+    ----------
+    lens : Lens
+        Tells all but its aperture.
+    f_number : float
+    circle : float or None
+        Its circle of confusion, metres; None for the one to assume, see
+        :mod:`focus_planner.core.rig.circles`.
+    intrinsics : CameraIntrinsics
+        Of its camera.
+    focal_length_told : bool
+        Whether somebody gave the focal length; else it is the default.
+
+    Raises
+    ------
+    InputError
+        As :func:`hyperfocal_distance`.
+    """
+    f = lens.focal_length
+    if circle is None:
+        circle = assumed_circle(intrinsics, f, focal_length_told=focal_length_told).metres
+    return replace(
+        lens,
+        hyperfocal_distance=hyperfocal_distance(f, f_number, circle),
+        circle_of_confusion=circle,
+    )
+
+
+def f_number_of(lens: Lens) -> float | None:
+    """Return the f-number whose :func:`hyperfocal_distance` is the lens's own, bit for bit.
+
+    Of several the one with the fewest digits; None if there is none, or no circle of confusion.
+    """
+    f, h, circle = lens.focal_length, lens.hyperfocal_distance, lens.circle_of_confusion
+    if circle is None:
+        return None
+    about = f**2 / (h * circle)
+    near = [about]
+    for _ in range(_ULPS):
+        near = [math.nextafter(near[0], 0.0), *near, math.nextafter(near[-1], math.inf)]
+    candidates = (*(round(about, digits) for digits in range(_DIGITS)), *near)
+    return next((n for n in candidates if n > 0 and f**2 / (n * circle) == h), None)
 
 
 def depth_of_field(focus_distance: FloatArray, lens: Lens) -> tuple[FloatArray, FloatArray]:
