@@ -329,7 +329,8 @@ def _show_one(console: PlainConsole, replay: _Replay) -> None:
     else:
         say(f"  no plan, then as now: {replay.why}")
     for plan_note in replay.now.notes if replay.now else ():
-        say(f"  note: {plan_note.text}")
+        if plan_note.text not in replay.notes:
+            say(f"  note: {plan_note.text}")
     if replay.recorded_as is not None:
         say(f"  recorded: {replay.recorded_as}")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from focus_planner.cli.rig_options import (
     add_image_options,
     add_lens_options,
+    errors_of_options,
     has_image,
     intrinsics_of,
     lens_of,
@@ -16,6 +17,9 @@ from focus_planner.cli.rig_options import (
 
 if TYPE_CHECKING:
     from focus_planner.core.rig.rig import Rig
+
+# The measures of cameras that look at a centre.
+_CENTRED = ("radius", "lowest", "highest", "height")
 
 _COUNT: dict[str, Any] = {"type": int, "metavar": "N"}
 _METRES: dict[str, Any] = {"type": float, "metavar": "METRES"}
@@ -108,25 +112,34 @@ def _cylinder(options: argparse.Namespace) -> int:
     from focus_planner.core.rig.layouts import cylinder_rig
 
     numbers = (options.rows, options.columns, options.radius, options.bottom, options.top)
-    return _print(cylinder_rig(*numbers, **_shared(options)), options)
+    shared = _shared(options)
+    with errors_of_options(dict.fromkeys(("rows", "columns", "radius", "bottom", "top"))):
+        rig = cylinder_rig(*numbers, **shared)
+    return _print(rig, options)
 
 
 def _dome(options: argparse.Namespace) -> int:
     from focus_planner.core.rig.layouts import dome_rig
 
     numbers = (options.rings, options.columns, *_around_a_centre(options))
-    return _print(dome_rig(*numbers, **_shared(options)), options)
+    shared = _shared(options)
+    with errors_of_options(dict.fromkeys(("rings", "columns", *_CENTRED))):
+        rig = dome_rig(*numbers, **shared)
+    return _print(rig, options)
 
 
 def _turntable(options: argparse.Namespace) -> int:
     from focus_planner.core.rig.layouts import turntable_rig
 
     numbers = (options.cameras, options.stops, *_around_a_centre(options))
-    return _print(turntable_rig(*numbers, **_shared(options)), options)
+    shared = _shared(options)
+    with errors_of_options(dict.fromkeys(("cameras", "stops", *_CENTRED))):
+        rig = turntable_rig(*numbers, **shared)
+    return _print(rig, options)
 
 
-def _around_a_centre(options: argparse.Namespace) -> tuple[float, float, float, float]:
-    return options.radius, options.lowest, options.highest, options.height
+def _around_a_centre(options: argparse.Namespace) -> list[float]:
+    return [getattr(options, name) for name in _CENTRED]
 
 
 def _shared(options: argparse.Namespace) -> dict[str, Any]:

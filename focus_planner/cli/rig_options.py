@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
+    from focus_planner.core.notes import Note
     from focus_planner.core.rig.camera import CameraIntrinsics
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.rig import Rig
@@ -24,9 +26,10 @@ _LENS_OPTIONS: dict[str, dict[str, Any]] = {
     "hyperfocal_distance": {
         "help": "focal length² / (f-number · circle of confusion), metres (default: 10)"
     },
-    "f_number": {"help": "with --circle-of-confusion: replaces --hyperfocal-distance"},
+    "f_number": {"help": "focal length over aperture diameter; replaces --hyperfocal-distance"},
     "circle_of_confusion": {
-        "help": "largest blur spot on the sensor that counts as sharp, metres; beside"
+        "help": "largest blur spot on the sensor that counts as sharp, metres (default with"
+        " --f-number: two pixels if their size is known, else the sensor's diagonal / 1500); beside"
         " --hyperfocal-distance it tells previews and masks the aperture"
     },
     "min_focus": {"help": "nearest distance at which the lens can focus, metres"},
@@ -106,14 +109,15 @@ def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
     if match is None:
         raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(size))
     width, height = int(match[1]), int(match[2])
-    return CameraIntrinsics(
-        width,
-        height,
-        fx,
-        fx if fy is None else fy,
-        (width - 1) / 2 if cx is None else cx,
-        (height - 1) / 2 if cy is None else cy,
-    )
+    with errors_of_options({"width": "image", "height": "image"} | dict.fromkeys(_IMAGE_OPTIONS)):
+        return CameraIntrinsics(
+            width,
+            height,
+            fx,
+            fx if fy is None else fy,
+            (width - 1) / 2 if cx is None else cx,
+            (height - 1) / 2 if cy is None else cy,
+        )
 
 
 def add_lens_options(parser: Any) -> None:
@@ -125,13 +129,43 @@ def add_lens_options(parser: Any) -> None:
 
 
 def lens_of(options: argparse.Namespace) -> Lens:
-    """Return the lens of the options, the paper's where they say nothing."""
+    """Return the lens of the options, the paper's where they say nothing.
+
+    A circle of confusion that they do not tell beside an f-number is assumed for the paper's image;
+    :func:`print_rig` assumes it anew for every camera's own.
+    """
     from focus_planner.io.rigs import lens_from_values
 
+    with errors_of_options(dict.fromkeys(_LENS_OPTIONS)):
+        return lens_from_values("lens options", _given_lens(options))
+
+
+def _given_lens(options: argparse.Namespace) -> dict[str, Any]:
     given = {name: getattr(options, name) for name in _LENS_OPTIONS}
-    return lens_from_values(
-        "lens", {name: value for name, value in given.items() if value is not None}
-    )
+    return {name: value for name, value in given.items() if value is not None}
+
+
+@contextmanager
+def errors_of_options(names: Mapping[str, str | None]) -> Iterator[None]:
+    """Call values in errors by the options that they were given with.
+
+    Parameters
+    ----------
+    names : mapping of str to str or None
+        The options, without their hyphens, by the values' names; None for one of the same name.
+    """
+
+    def option(match: re.Match[str]) -> str:
+        return f"--{(names[match[1]] or match[1]).replace('_', '-')}"
+
+    word = re.compile(rf"\b(?:lens\.|image\.)?({'|'.join(sorted(names, reverse=True))})\b")
+    try:
+        yield
+    except InputError as error:
+        argument, expected, remedy = (
+            word.sub(option, text) for text in (error.argument, error.expected, error.remedy)
+        )
+        raise InputError(argument, expected, error.got, remedy) from None
 
 
 def print_rig(rig: Rig, options: argparse.Namespace) -> int:
@@ -141,9 +175,7 @@ def print_rig(rig: Rig, options: argparse.Namespace) -> int:
     from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
     from focus_planner.io.rigs import rig_to_yaml
 
-    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
-    lens = {name: value for name, value in given.items() if value is not None}
-    of_lens = assumed_values(lens, {}) & keys_of("lens")
+    of_lens = assumed_values(_given_lens(options), {}) & keys_of("lens")
     assumed = {
         camera.name: of_lens | rig.assumed.get(camera.name, frozenset()) for camera in rig.cameras
     }
@@ -153,7 +185,35 @@ def print_rig(rig: Rig, options: argparse.Namespace) -> int:
         " or edit the rig's file",
         "use --camera-info, or --image with --fx, or edit the rig's file",
     )
-    for note in (*rig.notes, *defaults):
+    rig, on_circles = _with_own_circles(replace(rig, assumed=assumed), options)
+    for note in (*rig.notes, *defaults, *on_circles):
         show_note(note.text)
-    sys.stdout.write(rig_to_yaml(replace(rig, assumed=assumed)))
+    sys.stdout.write(rig_to_yaml(rig))
     return 0
+
+
+def _with_own_circles(rig: Rig, options: argparse.Namespace) -> tuple[Rig, tuple[Note, ...]]:
+    """Assume every camera's circle of confusion if the options tell only its f-number."""
+    from dataclasses import replace
+
+    from focus_planner.core.rig.circles import CIRCLE, assumed_circle, note_on_circles
+    from focus_planner.core.rig.defaults import FOCAL_LENGTH
+    from focus_planner.core.rig.optics import lens_of_aperture
+
+    given = _given_lens(options)
+    if "f_number" not in given or "circle_of_confusion" in given:
+        return rig, ()
+    circles, cameras = [], []
+    for camera in rig.cameras:
+        told = FOCAL_LENGTH not in rig.assumed[camera.name]
+        image, lens = camera.intrinsics, camera.lens
+        circles.append(assumed_circle(image, lens.focal_length, focal_length_told=told))
+        with errors_of_options(dict.fromkeys(_LENS_OPTIONS)):
+            lens = lens_of_aperture(lens, given["f_number"], None, image, focal_length_told=told)
+        cameras.append(replace(camera, lens=lens))
+    assumed = {name: keys | {CIRCLE} for name, keys in rig.assumed.items()}
+    remedy = "use --circle-of-confusion, or give circle_of_confusion under lens in the rig's file"
+    return (
+        replace(rig, cameras=tuple(cameras), assumed=assumed),
+        note_on_circles(circles, len(rig), remedy),
+    )

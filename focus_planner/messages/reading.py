@@ -7,9 +7,9 @@ bad values raises :class:`InputError` and no other exception, whatever it contai
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from itertools import zip_longest
 from typing import Any
@@ -20,10 +20,16 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
+from focus_planner.core.rig.circles import (
+    CIRCLE,
+    AssumedCircle,
+    assumed_circle,
+    note_on_circles,
+)
 from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
-from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.optics import lens_of_aperture
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.surface.cleaning import clean_cloud, clean_mesh
@@ -75,11 +81,37 @@ PACKED = ("rgb", "rgba")
 
 @dataclass(frozen=True)
 class Optics:
-    """The defaults of cameras that do not bring their own image, lens or lens table."""
+    """The defaults of cameras that do not bring their own image, lens or lens table.
+
+    Attributes
+    ----------
+    intrinsics : CameraIntrinsics
+    lens : Lens
+    tables : LensTables or None
+    f_number : float
+        The lens's, if nothing tells its circle of confusion, which is then assumed for each
+        camera's image; else 0.
+    unused_f_number : float
+        One that was given but has no effect, as the hyperfocal distance is given too; else 0.
+    """
 
     intrinsics: CameraIntrinsics = field(default_factory=CameraIntrinsics)
     lens: Lens = field(default_factory=Lens)
     tables: LensTables | None = None
+    f_number: float = 0.0
+    unused_f_number: float = 0.0
+
+    @property
+    def focal_length_told(self) -> bool:
+        """Whether somebody set the focal length: who set it to its default is not known to have."""
+        return self.lens.focal_length != Lens().focal_length
+
+    def lens_for(self, intrinsics: CameraIntrinsics) -> Lens:
+        """Return the lens of a camera with this image that does not bring its own."""
+        if not self.f_number:
+            return self.lens
+        told = self.focal_length_told
+        return lens_of_aperture(self.lens, self.f_number, None, intrinsics, focal_length_told=told)
 
     def complete(self, rig: Rig) -> Rig:
         """Return the rig with lens tables for the cameras that do not bring their own."""
@@ -172,12 +204,18 @@ def pose_from_message(pose: Message) -> tuple[Position, Orientation]:
 def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     """Return a rig of cameras ``cam_000``, ``cam_001``, ..., one per pose."""
     check_frame(message.header, frame_id)
-    cameras = (
-        Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, optics.lens)
+    lens = optics.lens_for(optics.intrinsics)
+    cameras = tuple(
+        Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, lens)
         for i, pose in enumerate(message.poses)
     )
-    rig = Rig(tuple(cameras), frame_id, notes=_notes(optics, [(True, True)] * len(message.poses)))
-    return optics.complete(rig)
+    lacking = [(True, True)] * len(cameras)
+    circles = {}
+    if optics.f_number:
+        told = optics.focal_length_told
+        circle = assumed_circle(optics.intrinsics, lens.focal_length, focal_length_told=told)
+        circles = {camera.name: circle for camera in cameras}
+    return optics.complete(_noted(Rig(cameras, frame_id), optics, lacking, circles))
 
 
 def lens_table_from_message(message: Message) -> LensTable | None:
@@ -187,14 +225,27 @@ def lens_table_from_message(message: Message) -> LensTable | None:
     return LensTable(message.unit, message.whole, message.distances, message.values, message.step)
 
 
-def lens_from_message(message: Message) -> Lens:
-    """Return the lens of a message that gives its focal length."""
+def lens_from_message(
+    message: Message,
+    intrinsics: CameraIntrinsics | None = None,
+    *,
+    focal_length_told: bool = True,
+) -> Lens:
+    """Return the lens of a message that gives its focal length.
+
+    Parameters
+    ----------
+    message : focus_planner_msgs/msg/Lens
+    intrinsics : CameraIntrinsics, optional
+        Of its camera; the default if they are not known.
+    focal_length_told : bool
+        Whether somebody gave the focal length.
+    """
     with _named("lens."):
         table = lens_table_from_message(message.table)
-    return Lens(
+    lens = Lens(
         focal_length=message.focal_length,
-        hyperfocal_distance=message.hyperfocal_distance
-        or hyperfocal_distance(message.focal_length, message.f_number, message.circle_of_confusion),
+        hyperfocal_distance=message.hyperfocal_distance or Lens().hyperfocal_distance,
         min_focus=message.min_focus,
         max_focus=message.max_focus or math.inf,
         focus_distances=tuple(message.focus_distances) or None,
@@ -202,6 +253,22 @@ def lens_from_message(message: Message) -> Lens:
         table=table,
         hiatus=message.hiatus,
         circle_of_confusion=message.circle_of_confusion or None,
+    )
+    if message.hyperfocal_distance:
+        return lens
+    return lens_of_aperture(
+        lens,
+        message.f_number,
+        lens.circle_of_confusion,
+        intrinsics or CameraIntrinsics(),
+        focal_length_told=focal_length_told,
+    )
+
+
+def lacks_circle(message: Message) -> bool:
+    """Return whether a lens is told by its f-number, without a circle of confusion."""
+    return bool(message.f_number) and not (
+        message.hyperfocal_distance or message.circle_of_confusion
     )
 
 
@@ -244,7 +311,10 @@ def camera_from_message(message: Message, optics: Optics) -> Camera:
     check_camera_name(message.name)
     with _named(f"camera {message.name}: "):
         intrinsics = _own_image(message.camera_info) or optics.intrinsics
-        lens = lens_from_message(message.lens) if message.lens.focal_length else optics.lens
+        if message.lens.focal_length:
+            lens = lens_from_message(message.lens, intrinsics)
+        else:
+            lens = optics.lens_for(intrinsics)
     return Camera(message.name, *pose_from_message(message.pose), intrinsics, lens)
 
 
@@ -257,7 +327,60 @@ def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
     lacking = [
         (not camera.camera_info.width, not camera.lens.focal_length) for camera in message.cameras
     ]
-    return optics.complete(Rig(cameras, frame_id, grid, _notes(optics, lacking)))
+    circles = {
+        camera.name: circle
+        for camera, sent in zip(cameras, message.cameras, strict=True)
+        if (circle := _circle_of(camera, sent, optics)) is not None
+    }
+    return optics.complete(_noted(Rig(cameras, frame_id, grid), optics, lacking, circles))
+
+
+def _circle_of(camera: Camera, message: Message, optics: Optics) -> AssumedCircle | None:
+    """Return the circle of confusion that was assumed for a camera; None if it was told."""
+    own = bool(message.lens.focal_length)
+    if not (lacks_circle(message.lens) if own else optics.f_number):
+        return None
+    told = own or optics.focal_length_told
+    return assumed_circle(camera.intrinsics, camera.lens.focal_length, focal_length_told=told)
+
+
+def _noted(
+    rig: Rig,
+    optics: Optics,
+    lacking: list[tuple[bool, bool]],
+    circles: Mapping[str, AssumedCircle],
+) -> Rig:
+    """Return the rig with notes on what nothing told of it.
+
+    Parameters
+    ----------
+    rig : Rig
+    optics : Optics
+    lacking : list
+        Per camera, whether the message lacks its image, and its lens.
+    circles : mapping of str to AssumedCircle
+        The circles of confusion that were assumed, by camera.
+    """
+    remedy = (
+        "publish each lens's circle_of_confusion on ~/rig, or set the parameter"
+        " lens.circle_of_confusion"
+    )
+    notes = (
+        *_notes(optics, lacking),
+        *note_on_circles(list(circles.values()), len(rig), remedy),
+        *_note_on_f_number(optics, sum(lens for _, lens in lacking)),
+    )
+    return replace(rig, notes=notes, assumed={name: frozenset({CIRCLE}) for name in circles})
+
+
+def _note_on_f_number(optics: Optics, cameras: int) -> Iterator[Note]:
+    """Yield a note on an f-number without effect, if there are cameras that it would be of."""
+    if optics.unused_f_number and cameras:
+        yield Note(
+            "default_lens",
+            f"lens.f_number {optics.unused_f_number:g} is not used, because"
+            f" lens.hyperfocal_distance is {optics.lens.hyperfocal_distance:g} m; set that to 0",
+        )
 
 
 _SET_TO_DEFAULT = "set to their defaults, they count as not set"

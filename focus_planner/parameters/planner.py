@@ -138,8 +138,8 @@ DECLARATIONS = (
         "lens.circle_of_confusion",
         0.0,
         "Circle of confusion: the largest blur spot on the sensor that counts as sharp, in metres;"
-        " 0 if unknown. Beside lens.hyperfocal_distance only previews and masks depend on it."
-        + _POSES,
+        " 0 if unknown: with lens.f_number two pixels are then assumed, or the sensor's diagonal"
+        " / 1500. Beside lens.hyperfocal_distance only previews and masks depend on it." + _POSES,
     ),
     Declaration(
         "lens.min_focus",

@@ -13,10 +13,11 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.rig.lens import Lens
 from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
 from focus_planner.messages.limits import Limits
-from focus_planner.messages.reading import Optics, lens_from_message
+from focus_planner.messages.reading import Optics, lacks_circle, lens_from_message
 from focus_planner.messages.requests import request_from_values
 from focus_planner.parameters.declaration import Value, group, with_defaults
 from focus_planner.parameters.planner import ACCESSES, ANY_DISTANCE, DECLARATIONS, OVERLAPS
@@ -156,19 +157,12 @@ class Settings:
             raise InputError("frame_id", "the name of a frame", "''")
         if not values["importance_field"]:
             raise InputError("importance_field", "the name of a field", "''")
-        lens = group(values, "lens.")
-        if tuple(lens["focus_distances"]) == ANY_DISTANCE:
-            lens["focus_distances"] = ()
         return cls(
             frame_id=values["frame_id"],
             importance_field=values["importance_field"],
             request=request_from_values(values),
             warm_start=values["warm_start"],
-            optics=Optics(
-                intrinsics=CameraIntrinsics(**group(values, "image.")),
-                lens=lens_from_message(SimpleNamespace(**lens, table=_NO_TABLE)),
-                tables=lens_tables_of(values["lens_tables"], lens_tables),
-            ),
+            optics=_optics(values, lens_tables_of(values["lens_tables"], lens_tables)),
             model=CostModel(**group(values, "cost.")),
             limits=Limits(
                 max_points=values["max_points"] or math.inf,
@@ -209,6 +203,23 @@ class Settings:
     def lens_tables_text(self) -> str:
         """The contents of their file; "" for none."""
         return self.optics.tables.text if self.optics.tables else ""
+
+
+def _optics(values: Mapping[str, Any], tables: LensTables | None) -> Optics:
+    """Return the defaults of what a camera leaves out."""
+    intrinsics = CameraIntrinsics(**group(values, "image."))
+    given = group(values, "lens.")
+    if tuple(given["focus_distances"]) == ANY_DISTANCE:
+        given["focus_distances"] = ()
+    message = SimpleNamespace(**given, table=_NO_TABLE)
+    told = given["focal_length"] != Lens().focal_length
+    return Optics(
+        intrinsics=intrinsics,
+        lens=lens_from_message(message, intrinsics, focal_length_told=told),
+        tables=tables,
+        f_number=given["f_number"] if lacks_circle(message) else 0.0,
+        unused_f_number=given["f_number"] if given["hyperfocal_distance"] else 0.0,
+    )
 
 
 def lens_tables_of(name: str, given: LensTables | str | None = None) -> LensTables | None:

@@ -13,7 +13,7 @@ from focus_planner.core.imaging.pixels import pixel_grid
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.rig.camera import Camera
-from focus_planner.core.rig.optics import circle_of_confusion
+from focus_planner.core.rig.circles import assumed_circle, circles_in_words
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.validation import InputError
@@ -131,15 +131,11 @@ def fitting_scale(camera: Camera, longest_side: int) -> float:
 
 def note_on_circles(rig: Rig) -> str:
     """Return what was assumed of the blur of lenses without a circle of confusion; "" for none."""
-    assumed = [camera for camera in rig.cameras if camera.lens.circle_of_confusion is None]
-    if not assumed:
+    circles = [
+        assumed_circle(camera.intrinsics, camera.lens.focal_length)
+        for camera in rig.cameras
+        if camera.lens.circle_of_confusion is None
+    ]
+    if not circles:
         return ""
-    circles = [1e3 * circle_of_confusion(camera) for camera in assumed]
-    values = f"{min(circles):.4f}"
-    if f"{max(circles):.4f}" != values:
-        values += f" to {max(circles):.4f}"
-    which = "the lenses" if len(assumed) == len(rig) else f"{len(assumed)} of {len(rig)} lenses"
-    return (
-        f"nothing tells the circle of confusion of {which}: {values} mm assumed, the sensor's"
-        " diagonal / 1500; the blur in pictures is proportional to it"
-    )
+    return f"{circles_in_words(circles, len(rig))}; the blur in pictures is proportional to it"

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 from focus_planner.core.notes import Note
-from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.defaults import KINDS, keys_of, told_by
+from focus_planner.core.rig.camera import Camera
+from focus_planner.core.rig.circles import (
+    CIRCLE,
+    AssumedCircle,
+    assumed_circle,
+    is_on_circles,
+    note_on_circles,
+)
+from focus_planner.core.rig.defaults import FOCAL_LENGTH, KINDS, keys_of, told_by
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.rig.optics import customary_circle, hyperfocal_distance
+from focus_planner.core.rig.optics import hyperfocal_distance
+from focus_planner.core.rig.plausible import check_focal_length
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
@@ -28,6 +37,8 @@ _DEFAULTS: dict[str, Value] = {
 _CAMERA_PREFIXES = ("lens.", "image.")
 # These do not affect a plan, or cannot be changed afterwards.
 _NOT_SETTABLE = ("frame_id", "warm_start")
+# After a change of these, nothing depends any more on a circle of confusion that was assumed.
+_TELL_CIRCLE = frozenset({CIRCLE, "lens.hyperfocal_distance"})
 
 
 @dataclass(frozen=True)
@@ -85,8 +96,8 @@ def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
     Changes override the values of the recorded request. Changes of lens and image apply to every
     camera, whether or not it has values of its own. A lens is given by its hyperfocal distance,
     or by f-number and circle of confusion. If only one of the latter two is given, the other is
-    taken from the recording; a circle of confusion that is not recorded is assumed to be the
-    sensor's diagonal divided by 1500.
+    taken from the recording; a circle of confusion that is not recorded is assumed
+    (:mod:`focus_planner.core.rig.circles`), of which plans have a note.
 
     Raises
     ------
@@ -107,15 +118,20 @@ def with_changes(run: Run, changes: Mapping[str, Value]) -> Changed:
         return Changed(changed, ())
     input_notes = tuple(_still_true(before.input_notes, of_cameras))
     changed = replace(changed, beginning=replace(beginning, input_notes=input_notes))
-    notes: list[str] = []
-    return Changed(_with_cameras(changed, of_cameras, notes), tuple(notes))
+    notes: list[Note] = []
+    changed = _with_cameras(changed, of_cameras, notes)
+    beginning = replace(changed.beginning, input_notes=(*input_notes, *notes))
+    return Changed(replace(changed, beginning=beginning), tuple(note.text for note in notes))
 
 
 def _still_true(notes: Iterable[Note], changes: Mapping[str, Value]) -> Iterator[Note]:
     """Yield the notes on a run's files, as far as they hold after changes of lens and image."""
     for note in notes:
         kind = note.code.removeprefix("default_")
-        if kind not in KINDS or not any(name.startswith(f"{kind}.") for name in changes):
+        if is_on_circles(note):
+            if not changes.keys() & _TELL_CIRCLE:
+                yield note
+        elif kind not in KINDS or not any(name.startswith(f"{kind}.") for name in changes):
             yield note
         elif not told_by(changes) >= keys_of(kind):
             yield Note(
@@ -139,7 +155,7 @@ def _value(name: str, text: str) -> Value:
         raise InputError(f"--set {name}", kind, repr(text)) from None
 
 
-def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> Run:
+def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[Note]) -> Run:
     """Return the run with every valid rig changed, in its full form."""
     planner, optics = run.beginning.planner, run.beginning.settings.optics
     changed = {}
@@ -148,7 +164,11 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> R
             rig = arrival.read(optics)
         except InputError:
             continue  # it was rejected, and still is
-        cameras = tuple(_changed_camera(camera, changes, notes) for camera in rig.cameras)
+        circles: list[AssumedCircle] = []
+        with _errors_of(changes):
+            cameras = tuple(_changed_camera(rig, c, changes, circles) for c in rig.cameras)
+        remedy = "use --set circle_of_confusion=... for another"
+        notes += [n for n in note_on_circles(circles, len(rig), remedy) if n not in notes]
         changed[arrival.payload] = Rig(cameras, rig.frame_id, rig.grid)
     inputs = tuple(
         rig_message(planner, changed[message.payload], message.at)
@@ -159,27 +179,40 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> R
     return replace(run, inputs=inputs)
 
 
-def _changed_camera(camera: Camera, changes: Mapping[str, Any], notes: list[str]) -> Camera:
+@contextmanager
+def _errors_of(changes: Mapping[str, Value]) -> Iterator[None]:
+    """Blame the changes for errors, also of what was recorded and does not go with them."""
+    try:
+        yield
+    except InputError as error:
+        if error.argument.startswith("--set"):
+            raise
+        name = error.argument.rpartition(" ")[2]
+        if name in changes:
+            argument, expected = name, error.expected
+        else:
+            argument, expected = ", ".join(changes), f"{error.argument} to be {error.expected}"
+        raise InputError(f"--set {argument}", expected, error.got, error.remedy) from None
+
+
+def _changed_camera(
+    rig: Rig, camera: Camera, changes: Mapping[str, Any], circles: list[AssumedCircle]
+) -> Camera:
+    """Return a changed camera; a circle of confusion that was assumed for it joins the others."""
     intrinsics = replace(camera.intrinsics, **group(changes, "image."))
     lens_changes = group(changes, "lens.")
     focal_length = lens_changes.get("focal_length", camera.lens.focal_length)
+    if CIRCLE in rig.assumed.get(camera.name, ()) and not changes.keys() & _TELL_CIRCLE:
+        circles.append(assumed_circle(camera.intrinsics, camera.lens.focal_length))
 
     def circle() -> float:
-        return camera.lens.circle_of_confusion or _default_circle(intrinsics, focal_length, notes)
+        if camera.lens.circle_of_confusion is not None:
+            return camera.lens.circle_of_confusion
+        circles.append(assumed_circle(intrinsics, check_focal_length(FOCAL_LENGTH, focal_length)))
+        return circles[-1].metres
 
     lens = _changed_lens(camera.lens, lens_changes, focal_length, circle)
     return replace(camera, intrinsics=intrinsics, lens=lens)
-
-
-def _default_circle(intrinsics: CameraIntrinsics, focal_length: float, notes: list[str]) -> float:
-    circle = customary_circle(intrinsics, focal_length)
-    note = (
-        f"the recording has no circle of confusion: assumed {1e3 * circle:.4f} mm, the sensor's"
-        " diagonal / 1500 (--set circle_of_confusion=... for another)"
-    )
-    if note not in notes:
-        notes.append(note)
-    return circle
 
 
 def _changed_lens(

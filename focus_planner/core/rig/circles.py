@@ -17,7 +17,7 @@ nobody: the paper's images are reduced, and say nothing of a sensor.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from focus_planner.core.notes import Note
@@ -94,11 +94,6 @@ def note_on_circles(
         return ()
     text = circles_in_words(circles, cameras)
     return (Note("default_lens", f"{text}; the depth of field is proportional to it; {remedy}"),)
-
-
-def without_circles(notes: Iterable[Note]) -> tuple[Note, ...]:
-    """Return the notes but those on circles of confusion."""
-    return tuple(note for note in notes if not is_on_circles(note))
 
 
 def is_on_circles(note: Note) -> bool:
