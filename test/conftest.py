@@ -9,6 +9,11 @@ from testing.domains import claim_domain
 os.environ["ROS_DOMAIN_ID"] = str(claim_domain())
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
+from focus_planner.runtime.cores import share_cores
+
+# As in our programs. Before Numba is imported, too.
+share_cores()
+
 import pytest
 from hypothesis import settings
 
