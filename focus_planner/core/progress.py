@@ -17,7 +17,7 @@ COMPILING, COMPILING_IN_VAIN = "compiling", "compiling, not kept"
 #: What a planner does in each stage, in words for people.
 STAGES: Mapping[str, str] = {
     COMPILING: "compiling, once",
-    COMPILING_IN_VAIN: "compiling (set NUMBA_CACHE_DIR to keep it)",
+    COMPILING_IN_VAIN: "compiling, not kept",
     "reading": "reading the inputs",
     "preparing": "preparing the surface",
     "fresh": "casting rays to judge by",

@@ -25,8 +25,9 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.misc.appdirs import AppDirs
 
 _HERE = Path(__file__).parent
-#: What reading files may raise that were cut short.
-_UNREADABLE = (OSError, EOFError, pickle.UnpicklingError)
+#: What reading files may raise that were cut short, and any.
+_CUT_SHORT = (EOFError, pickle.UnpicklingError)
+_UNREADABLE = (OSError, *_CUT_SHORT)
 
 
 def folders() -> tuple[Path, ...]:
@@ -52,7 +53,8 @@ def kept_in() -> Path | None:
 def _version() -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(_HERE.glob("*.py")):
-        digest.update(path.read_bytes())
+        if path != Path(__file__):  # which is no kernel, nor says how one is compiled
+            digest.update(path.read_bytes())
     return f"kernels-{digest.hexdigest()[:12]}"
 
 
@@ -95,9 +97,15 @@ class KeptCode(NullCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep code, if that is possible."""
         folder = kept_in()
-        if folder is not None:
-            with suppress(OSError):  # the disk may be full
-                _Folder(self._function, folder).save_overload(sig, data)
+        if folder is None:
+            return
+        cache = _Folder(self._function, folder)
+        with suppress(OSError):  # the disk may be full
+            try:
+                cache.save_overload(sig, data)
+            except _CUT_SHORT:
+                cache.flush()
+                cache.save_overload(sig, data)
 
     def flush(self) -> None:
         """Forget what is kept where it can be written to."""

@@ -43,28 +43,28 @@ _SCATTERED_POINTS, _SCATTER = 8_000, 0.008
 # Once so much of the work is done, its pace tells how long the rest will take.
 _TELLING = 0.1
 
-# Seconds that the kernels of a module take to compile, with what they call: CPU time of one core of
-# a cloud server of 2023. "focus_planner warm-up --modules" measures them.
+# About how many seconds the kernels of a module take to compile, without those of others that they
+# call: the time of one core of a cloud server. "focus_planner warm-up --modules" measures them.
 _SECONDS = {
-    "branch_and_bound": 29.0,
-    "camera_tuples": 6.0,
-    "cells": 3.4,
-    "distortion": 2.3,
-    "em": 1.6,
-    "gains": 2.2,
-    "k_view": 23.0,
-    "lagrangian": 10.2,
-    "local_fit": 5.9,
-    "noise": 4.5,
-    "orientation": 8.6,
-    "pairs": 8.0,
-    "point_grid": 0.8,
-    "problem": 1.9,
-    "rasterize": 17.0,
-    "shading": 23.1,
-    "smoothing": 10.2,
-    "solution": 1.5,
-    "visibility": 11.4,
+    "branch_and_bound": 25.0,
+    "camera_tuples": 7.0,
+    "cells": 3.5,
+    "distortion": 2.5,
+    "em": 2.0,
+    "gains": 2.5,
+    "k_view": 24.0,
+    "lagrangian": 12.0,
+    "local_fit": 7.5,
+    "noise": 5.0,
+    "orientation": 10.0,
+    "pairs": 6.5,
+    "point_grid": 1.0,
+    "problem": 2.5,
+    "rasterize": 14.0,
+    "shading": 25.0,
+    "smoothing": 10.0,
+    "solution": 2.0,
+    "visibility": 12.0,
 }
 
 
