@@ -28,6 +28,7 @@ def compile_first(tell: Tell, works: Collection[Work], place: str = "") -> Compi
     """
     from focus_planner.core.planning.precompile import precompile
 
+    tell(f"{place}loading kernels")
     compiled = precompile(works, show_progress(tell, place))
     if compiled.kernels and compiled.folder is None:
         show_note(str(compiled))
