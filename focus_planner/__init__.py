@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         SolvedPlan,
     )
     from focus_planner.core.planning.plan_focus import plan_focus
+    from focus_planner.core.planning.precompile import precompile
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
@@ -68,6 +69,7 @@ __all__ = [
     "load_rig",
     "load_surface",
     "plan_focus",
+    "precompile",
     "save_lens_sheet",
     "save_plan",
     "save_report",
@@ -93,6 +95,7 @@ _HOMES = {
     "core.problem.problem": ("Problem",),
     "core.problem.cost_model": ("CostModel",),
     "core.planning.plan_focus": ("plan_focus",),
+    "core.planning.precompile": ("precompile",),
     "core.planning.request": ("PlanRequest",),
     "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
     "io.lens_sheet.content": ("lens_sheet",),

@@ -8,6 +8,9 @@ from testing.domains import claim_domain
 # A graph of their own, on this machine only. They have to be set before rclpy is imported.
 os.environ["ROS_DOMAIN_ID"] = str(claim_domain())
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+# As our programs do, before Numba is imported: several workers share the cores.
+os.environ["NUMBA_THREADING_LAYER_PRIORITY"] = "omp tbb workqueue"
+os.environ["GOMP_SPINCOUNT"] = "1000"
 
 import pytest
 from hypothesis import settings

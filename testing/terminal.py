@@ -38,7 +38,7 @@ from numba.core import event
 
 def planning():
     frame = sys._getframe()
-    while frame and frame.f_code.co_name != "plan_focus":
+    while frame and frame.f_code.co_name != "precompile":
         frame = frame.f_back
     return frame
 

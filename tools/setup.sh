@@ -197,7 +197,7 @@ PYTHON
 }
 
 stage_kernels() {
-  PYTHONPATH=. "$python" -c 'from focus_planner.core.planning.precompile import precompile; precompile()'
+  PYTHONPATH=. "$python" -m focus_planner warm-up
 }
 
 # The kernels need none of the interfaces, and one core: compile both at once.

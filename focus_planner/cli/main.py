@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.runtime.cores import share_cores
 
 # Modules of focus_planner.ros: what they do, and their executables.
 _NODES = {
@@ -45,6 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, reported in one
         line on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
+    if argv is None:
+        share_cores()
     try:
         with ctrl_c.deferred():
             return _guarded(list(sys.argv[1:] if argv is None else argv))
@@ -113,6 +116,12 @@ def _demo(options: argparse.Namespace) -> int:
         from focus_planner.demo import run
     except ImportError as error:
         return _fail(f"demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    from focus_planner.cli.compiling import compile_first
+    from focus_planner.cli.progress import shown
+    from focus_planner.core.planning.precompile import ALL
+
+    with shown(quiet=False) as tell:  # or its node would, for longer than it is waited for
+        compile_first(tell, ALL)
     with ctrl_c.immediate():
         return run(options.output, ctrl_c.deferred, show=options.open) or 0
 
@@ -178,7 +187,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import masks, parameters, plan, preview, replay, report, rig
+    from focus_planner.cli import compiling, masks, parameters, plan, preview, replay, report, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -194,6 +203,7 @@ def _parser() -> argparse.ArgumentParser:
     report.add(commands)
     preview.add(commands)
     masks.add(commands)
+    compiling.add(commands)
     _add_nodes(commands)
     parameters.add(commands)
     _add_demo(commands)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.progress import Tell, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
@@ -92,6 +93,7 @@ def run(options: argparse.Namespace) -> int:
     with shown(options.quiet) as tell:
         _check_output(options)
         subject = load_subject(options, tell).subject
+        from focus_planner.core.planning.precompile import DEPTHS, PLANNING
         from focus_planner.masks.programs import PROGRAMS, mask_places, picture_names
 
         names = picture_names(subject.plan, options.images)
@@ -99,6 +101,7 @@ def run(options: argparse.Namespace) -> int:
         transforms = None
         if options.program == "nerfstudio":
             transforms = _transforms(options.output, subject, names, places)
+        compile_first(tell, (PLANNING, DEPTHS))
         pictures = _written(options, subject, names, places, tell)
         if transforms is not None:
             _write_text(options.output / _TRANSFORMS, json.dumps(transforms, indent=2) + "\n")

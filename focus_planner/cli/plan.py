@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
@@ -158,7 +159,9 @@ class _Given:
 
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
+    from focus_planner.core.planning.precompile import works_for
     from focus_planner.core.surface.scene import Scene
+    from focus_planner.core.surface.surface import PointCloud
     from focus_planner.io.lens_sheet.saving import sheet_writer
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.rigs import load_rig
@@ -175,6 +178,7 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
     surface = read_surface(options, tell)
+    compile_first(tell, works_for(request, clouds=isinstance(surface, PointCloud)))
     scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     return _Given(scene, rig, file_rig, tables, request)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
@@ -134,6 +135,7 @@ def _written(
 ) -> Iterator[Path]:
     """Write the pictures, and yield where each is."""
     from focus_planner.core.imaging.exposure import PictureCamera
+    from focus_planner.core.planning.precompile import DEPTHS, PICTURES
     from focus_planner.core.rig.walk import walking_order
 
     pictures = len(chosen) * subject.plan.shots
@@ -145,6 +147,7 @@ def _written(
     if options.method is not None:
         tell(f"planning with {options.method}")
         plans.insert(0, subject.with_method(options.method, show_progress(tell)))
+    compile_first(tell, (DEPTHS, PICTURES))
     tell("preparing the pictures")
     view = PictureCamera(subject.scene)
     if options.all:

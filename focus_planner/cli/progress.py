@@ -81,6 +81,8 @@ def show_progress(
 
     def on_progress(progress: Progress) -> bool:
         if ctrl_c.typed:
+            if not progress.is_part_of_a_plan:
+                ctrl_c.check()  # there is no plan yet that could be returned
             return False
         standing = tracker.note(progress)
         if isinstance(tell, Shows):

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
@@ -215,6 +216,7 @@ def _replay_here(
 ) -> _Replay:
     from dataclasses import replace
 
+    from focus_planner.core.planning.precompile import works_for
     from focus_planner.recording.naming import new_run_id
     from focus_planner.recording.replay import differences, plan_run
     from focus_planner.recording.software import software
@@ -225,6 +227,8 @@ def _replay_here(
     again = changed.run
     beginning = replace(again.beginning, run_id=new_run_id(), software=software())
     as_it_was = not changes and recorded.ending is not None
+    with suppress(InputError):  # of a request that will be refused
+        compile_first(tell, works_for(beginning.request, clouds=again.has_clouds), place)
     on_preparing = show_share(tell, f"{place}preparing the surface")
     steps = collect_steps(show_progress(tell, place, None if as_it_was else _time_budget(again)))
     on_progress, end = recorder.begin(lambda: (again.inputs, beginning), steps)

@@ -9,6 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share
 from focus_planner.cli.terminal import show_note
@@ -91,11 +92,14 @@ def check_pictures(*, wanted: bool | None) -> None:
 def _pictures(options: ReportOptions, rig: Rig, tell: Tell) -> Pictures | None:
     if options.pictures is False:
         return None
+    from focus_planner.core.planning.precompile import DEPTHS, PICTURES
+
     try:
         from focus_planner.report.thumbnails import camera_pictures
     except InputError as error:
         show_note(f"the report shows no pictures of what cameras will see: {error}")
         return None
+    compile_first(tell, (DEPTHS, PICTURES))
     return camera_pictures(
         rig, lambda method: show_share(tell, f"picturing what cameras will see with {method}")
     )
@@ -131,6 +135,7 @@ def make_report(
     InputError
         If other methods cannot plan for the subject, or the file cannot be written.
     """
+    from focus_planner.core.planning.precompile import PLANNING
     from focus_planner.report.assembly import assemble
     from focus_planner.report.comparison import plans_to_compare
     from focus_planner.report.making import write_report
@@ -142,6 +147,7 @@ def make_report(
     for each in plans_to_compare(subject, options.compare, on_progress, "--compare"):
         ctrl_c.check()  # a plan that was stopped is none to compare with
         compared.append(each)
+    compile_first(tell, (PLANNING,))
     content = assemble(
         subject,
         compared,

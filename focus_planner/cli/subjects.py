@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.progress import Tell, show_share
 from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.core.validation import InputError
@@ -77,6 +78,7 @@ def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
 
 
 def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    from focus_planner.core.planning.precompile import CLOUDS
     from focus_planner.recording.provenance import input_names
     from focus_planner.recording.run_reading import read_run
     from focus_planner.recording.subject import subject_of
@@ -89,6 +91,8 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
             )
     tell(f"reading {options.plan}")
     run = read_run(options.plan)
+    if run.has_clouds:
+        compile_first(tell, (CLOUDS,))
     subject = subject_of(run, show_share(tell, "preparing the surface"))
     if options.surface is not None:
         subject = _with_looks_of(subject, options, tell)
@@ -128,8 +132,10 @@ def _with_looks_of(
 
 
 def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+    from focus_planner.core.planning.precompile import CLOUDS
     from focus_planner.core.planning.subject import PlannedSubject, requested
     from focus_planner.core.surface.scene import Scene
+    from focus_planner.core.surface.surface import PointCloud
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.plans import load_plan
     from focus_planner.io.rigs import load_rig
@@ -149,6 +155,8 @@ def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
         rig = load_lens_tables(options.lens_tables).apply(rig)
     _check_cameras(options, plan, [camera.name for camera in rig.cameras])
     surface = read_surface(options, tell)
+    if isinstance(surface, PointCloud):
+        compile_first(tell, (CLOUDS,))
     scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
     subject = PlannedSubject(scene, rig, requested(plan, scene), plan)
     return NamedSubject(subject, options.surface.name, options.rig.name, None)

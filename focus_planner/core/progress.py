@@ -10,8 +10,14 @@ from dataclasses import dataclass, field, replace
 # The steps of these are counted on from stage to stage.
 _COUNTED_ON = {"fresh", "visibility", "cells"}
 
+#: The stage in which kernels are compiled, which is no part of a plan; and the same where no other
+#: process will find them.
+COMPILING, COMPILING_IN_VAIN = "compiling", "compiling, not kept"
+
 #: What a planner does in each stage, in words for people.
 STAGES: Mapping[str, str] = {
+    COMPILING: "compiling, once",
+    COMPILING_IN_VAIN: "compiling, not kept",
     "reading": "reading the inputs",
     "preparing": "preparing the surface",
     "fresh": "casting rays to judge by",
@@ -26,6 +32,8 @@ STAGES: Mapping[str, str] = {
     "prices": "proving a bound",
     "branching": "closing the gap",
 }
+
+_NO_PART_OF_A_PLAN = {COMPILING, COMPILING_IN_VAIN}
 
 
 @dataclass(frozen=True)
@@ -46,6 +54,8 @@ class Progress:
     share : float, optional
         How much of the stage is done, 0 to 1, where that is known. It is for display: it is not
         recorded, and steps that differ in nothing else are the same.
+    expected : float, optional
+        About how many seconds the stage will have taken, where that is known; for display too.
     """
 
     stage: str
@@ -53,6 +63,12 @@ class Progress:
     cost: float
     lower_bound: float | None = None
     share: float | None = field(default=None, compare=False, repr=False)
+    expected: float | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def is_part_of_a_plan(self) -> bool:
+        """Whether its time counts; that of compiling does not."""
+        return self.stage not in _NO_PART_OF_A_PLAN
 
 
 #: Called after every step; return False to stop.
@@ -81,9 +97,11 @@ class Standing:
     cost, lower_bound : float
         The best so far, of all stages; NaN if there is none.
     elapsed : float
-        Seconds since planning began.
+        Seconds since planning began; while kernels are compiled, since that began.
     time_budget : float
         Seconds after which it will end; inf for no limit.
+    expected : float or None
+        About how many seconds the stage takes, where that is known.
     """
 
     stage: str
@@ -93,6 +111,7 @@ class Standing:
     lower_bound: float = math.nan
     elapsed: float = 0.0
     time_budget: float = math.inf
+    expected: float | None = None
 
     @property
     def gap(self) -> float:
@@ -104,8 +123,9 @@ class Standing:
 
     @property
     def doing(self) -> str:
-        """What the planner is doing, in words."""
-        return STAGES.get(self.stage, self.stage)
+        """What the planner is doing, in words, and about how long that takes."""
+        words = STAGES.get(self.stage, self.stage)
+        return words if self.expected is None else f"{words}, about {roughly(self.expected)}"
 
     def figures(self) -> list[str]:
         """Return what there is to say besides: share or step, cost, gap."""
@@ -148,6 +168,8 @@ class Tracker:
         """Take note of a step, and return how far the plan is with it."""
         last = self._last
         if progress.stage != last.stage:
+            if last.stage in _NO_PART_OF_A_PLAN:
+                self._began = self._clock()
             on = progress.stage in _COUNTED_ON
             self._before = max(progress.iteration - 1, 0) if on else 0
         self._last = replace(
@@ -158,12 +180,18 @@ class Tracker:
             # The best so far: a step may be about another plan than the solver's best.
             cost=_better(min, last.cost, progress.cost),
             lower_bound=_better(max, last.lower_bound, progress.lower_bound),
+            expected=progress.expected,
         )
         return self.now()
 
     def now(self) -> Standing:
         """Return how far the plan is: time goes on while a step takes long."""
-        return replace(self._last, elapsed=self._clock() - self._began)
+        timed = self._last.stage not in _NO_PART_OF_A_PLAN
+        return replace(
+            self._last,
+            elapsed=self._clock() - self._began,
+            time_budget=self._last.time_budget if timed else math.inf,
+        )
 
 
 def _better(choice: Callable[[float, float], float], old: float, new: float | None) -> float:
@@ -175,6 +203,12 @@ def _better(choice: Callable[[float, float], float], old: float, new: float | No
 def percent(share: float) -> str:
     """Return a share in percent, which is 100 only of all."""
     return f"{math.floor(100 * share + 1e-9)}%"
+
+
+def roughly(seconds: float) -> str:
+    """Return seconds as far as an estimate can tell: in tens, or in minutes."""
+    tens = 10 * max(math.ceil(seconds / 10), 1)
+    return f"{tens} s" if tens < 120 else f"{math.ceil(seconds / 60)} min"
 
 
 def time_spent(elapsed: float, time_budget: float = math.inf) -> str:

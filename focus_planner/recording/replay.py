@@ -82,7 +82,8 @@ def plan_run(
     progress: list[Progress] = []
 
     def record_step(step: Progress) -> bool:
-        progress.append(step)
+        if step.is_part_of_a_plan:
+            progress.append(step)
         return on_progress(step)
 
     beginning, settings = run.beginning, run.beginning.settings

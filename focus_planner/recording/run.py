@@ -19,7 +19,13 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.requests import request_from_message
-from focus_planner.messages.typestore import PLAN_REQUEST, VERTEX_DATA, deserialize, serialize
+from focus_planner.messages.typestore import (
+    CLOUD,
+    PLAN_REQUEST,
+    VERTEX_DATA,
+    deserialize,
+    serialize,
+)
 from focus_planner.messages.writing import Fields, Stamp
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
@@ -141,6 +147,11 @@ class Run:
             for message in self.inputs
             if message.type_name in SURFACES
         ]
+
+    @property
+    def has_clouds(self) -> bool:
+        """Whether a surface is a cloud."""
+        return any(message.type_name == CLOUD for message in self.inputs)
 
     def rigs(self) -> list[Arrival[Rig]]:
         """Return the rigs as the planner received them."""

@@ -7,11 +7,13 @@ import sys
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+from focus_planner.runtime.cores import share_cores
 from focus_planner.runtime.fork_server import fork_server
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM, or until it fails; return the exit status."""
+    share_cores()
     # Before ROS is imported: that starts a thread.
     with fork_server("planning", _import_planning) as server:
         from focus_planner.ros.planner_node import run_node  # noqa: PLC0415 - see above

@@ -234,9 +234,7 @@ class PlannerNode(ManagedNode):
 
     def _load(self) -> bool:
         """Load the solvers; return False if :meth:`stop` interrupted that."""
-        self.get_logger().info(
-            "loading kernels; compiling them the first time takes a minute or two"
-        )
+        self.get_logger().info("loading kernels")
         self._planning = PlanningThread(
             PlanningHost(
                 name=self.get_fully_qualified_name(),
@@ -322,6 +320,7 @@ class PlannerNode(ManagedNode):
             runs_to_write=planning.runs_to_write if planning else 0,
             planning_pid=planning.pid if planning else None,
             skipped_runs=self._plans.skipped,
+            compiling=planning.compiling if planning else "",
         )
 
     def _diagnose(self) -> Iterator[Diagnosis]:

@@ -7,11 +7,13 @@ from collections.abc import Callable
 from concurrent.futures import Future as Job
 from concurrent.futures import ThreadPoolExecutor, wait
 
+from focus_planner.core.progress import Standing
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.typestore import RIG, serialize
 from focus_planner.recording.software import software
 from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
+from focus_planner.runtime.feedback import Teller
 from focus_planner.runtime.inputs import Arrival, Unheard
 from focus_planner.runtime.log import Log, log_exception
 from focus_planner.runtime.reason import Reason
@@ -30,12 +32,15 @@ class PlanningThread:
 
     def __init__(self, host: PlanningHost) -> None:
         self._log: Log = host.get_logger()
+        self._info: Callable[[str], object] = host.get_logger().info
         self._wished = Wish.GO_ON
         self._requests = RequestPlanner(host, lambda: self._wished)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
         self._turns = Turns()
         self._is_warm = False
+        #: How far compiling is, in words; empty while nothing is compiled.
+        self.compiling = ""
 
     def load(self) -> bool:
         """Compile or load all kernels; return False if :meth:`stop` interrupted that."""
@@ -150,10 +155,25 @@ class PlanningThread:
         # The first calls take some time.
         software()
         serialize(RIG, {})
+        teller = Teller(self._info, "start", self._note_compiling)
+
+        def wish() -> Wish:
+            teller.look()
+            return self._wished
+
         try:
-            self._requests.planner.load(lambda: self._wished)
+            compiled = self._requests.planner.load(wish, teller.note)
             self._is_warm = True
+            if compiled:
+                self._info(compiled)
         except PlanningEnded:
             pass
         except PlanningDied as error:
             self._log.error(f"the planning process does not start: {error}")
+        finally:
+            self.compiling = ""
+
+    def _note_compiling(self, standing: Standing) -> None:
+        if not self.compiling:
+            self._info(standing.doing)
+        self.compiling = str(standing)

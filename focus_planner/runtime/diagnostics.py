@@ -83,7 +83,7 @@ def diagnose(
     now : datetime
     """
     snapshot, max_age = report.snapshot, settings.serving.max_input_age
-    yield diagnose_planner(report.state, report.planning, report.waiting)
+    yield diagnose_planner(report.state, report.planning, report.waiting, report.compiling)
     yield diagnose_input(snapshot.surface, now, max_age)
     yield diagnose_input(snapshot.rig, now, max_age)
     yield diagnose_last_run(snapshot.last_run)
@@ -98,10 +98,11 @@ def diagnose(
     yield diagnose_memory(report.planning_pid)
 
 
-def diagnose_planner(state: str, planning: str, waiting: int) -> Diagnosis:
-    """Return the state of the life cycle, and what is being planned."""
+def diagnose_planner(state: str, planning: str, waiting: int, compiling: str = "") -> Diagnosis:
+    """Return the state of the life cycle, and what is being planned, or compiled before."""
     doing = f"planning {planning}" if planning else "idle"
-    message = f"active, {doing}" if state == "active" else f"{state}: not planning"
+    not_planning = compiling or "not planning"
+    message = f"active, {doing}" if state == "active" else f"{state}: {not_planning}"
     level = Level.OK if state == "active" else Level.WARN
     values = {"state": state, "planning": planning, "waiting requests": str(waiting)}
     return Diagnosis("planner", level, message, values)

@@ -25,7 +25,7 @@ from focus_planner.runtime.inputs import Arrival, InputState, Unheard
 
 @dataclass(frozen=True)
 class Load:
-    """Compile or load all kernels; the result is :class:`Done`."""
+    """Compile or load all kernels that plans run; the result is :class:`Done`."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,21 @@ class Reading:
     """An input is about to be parsed."""
 
     number: int
+
+
+@dataclass(frozen=True)
+class Compiling:
+    """A kernel is about to be compiled, or has been."""
+
+    progress: Progress
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """Kernels were compiled, and may be found by the next process."""
+
+    text: str
+    is_kept: bool
 
 
 @dataclass(frozen=True)

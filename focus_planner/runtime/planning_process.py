@@ -17,7 +17,7 @@ from typing import Any
 
 from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
-from focus_planner.core.planning.precompile import precompile
+from focus_planner.core.planning.precompile import PLANS, precompile
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
@@ -110,7 +110,11 @@ class PlanningProcess:
 
     @_do.register
     def _load(self, _: orders.Load) -> orders.Result:
-        precompile()
+        compiled = precompile(
+            PLANS, lambda progress: self._connection.send(orders.Compiling(progress))
+        )
+        if compiled.kernels:
+            self._connection.send(orders.Compiled(str(compiled), compiled.folder is not None))
         self._unlimited_memory = _data_bytes()
         return orders.Done()
 

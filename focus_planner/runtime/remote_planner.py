@@ -12,7 +12,7 @@ from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
-from focus_planner.core.progress import Standing
+from focus_planner.core.progress import Standing, Tracker
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
@@ -169,8 +169,12 @@ class RemotePlanner:
         """The frame of the rig in force."""
         return self._rig_in_force.frame_id if self._rig_in_force else ""
 
-    def load(self, wish: Callable[[], Wish]) -> None:
-        """Start the process, and have it compile or load all kernels.
+    def load(
+        self, wish: Callable[[], Wish], tell: Callable[[Standing], object] = lambda _: None
+    ) -> str:
+        """Start the process, and have it compile or load all kernels; tell how far it has come.
+
+        Return what was compiled and kept, in words; nothing if all was found compiled.
 
         Raises
         ------
@@ -179,13 +183,14 @@ class RemotePlanner:
         PlanningDied
         """
         try:
-            self._load(wish)
+            compiled = self._load(wish, tell)
         except PlanningDied as error:
             self._failed_loads += 1
             if self._failed_loads >= _MOST_FAILED_LOADS:
                 self._give_up(f"the planning process does not start any more: {error}")
             raise
         self._failed_loads = 0
+        return compiled
 
     def digest(
         self,
@@ -214,7 +219,7 @@ class RemotePlanner:
 
         has_died = False
         while True:
-            restored = self._ready(wish)
+            restored = self._ready(wish, tell)
             surfaces, rigs = self.surface.take(), self.rig.take()
             taken = datetime.now(timezone.utc)
             if restored:
@@ -290,20 +295,33 @@ class RemotePlanner:
 
     # --- the process ---------------------------------------------------------------------------
 
-    def _ready(self, wish: Callable[[], Wish]) -> bool:
+    def _ready(self, wish: Callable[[], Wish], tell: Callable[[Standing], object]) -> bool:
         """Start the process if there is none; return whether it has to be given the inputs."""
         if self._worker is not None:
             return False
-        self.load(wish)
+        self.load(wish, tell)
         return True
 
-    def _load(self, wish: Callable[[], Wish]) -> None:
-        result = self._ask(orders.Load(), wish)
+    def _load(self, wish: Callable[[], Wish], tell: Callable[[Standing], object]) -> str:
+        tracker, compiled = Tracker(), ""
+
+        def handle(event: Any) -> None:
+            nonlocal compiled
+            if isinstance(event, orders.Compiling):
+                tell(tracker.note(event.progress))
+            elif isinstance(event, orders.Compiled):
+                if event.is_kept:
+                    compiled = event.text
+                else:  # every process has to compile them
+                    self._log.warning(event.text)
+
+        result = self._ask(orders.Load(), wish, handle)
         if not isinstance(result, orders.Done):
             self.close()
             if isinstance(result, orders.Failed):
                 log_lines(self._log, result.details)
             raise PlanningDied(_in_words(result))
+        return compiled
 
     def _ask(
         self,

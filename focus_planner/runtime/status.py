@@ -93,6 +93,8 @@ class PlannerReport:
         The process that plans; None while there is none.
     skipped_runs : tuple
         Recorded runs that were skipped in the search for the last plan, and why: names and texts.
+    compiling : str
+        How far compiling is; empty while nothing is compiled.
     """
 
     state: str
@@ -103,6 +105,7 @@ class PlannerReport:
     runs_to_write: int = 0
     planning_pid: int | None = None
     skipped_runs: tuple[tuple[str, str], ...] = ()
+    compiling: str = ""
 
 
 def without_problem(plan: FocusPlan) -> FocusPlan:

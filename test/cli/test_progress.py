@@ -49,6 +49,16 @@ def test_a_plan_is_stopped_once_ctrl_c_was_typed(monkeypatch: pytest.MonkeyPatch
     assert said == []
 
 
+def test_compiling_ends_at_once_when_ctrl_c_was_typed(monkeypatch: pytest.MonkeyPatch) -> None:
+    # There is no plan yet that could be returned.
+    on_progress = show_progress(lambda _: None)
+    compiling = Progress("compiling", 1, math.nan)
+    assert on_progress(compiling)
+    monkeypatch.setattr(ctrl_c, "typed", True)
+    with pytest.raises(KeyboardInterrupt):
+        on_progress(compiling)
+
+
 def test_the_size_of_a_large_file_is_told(tmp_path: Path) -> None:
     said: list[str] = []
     for name, size in (("small.ply", 1000), ("large.ply", 512_000_000)):
@@ -111,6 +121,15 @@ def test_a_share_has_a_bar_and_keeps_its_place(clock: Any) -> None:
     clock.now += 2.0
     line.show_share("preparing scan.ply", 1.0)
     assert drawn().endswith("100%  2.0 s")
+
+
+def test_compiling_is_a_stage_of_its_own(clock: Any) -> None:
+    line, drawn = line_of(clock)
+    standing = Standing("compiling", 34, 0.26, elapsed=21.5, expected=84.0)
+    line.show_standing(standing)
+    # The clock goes on while a kernel takes long.
+    clock.now += 4.0
+    assert re.fullmatch(r"compiling, once, about 90 s  [━╸╺ ]{24}   26%  25.5 s", drawn())
 
 
 @pytest.mark.parametrize("stage", STAGES)

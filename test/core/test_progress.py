@@ -8,7 +8,15 @@ import pytest
 
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import METHODS, PlanRequest
-from focus_planner.core.progress import STAGES, Progress, Standing, Tracker, percent, time_spent
+from focus_planner.core.progress import (
+    STAGES,
+    Progress,
+    Standing,
+    Tracker,
+    percent,
+    roughly,
+    time_spent,
+)
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.solvers.k_view import STAGES as TUPLES
 from focus_planner.core.surface.scene import Scene
@@ -44,7 +52,7 @@ def test_stages_with_a_known_end_tell_their_share():
 
 
 def test_steps_do_not_differ_by_their_share():
-    assert Progress("fresh", 1, 2.0, share=0.5) == Progress("fresh", 1, 2.0)
+    assert Progress("fresh", 1, 2.0, share=0.5, expected=3.0) == Progress("fresh", 1, 2.0)
 
 
 def test_the_best_so_far_counts_and_time_goes_on():
@@ -106,10 +114,40 @@ def test_there_is_no_gap_without_both(cost, bound):
             "closing the gap, step 551, cost 294.99, gap 0.00%, 0.0 s",
         ),
         (Standing("of a later version", 2), "of a later version, step 2, 0.0 s"),
+        (
+            Standing("compiling", 34, 0.26, elapsed=21.5, expected=84.0),
+            "compiling, once, about 90 s, 26%, 21.5 s",
+        ),
+        (
+            Standing("compiling, not kept", 1, 0.01, expected=84.0),
+            "compiling, not kept, about 90 s, 1%, 0.0 s",
+        ),
     ],
 )
 def test_in_words(standing, words):
     assert str(standing) == words
+
+
+def test_the_time_of_a_plan_begins_when_all_is_compiled():
+    clock = Clock()
+    tracker = Tracker(60.0, clock)
+    clock.now += 4.0
+    compiling = tracker.note(Progress("compiling", 1, math.nan, share=0.2, expected=90.0))
+    assert (compiling.elapsed, compiling.time_budget, compiling.expected) == (4.0, math.inf, 90.0)
+    clock.now += 80.0
+    assert tracker.now().elapsed == 84.0
+    first = tracker.note(Progress("fresh", 1, math.nan))
+    assert (first.elapsed, first.time_budget, first.expected) == (0.0, 60.0, None)
+    clock.now += 3.0
+    assert str(tracker.now()).endswith("3.0 s of 60 s")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.0, "10 s"), (10.0, "10 s"), (31.0, "40 s"), (119.0, "2 min"), (200.0, "4 min")],
+)
+def test_an_estimate_claims_no_more_than_it_knows(seconds, words):
+    assert roughly(seconds) == words
 
 
 def test_times():

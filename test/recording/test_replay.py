@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from focus_planner.core.planning import formulation
-from focus_planner.core.planning import plan_focus as planning
+from focus_planner.core.planning import solving as planning
 from focus_planner.core.planning.fingerprint import Fingerprint
 from focus_planner.core.planning.request import METHODS, PlanRequest
 from focus_planner.core.planning.stop_log import StopLog

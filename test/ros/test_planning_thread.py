@@ -1,27 +1,37 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 from functools import partial
 from logging import getLogger
+from multiprocessing.connection import Pipe
 
 from focus_planner_msgs.srv import PlanFocus
 
-from focus_planner.core.progress import STAGES
+from focus_planner.core.progress import STAGES, Progress
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.conversions import fields_from_ros
 from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.runtime import feedback
+from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.requests import Request
 from testing.planning_workers import ThreadedWorker
+from testing.ros.calls import until
 
 
 def the(content, _):
     return content
+
+
+def planning_with(start, publish=len):
+    settings = Settings.from_values({})
+    host = PlanningHost("/here", getLogger, lambda: settings, lambda: (1, 2), len, publish, start)
+    return PlanningThread(host)
 
 
 class Bench:
@@ -29,17 +39,7 @@ class Bench:
 
     def __init__(self, body, on_feedback=lambda fields: None):
         self.published, self.answers, self.answered = [], [], threading.Event()
-        self.planning = PlanningThread(
-            PlanningHost(
-                "/here",
-                getLogger,
-                lambda: Settings.from_values({}),
-                lambda: (1, 2),
-                len,
-                self.published.append,
-                ThreadedWorker,
-            )
-        )
+        self.planning = planning_with(ThreadedWorker, self.published.append)
         surface = Arrival("/mesh", "shape_msgs/msg/Mesh", b"a mesh", partial(the, body))
         self.planning.receive_surface(surface)
         rig = Arrival("/rig", "a rig", b"\0\1\0\0" + bytes(8), partial(the, cylinder_rig()))
@@ -87,3 +87,41 @@ def test_the_log_tells_where_a_long_plan_is(body, caplog, monkeypatch):
     assert where.partition(",")[0].removeprefix("a plan: ") in STAGES.values()
     assert where.endswith(" s")
     assert "k_view, cost" in made
+
+
+class Compiler:
+    """A planning process that compiles until it is let go on."""
+
+    pid = 0
+
+    def __init__(self):
+        self.connection, self._theirs = Pipe()
+        self.go_on = threading.Event()
+        threading.Thread(target=self._compile, daemon=True).start()
+
+    def _compile(self):
+        step = Progress("compiling", 1, math.nan, share=0.25, expected=170.0)
+        self._theirs.send(orders.Compiling(step))
+        self.go_on.wait(240)
+        self._theirs.send(orders.Compiled("compiled 118 kernels in 171 s", True))
+        self._theirs.send(orders.Done())
+
+    def kill(self):
+        self.connection.close()
+
+
+def test_the_log_and_diagnostics_tell_that_it_compiles(caplog):
+    caplog.set_level(logging.INFO)
+    compiler = Compiler()
+    planning = planning_with(lambda: compiler)
+    loading = threading.Thread(target=planning.load)
+    loading.start()
+    until(lambda: planning.compiling)
+    assert planning.compiling.startswith("compiling, once, about 3 min, 25%, ")
+    assert [record.getMessage() for record in caplog.records] == ["compiling, once, about 3 min"]
+    compiler.go_on.set()
+    loading.join(240)
+    assert planning.compiling == ""
+    assert caplog.records[-1].getMessage() == "compiled 118 kernels in 171 s"
+    planning.stop()
+    assert planning.finish(60)

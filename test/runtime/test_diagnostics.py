@@ -77,6 +77,12 @@ def test_it_is_a_status_of_the_node():
 # --- the planner -------------------------------------------------------------------------------
 
 
+def test_a_planner_that_compiles_says_so():
+    diagnosis = diagnose_planner("unconfigured", "", 0, "compiling, once, about 3 min, 25%, 41.0 s")
+    assert diagnosis.message == "unconfigured: compiling, once, about 3 min, 25%, 41.0 s"
+    assert diagnosis.level is Level.WARN
+
+
 @pytest.mark.parametrize(
     ("state", "planning", "expected"),
     [

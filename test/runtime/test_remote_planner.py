@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from dataclasses import replace
 from functools import partial
 from itertools import count
 from multiprocessing.connection import Pipe
+from pathlib import Path
 
 import pytest
 
 from focus_planner.core.planning.plan_focus import plan_focus
+from focus_planner.core.planning.precompile import DEPTHS, PICTURES, PLANS, Compiled
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.progress import Progress
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
@@ -22,6 +26,7 @@ from focus_planner.messages.reading import Optics
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.description import ShownPlan, describe_plan
 from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.planning_process import PlanningProcess
 from focus_planner.runtime.remote_planner import (
     PlanningDied,
     PlanningEnded,
@@ -423,10 +428,11 @@ class Stillborn:
 
     pid = 0
 
-    def __init__(self, answer=None):
+    def __init__(self, *answers):
         self.connection, theirs = Pipe()
-        if answer is not None:
-            theirs.send(answer)
+        if answers and answers[0] is not None:
+            for answer in answers:
+                theirs.send(answer)
             self._theirs = theirs
 
     def kill(self):
@@ -476,3 +482,42 @@ def test_one_that_loads_makes_up_for_those_before():
             continue
         planner.close()
     assert not given_up
+
+
+@pytest.mark.parametrize("is_kept", [True, False])
+def test_what_is_compiled_is_told(is_kept):
+    told, log = [], Log()
+    events = [
+        orders.Compiling(Progress("compiling", 0, math.nan, share=0.0, expected=90.0)),
+        orders.Compiling(Progress("compiling", 1, math.nan, share=0.5, expected=95.0)),
+        orders.Compiled("compiled 2 kernels in 95 s", is_kept),
+        orders.Done(),
+    ]
+    planner = RemotePlanner(lambda: Stillborn(*events), log)
+    compiled = planner.load(go_on, told.append)
+    planner.close()
+    assert [(each.doing, each.share) for each in told] == [
+        ("compiling, once, about 90 s", 0.0),
+        ("compiling, once, about 100 s", 0.5),
+    ]
+    # What cannot be kept will be compiled again, so that is a warning.
+    assert (compiled, log.warnings) == (
+        ("compiled 2 kernels in 95 s", []) if is_kept else ("", ["compiled 2 kernels in 95 s"])
+    )
+
+
+@pytest.mark.parametrize("folder", [Path("/kept"), None])
+def test_a_process_compiles_what_plans_run_and_no_pictures(monkeypatch, folder):
+    def compiles(works, on_progress):
+        assert works == PLANS
+        assert not {PICTURES, DEPTHS} & set(works)
+        on_progress(Progress("compiling", 1, math.nan))
+        return Compiled({}, 1, 2.0, folder)
+
+    monkeypatch.setattr("focus_planner.runtime.planning_process.precompile", compiles)
+    ours, theirs = Pipe()
+    assert PlanningProcess(theirs)._do(orders.Load()) == orders.Done()
+    assert ours.recv() == orders.Compiling(
+        Progress("compiling", 1, pytest.approx(math.nan, nan_ok=True))
+    )
+    assert ours.recv() == orders.Compiled(str(Compiled({}, 1, 2.0, folder)), folder is not None)

@@ -3,7 +3,7 @@
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
 ``pairs`` the search within ``k_view``, ``point_grid`` and ``local_fit`` the points near a place and
-the surface that fits them, and ``compiling`` the decorators.
+the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is kept.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
@@ -32,7 +32,7 @@ from focus_planner.core.kernels.camera_tuples import (
     strongest,
 )
 from focus_planner.core.kernels.cells import cell_ranges, maximal_cells
-from focus_planner.core.kernels.compiling import threads_for
+from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
     FISHEYE,
@@ -51,6 +51,7 @@ from focus_planner.core.kernels.k_view import (
     rank_cameras,
     reassign,
 )
+from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
     PriceDescent,
     activate,
@@ -112,6 +113,7 @@ __all__ = [
     "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
+    "KERNELS",
     "NEVER",
     "PATTERN",
     "PLACES",
@@ -129,6 +131,7 @@ __all__ = [
     "DescentState",
     "GainsByCamera",
     "GainsBySample",
+    "Kernel",
     "Looks",
     "Neighbourhoods",
     "Nodes",
@@ -165,17 +168,20 @@ __all__ = [
     "farthest_off_focus",
     "fill_rays",
     "focus_room",
+    "folders",
     "gains_by_sample",
     "gather",
     "improve_tuples",
     "join",
     "keep_imaged",
     "keep_seen",
+    "kept_in",
     "light_corners",
     "list_by_tile",
     "list_gains",
     "list_in_view",
     "list_shared",
+    "listening",
     "maximal_cells",
     "most_frequent",
     "most_gains",

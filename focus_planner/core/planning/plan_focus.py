@@ -1,41 +1,21 @@
-"""From a scene, a rig and a request to a plan: the one path for every front end."""
+"""Planning: the one path for every front end."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
-import numpy as np
-
-from focus_planner.core import kernels
-from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.bounds.lower_bound import lower_bound
-from focus_planner.core.notes import Note
-from focus_planner.core.planning.formulation import choose_samples, formulate_problem, subsample
-from focus_planner.core.planning.observations import fewer_samples, observe
-from focus_planner.core.planning.pacer import Pacer
-from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
-from focus_planner.core.planning.quality import estimate_quality
+from focus_planner.core.planning.plan import SolvedPlan, WarmStart
+from focus_planner.core.planning.precompile import precompile, works_for
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
+from focus_planner.core.planning.solving import solve
 from focus_planner.core.planning.stop_log import StopLog
-from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
-from focus_planner.core.planning.warm_start import warm_options
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.problem.problem import Problem, mean_cost
-from focus_planner.core.problem.shots import sort_shots, spread_start
-from focus_planner.core.progress import ProgressCallback, never_stop
-from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options, Solution
-from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.scene import Scene
-from focus_planner.core.validation import InputError
-
-# Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
-# time of a 2-view plan.
-_QUICK_STEPS = 60
+from focus_planner.core.surface.surface import PointCloud
 
 
 def plan_focus(
@@ -55,6 +35,10 @@ def plan_focus(
     The same arguments give the same plan, bit for bit except for its seconds, unless the time
     budget or the callback ends it early.
 
+    What such a request runs is compiled first, once for all processes of a machine. That is a
+    stage of its own ("compiling"), and counts neither as part of the plan's seconds nor against
+    its time budget; see :func:`focus_planner.core.planning.precompile.precompile`.
+
     Parameters
     ----------
     scene : Scene
@@ -64,10 +48,12 @@ def plan_focus(
     model : CostModel, optional
         The paper's constants by default.
     on_progress : ProgressCallback, optional
-        Called after every part of ray casting (stages "fresh" and "visibility") and of the search
-        for cells ("cells"), when the solver is about to start ("solving"), and after every step
-        of the solver and of the bound ("prices"). Return False to stop; the plan is then the best
-        found so far. There is no cost before the solver's first step.
+        Called before and after every kernel that is compiled ("compiling"), after every part of
+        ray casting (stages "fresh" and "visibility") and of the search for cells ("cells"), when
+        the solver is about to start ("solving"), and after every step of the solver and of the
+        bound ("prices"). Return False to stop; the plan is then the best found so far. There is no
+        cost before the solver's first step. While kernels are compiled there is nothing to return
+        yet: a stop waits for them, whereas an exception ends the call.
     warm_start : WarmStart, optional
         From a plan for a similar surface, rig and request: the solver starts from it, and the plan
         depends on it.
@@ -87,187 +73,21 @@ def plan_focus(
         The message names the probable mistake.
     """
     request = request or PlanRequest()
-    options = _options(rig, request)
-    pacer = Pacer(TimeBudget(request.time_budget, clock), on_progress, stop_log)
-    request = choose_samples(scene, rig, request, model, pacer)
-    limits = limits or ResourceLimits()
-    samples = request.samples or len(scene.sample(0, request.seed))
-    limits.check_size(request, samples, len(rig))
-    fresh, problem = _formulate(scene, rig, request, model, pacer, limits, samples)
-    notes = () if pacer.callback_stopped else observe(scene, rig, problem, fresh)
-    solving_began = clock()
-    problem = _with_cells(problem, request, pacer)
-    options = replace(options, start=spread_start(problem))
-    if warm_start is not None:
-        options = warm_options(options, warm_start, problem)
-    bounded = request.bound != "none" and request.method != "optimal"
-    pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
-    with kernels.threads_for(len(problem.depth)):
-        solution = SOLVERS[request.method](problem, options, pacer)
-        solve_seconds = clock() - solving_began
-        # A caller who stopped the plan is waiting for it, not for a bound.
-        if bounded and not pacer.callback_stopped:
-            pacer.start_bound()
-            solution = _bounded(problem, solution, request, options, pacer)
-    if pacer.samples_left_out:
-        stopped = pacer.callback_stopped
-        notes = (*notes, fewer_samples(request, problem, fresh, stopped=stopped))
-    return _plan(
-        scene, problem, fresh, request, solution, notes, pacer=pacer, solve_seconds=solve_seconds
-    )
+    is_stopped = False
 
+    def note(progress: Progress) -> None:
+        nonlocal is_stopped
+        is_stopped = is_stopped or not on_progress(progress)
 
-def _formulate(
-    scene: Scene,
-    rig: Rig,
-    request: PlanRequest,
-    model: CostModel | None,
-    pacer: Pacer,
-    limits: ResourceLimits,
-    samples: int,
-) -> tuple[Problem, Problem]:
-    """Return the problem on fresh samples and the one to plan on, on as many as given."""
-    fresh_part, part = (
-        # Without questions in between, rays are cast all at once.
-        pacer.within(stage, share / request.shots) if pacer.may_stop else None
-        for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
-    )
-    enough = pacer.enough
-    fresh = formulate_problem(
-        scene, rig, request, model, fresh=True, keep_going=fresh_part, enough=enough
-    )
-    limits.check_memory(request, fresh, samples)
-    problem = formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
-    limits.check_memory(request, problem, problem.sample_count)
-    return fresh, problem
-
-
-def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem:
-    """Return the problem with its cells; on fewer samples if the callback stopped the search."""
-    with kernels.threads_for(len(problem.depth)):
-        if problem.find_cells(pacer.untimed("cells")):
-            return problem
-    count = int(min(pacer.enough(), problem.sample_count))
-    if count < problem.sample_count:
-        pacer.samples_left_out = True
-    return subsample(problem, count, request.seed)
-
-
-def _bounded(
-    problem: Problem,
-    solution: Solution,
-    request: PlanRequest,
-    options: Options,
-    on_progress: ProgressCallback,
-) -> Solution:
-    """Return a solution without a lower bound with one added."""
-    near = solution.cost
-    if request.method in {"closest", "average"}:
-        near = SOLVERS["em"](problem, options).cost
-    steps = _QUICK_STEPS if request.bound == "quick" else None
-    bound = lower_bound(
-        problem, solution.cost, near, options.gap, options.prices, on_progress, steps
-    )
-    return replace(solution, lower_bound=bound.lower_bound, prices=bound.prices)
-
-
-def _options(rig: Rig, request: PlanRequest) -> Options:
-    several = len(rig) * request.shots > 1
-    if several and request.method == "k_view" and request.tuples == "grid" and rig.grid is None:
-        raise InputError(
-            "tuples", "overlap, for a rig without a grid", "'grid'", "or give the rig's grid"
-        )
-    return Options(
-        k=request.k,
-        scope=request.scope,
-        grid=rig.grid if request.tuples == "grid" else None,
-        gap=request.gap,
-    )
-
-
-def _plan(
-    scene: Scene,
-    problem: Problem,
-    fresh: Problem,
-    request: PlanRequest,
-    solution: Solution,
-    notes: tuple[Note, ...],
-    *,
-    pacer: Pacer,
-    solve_seconds: float,
-) -> SolvedPlan:
-    focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
-    costs, best = problem.evaluate(focus)
-    quality = estimate_quality(fresh, focus)
-    cost = mean_cost(problem.samples.weights, costs)
-    bound = solution.lower_bound
-    return SolvedPlan(
-        method=request.method,
-        cost=cost,
-        lower_bound=None if bound is None else min(bound, cost),
-        converged=solution.converged and not pacer.samples_left_out,
-        samples=problem.sample_count,
-        seed=request.seed,
-        depth_tolerance=request.depth_tolerance,
-        fresh_cost=quality.cost.value,
-        fresh_standard_error=quality.cost.standard_error,
-        fresh_samples=fresh.sample_count,
-        surface_area=scene.area,
-        covered_area=quality.covered_area.value,
-        in_focus_area=quality.in_focus_area.value,
-        in_focus_standard_error=quality.in_focus_area.standard_error,
-        solve_seconds=solve_seconds,
-        total_seconds=pacer.budget.elapsed(),
-        notes=notes,
-        cameras=_camera_plans(problem, focus, best),
-        problem=problem,
-        fresh_problem=fresh,
-        prices=solution.prices,
-        stop_log=pacer.stop_log,
-    )
-
-
-def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[CameraFocus, ...]:
-    """Return every camera's part of the plan, given each sample's best camera."""
-    count = problem.camera_count
-    assigned = np.bincount(best[best >= 0], minlength=count)
-    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
-    shots = []
-    for c, lens in enumerate(problem.lenses):
-        near, far = depth_of_field(focus[c], lens)
-        shots.append(
-            Shot(
-                focus_distance=float(focus[c]),
-                near_limit=float(near),
-                far_limit=float(far),
-                assigned_samples=int(assigned[c]),
-                in_focus_samples=int(in_focus[c]),
-                device_value=lens.table.value_at(float(focus[c])) if lens.table else None,
-                from_sensor=float(distance_from_sensor(focus[c], lens)),
-            )
-        )
-    return tuple(
-        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
-        for c in range(0, count, problem.shots)
-    )
-
-
-def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
-    """Return a camera's part of the plan; its first shot is camera ``first`` of the problem."""
-    main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
-    assigned = sum(shot.assigned_samples for shot in shots)
-    status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
-    sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
-    return CameraFocus(
-        name=problem.names[first],
-        status=status if sees else CameraStatus.SEES_NOTHING,
-        focus_distance=main.focus_distance,
-        near_limit=main.near_limit,
-        far_limit=main.far_limit,
-        assigned_samples=assigned,
-        in_focus_samples=sum(shot.in_focus_samples for shot in shots),
-        shots=shots,
-        device_value=main.device_value,
-        device_unit=table.unit if table else None,
-        from_sensor=main.from_sensor,
+    precompile(works_for(request, clouds=isinstance(scene.surface, PointCloud)), note)
+    return solve(
+        scene,
+        rig,
+        request,
+        model,
+        (lambda _: False) if is_stopped else on_progress,
+        warm_start,
+        stop_log,
+        limits=limits,
+        clock=clock,
     )

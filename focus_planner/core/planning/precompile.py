@@ -1,19 +1,33 @@
-"""Compile, or load from disk, every kernel that a plan or a picture may run, before the first."""
+"""Compiling what plans and pictures run, before the first of them, as a stage of its own.
+
+Kernels are compiled for the types of their arguments, and those depend on what is done. So each
+kind of work is done once, on a small ball: that compiles what it runs, or loads what an earlier
+process has compiled, which takes a second. Only if something turns out to be missing is there a
+stage to show. What it will take is then known: the kernels of each kind of work are those of some
+modules, and how long each of these takes to compile was measured. As kernels get done, the machine
+itself tells how much slower or faster it is.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+import time
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.lagrangian import Prices
 from focus_planner.core.imaging.exposure import PictureCamera
 from focus_planner.core.planning.formulation import formulate_problem
-from focus_planner.core.planning.plan_focus import plan_focus
-from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.planning.request import SCOPES, TUPLES, PlanRequest
+from focus_planner.core.planning.solving import solve
 from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.progress import COMPILING, COMPILING_IN_VAIN, Progress
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -26,68 +40,258 @@ _SMALL = 64  # pixels
 _MERIDIANS, _PARALLELS = 24, 12
 # On the ball they are 8 mm apart, and scatter by as much.
 _SCATTERED_POINTS, _SCATTER = 8_000, 0.008
+# Once so much of the work is done, its pace tells how long the rest will take.
+_TELLING = 0.1
+
+# About how many seconds the kernels of a module take to compile, without those of others that they
+# call: the time of one core of a cloud server. "focus_planner warm-up --modules" measures them.
+_SECONDS = {
+    "branch_and_bound": 25.0,
+    "camera_tuples": 7.0,
+    "cells": 3.5,
+    "distortion": 2.5,
+    "em": 2.0,
+    "gains": 2.5,
+    "k_view": 24.0,
+    "lagrangian": 12.0,
+    "local_fit": 7.5,
+    "noise": 5.0,
+    "orientation": 10.0,
+    "pairs": 6.5,
+    "point_grid": 1.0,
+    "problem": 2.5,
+    "rasterize": 14.0,
+    "shading": 25.0,
+    "smoothing": 10.0,
+    "solution": 2.0,
+    "visibility": 12.0,
+}
 
 
-def precompile(keep_going: Callable[[], bool] = lambda: True) -> None:
-    """Plan for a small ball in every possible way, so that no request waits for a compiler.
+@dataclass(frozen=True)
+class Work:
+    """A kind of work.
 
-    Kernels are compiled for the types of their arguments, which depend on the method, on the kind
-    of surface and on whether the samples are a cloud's own points. This takes a minute or two the
-    first time and less than a second from then on: Numba caches compiled kernels on disk.
+    Attributes
+    ----------
+    modules : frozenset of str
+        Those of its kernels.
+    do : callable
+        Does it once, on little; what the kinds of work before it run is taken for compiled.
+    """
+
+    modules: frozenset[str]
+    do: Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """What has been compiled.
+
+    Attributes
+    ----------
+    seconds : dict of str to float
+        How long the kernels of each module took. Those that were found compiled took none.
+    kernels : int
+        How many kernels were compiled, counted for each set of types.
+    elapsed : float
+        Seconds that it took in all; 0 if nothing was compiled.
+    folder : Path or None
+        Where they are kept for other processes; None if there is no such place.
+    """
+
+    seconds: dict[str, float]
+    kernels: int
+    elapsed: float
+    folder: Path | None
+
+    def __str__(self) -> str:
+        if not self.kernels:
+            return "all kernels are compiled"
+        done = f"compiled {self.kernels} kernels in {self.elapsed:.0f} s"
+        return f"{done}; they are kept in {self.folder}" if self.folder else f"{done}; {NOT_KEPT}"
+
+
+#: What to do about kernels that no other process will find.
+NOT_KEPT = (
+    "no other process will find them, since no folder for them can be written to: set"
+    " NUMBA_CACHE_DIR to one that can"
+)
+
+
+def works_for(request: PlanRequest, *, clouds: bool) -> tuple[Work, ...]:
+    """Return the kinds of work that a plan consists of.
 
     Parameters
     ----------
-    keep_going : callable, optional
-        Called before every plan; return False to stop.
+    request : PlanRequest
+    clouds : bool
+        Whether it is for a cloud; a mesh takes less.
     """
-    intrinsics = CameraIntrinsics(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
-    rig = cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, intrinsics=intrinsics)
+    works = [PLANNING, CLOUDS] if clouds else [PLANNING]
+    if request.method in {"k_view", "optimal"}:
+        works.append(TUPLES_OF_CAMERAS)
+    if request.method == "optimal":
+        works.append(PROOFS)
+    return tuple(works)
+
+
+def precompile(
+    works: Collection[Work] | None = None,
+    on_progress: Callable[[Progress], object] = lambda _: None,
+) -> Compiled:
+    """Compile, or load from disk, whatever kinds of work run, so that none waits for a compiler.
+
+    It takes a second or two from the second time on, and none at all in a process that has done it
+    before.
+
+    Parameters
+    ----------
+    works : collection of Work, optional
+        All by default.
+    on_progress : callable, optional
+        Called before and after each kernel that is compiled. What it raises ends the call.
+    """
+    works = ALL if works is None else works
+    stage = _Stage(works, on_progress)
+    with kernels.listening(stage):
+        for work in ALL:
+            if work in works and work not in _done:
+                work.do()
+                _done.add(work)
+    return stage.compiled()
+
+
+# --- the stage -----------------------------------------------------------------------------------
+
+
+class _Stage:
+    """Follows what is compiled; hears of every kernel before and after."""
+
+    def __init__(
+        self,
+        works: Collection[Work],
+        on_progress: Callable[[Progress], object],
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self._modules = frozenset[str]().union(*(work.modules for work in works))
+        self._on_progress = on_progress
+        self._clock = clock
+        self._name = ""
+        self._began = self._ended = math.nan
+        self._count = 0
+        # What is being compiled, the innermost last: when it began, and seconds of others within.
+        self._open: list[tuple[kernels.Kernel, float, float]] = []
+        self._seconds: dict[str, float] = {}
+        self._missing: dict[kernels.Kernel, float] = {}
+        self._whole = self._left = 0.0
+
+    def __call__(self, kernel: kernels.Kernel, is_ready: bool) -> None:
+        """Take note of a kernel that is about to be compiled, or ready."""
+        now = self._clock()
+        if not is_ready:
+            if not self._name:
+                self._begin(now)
+            self._open.append((kernel, now, 0.0))
+            self._tell(now)
+        else:
+            self._left -= self._missing.pop(kernel, 0.0)
+            if self._open and self._open[-1][0] is kernel:
+                self._end(now)
+                self._tell(now)
+
+    def compiled(self) -> Compiled:
+        """Return what has been compiled."""
+        elapsed = self._ended - self._began if self._count else 0.0
+        return Compiled(self._seconds, self._count, elapsed, kernels.kept_in())
+
+    def _begin(self, now: float) -> None:
+        self._name = COMPILING if kernels.kept_in() else COMPILING_IN_VAIN
+        self._began = now
+        relevant = [each for each in kernels.KERNELS if each.room in self._modules]
+        for each in relevant:
+            if not each.is_ready:
+                alike = sum(other.room == each.room for other in relevant)
+                self._missing[each] = _SECONDS[each.room] / alike
+        self._whole = self._left = sum(self._missing.values())
+
+    def _end(self, now: float) -> None:
+        kernel, began, within = self._open.pop()
+        self._ended = now
+        self._count += 1
+        took = self._seconds.get(kernel.room, 0.0) + now - began - within
+        self._seconds[kernel.room] = took
+        if self._open:
+            outer, its_beginning, before = self._open.pop()
+            self._open.append((outer, its_beginning, before + now - began))
+
+    def _tell(self, now: float) -> None:
+        share = 1 - self._left / self._whole if self._whole else 0.0
+        elapsed = now - self._began
+        slow = elapsed / (share * self._whole) if share > _TELLING else 1.0
+        self._on_progress(
+            Progress(
+                self._name,
+                self._count,
+                math.nan,
+                share=share,
+                expected=elapsed + slow * self._left,
+            )
+        )
+
+
+# --- the work ------------------------------------------------------------------------------------
+
+
+def _plan() -> None:
+    rig, ball = _rig(), _ball()
     image_corners(rig.cameras[0], 1.0)
-    for scene, request in _plans():
-        if not keep_going():
-            return
-        plan_focus(scene, rig, request)
-    if keep_going():
-        _branch(scene, rig)
-    if keep_going():
-        camera, pictures = rig.cameras[0], PictureCamera(scene)
-        scale = _SMALL / camera.intrinsics.height
-        pictures.depths(camera, scale)
-        pictures.picture(camera, 0.6, scale)
+    smooth = Mesh(ball.vertices, ball.triangles, ball.vertices)
+    solve(Scene(smooth), rig, PlanRequest("closest", _SAMPLES))
+    for method in ("closest", "average", "em"):
+        solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
 
 
-def _branch(scene: Scene, rig: Rig) -> None:
-    """Run branch and bound for one step: plans for the ball are proven optimal without it."""
+def _prepare_clouds() -> None:
+    points = _ball().vertices
+    for cloud in (PointCloud(points), PointCloud(points, points), _scattered_ball()):
+        scene = Scene(cloud)
+        for samples in (_SAMPLES, 0):
+            scene.sample(samples, 0)
+
+
+def _plan_tuples() -> None:
+    scene = Scene(_ball())
+    for scope in SCOPES:
+        for tuples in TUPLES:
+            for k in (2, 3):
+                request = PlanRequest("k_view", _SAMPLES, k=k, scope=scope, tuples=tuples)
+                solve(scene, _rig(), request)
+
+
+def _prove() -> None:
+    scene, rig = Scene(_ball()), _rig()
+    solve(scene, rig, PlanRequest("optimal", _SAMPLES))
+    # Plans for the ball are proven optimal without branching, so one step of it is taken.
     gains = gains_of(formulate_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
     prices = Prices(gains)
     prices.descend(0)
     Branching(gains, prices.price, prices.bound, 0).step(0)
 
 
-def _plans() -> Iterator[tuple[Scene, PlanRequest]]:
-    for scene, samples in _scenes():
-        yield scene, PlanRequest(method="closest", samples=samples)
-    scene = Scene(_ball())
-    for request in _requests():
-        yield scene, request
+def _see_depths() -> None:
+    camera = _rig().cameras[0]
+    PictureCamera(Scene(_ball())).depths(camera, _SMALL / camera.intrinsics.height)
 
 
-def _scenes() -> Iterator[tuple[Scene, int]]:
-    ball = _ball()
-    points = ball.vertices
-    yield Scene(Mesh(points, ball.triangles, points)), _SAMPLES
-    for cloud in (PointCloud(points), PointCloud(points, points), _scattered_ball()):
-        yield Scene(cloud), _SAMPLES
-        yield Scene(cloud), 0
+def _take_pictures() -> None:
+    camera = _rig().cameras[0]
+    PictureCamera(Scene(_ball())).picture(camera, 0.6, _SMALL / camera.intrinsics.height)
 
 
-def _requests() -> Iterator[PlanRequest]:
-    for method in METHODS:
-        yield PlanRequest(method=method, samples=_SAMPLES)
-    for scope in SCOPES:
-        for tuples in TUPLES:
-            for k in (2, 3):
-                yield PlanRequest("k_view", _SAMPLES, k=k, scope=scope, tuples=tuples)
+def _rig() -> Rig:
+    intrinsics = CameraIntrinsics(distortion_model="plumb_bob", distortion=(0.01, 0.0, 0.0, 0.0))
+    return cylinder_rig(rows=2, columns=6, radius=0.6, bottom=-0.1, top=0.1, intrinsics=intrinsics)
 
 
 def _scattered_ball() -> PointCloud:
@@ -112,3 +316,34 @@ def _ball() -> Mesh:
     lower = np.stack([here, beside, beside + _MERIDIANS], axis=1)
     upper = np.stack([here, beside + _MERIDIANS, here + _MERIDIANS], axis=1)
     return Mesh(0.2 * directions, np.concatenate([lower, upper]))
+
+
+# --- kinds of work -------------------------------------------------------------------------------
+
+
+def _work(do: Callable[[], None], *modules: str) -> Work:
+    return Work(frozenset(modules), do)
+
+
+#: Whatever is planned, by whatever method.
+PLANNING = _work(
+    _plan,
+    *("cells", "distortion", "em", "gains", "lagrangian", "problem", "solution", "visibility"),
+)
+#: Finding the surface around a cloud's points.
+CLOUDS = _work(_prepare_clouds, "local_fit", "noise", "orientation", "point_grid", "smoothing")
+#: Solving with tuples of cameras.
+TUPLES_OF_CAMERAS = _work(_plan_tuples, "camera_tuples", "k_view", "pairs")
+#: Proving that a plan is the best.
+PROOFS = _work(_prove, "branch_and_bound")
+#: How far away is what a camera sees.
+DEPTHS = _work(_see_depths, "rasterize")
+#: What it looks like.
+PICTURES = _work(_take_pictures, "shading")
+
+#: All that plans may consist of.
+PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, PROOFS)
+ALL = (*PLANS, DEPTHS, PICTURES)
+
+# What this process has done.
+_done: set[Work] = set()

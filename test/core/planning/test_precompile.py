@@ -3,16 +3,23 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
+import subprocess
+import sys
+import textwrap
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import pytest
 
 from focus_planner.core import kernels
+from focus_planner.core.planning import precompile as planning
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
-from focus_planner.core.planning.precompile import precompile
+from focus_planner.core.planning.precompile import precompile, works_for
 from focus_planner.core.planning.request import METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.planning.solving import solve
+from focus_planner.core.progress import Progress
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -33,7 +40,7 @@ def compiled():
         f"{module.__name__}.{name}": len(kernel.signatures)
         for module in modules
         for name, kernel in vars(module).items()
-        if hasattr(kernel, "signatures")
+        if isinstance(kernel, kernels.Kernel)
     }
 
 
@@ -109,13 +116,202 @@ def test_every_kernel_that_a_plan_enters_is_compiled(warm):
     entered = {
         f"{kernel.py_func.__module__}.{name}"
         for name, kernel in vars(kernels).items()
-        if hasattr(kernel, "signatures") and name != "best_pair"
+        if isinstance(kernel, kernels.Kernel) and name != "best_pair"
     }
     assert len(entered) > 20
     assert entered <= {name for name, count in warm.items() if count}
 
 
-def test_it_stops_when_told():
-    asked = []
-    precompile(lambda: asked.append(1) or len(asked) < 3)
-    assert len(asked) == 3
+def test_what_is_there_is_not_told_of(warm):
+    told = []
+    assert precompile(on_progress=told.append).kernels == 0
+    assert told == []
+
+
+# --- the stage -----------------------------------------------------------------------------------
+
+
+def test_every_kernel_belongs_to_one_kind_of_work():
+    for each in kernels.KERNELS:
+        assert len([work for work in planning.ALL if each.room in work.modules]) == 1
+    rooms = {each.room for each in kernels.KERNELS}
+    assert rooms == planning._SECONDS.keys() == set().union(*(w.modules for w in planning.ALL))
+
+
+@pytest.mark.parametrize(
+    ("method", "clouds", "works"),
+    [
+        ("em", False, [planning.PLANNING]),
+        ("closest", True, [planning.PLANNING, planning.CLOUDS]),
+        ("k_view", False, [planning.PLANNING, planning.TUPLES_OF_CAMERAS]),
+        ("optimal", True, list(planning.PLANS)),
+    ],
+)
+def test_only_what_a_request_runs_is_compiled(method, clouds, works):
+    assert list(works_for(PlanRequest(method), clouds=clouds)) == works
+
+
+@pytest.mark.processes
+def test_each_kind_of_work_covers_what_its_requests_run():
+    # In a process of its own: here all of them have been loaded.
+    program = """
+        from focus_planner.core import kernels
+        from focus_planner.core.planning.plan_focus import plan_focus
+        from focus_planner.core.planning.precompile import precompile, works_for
+        from focus_planner.core.planning.request import PlanRequest
+        from focus_planner.core.rig.layouts import cylinder_rig
+        from focus_planner.core.surface.scene import Scene
+        from focus_planner.core.surface.surface import PointCloud
+        from testing.problems import box
+
+        rig = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+        mesh = box((0.3, 0.3, 0.3))
+        cloud = PointCloud(Scene(mesh).sample(3000, 0).points)
+        for method, clouds in (("em", False), ("k_view", False), ("em", True), ("optimal", True)):
+            request = PlanRequest(method, 300)
+            precompile(works_for(request, clouds=clouds))
+            loaded = []
+            with kernels.listening(lambda kernel, _: loaded.append(kernel.name)):
+                plan_focus(Scene(cloud if clouds else mesh), rig, request)
+            assert not loaded, (method, clouds, loaded)
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True)
+
+
+class FakeKernel:
+    """A kernel that takes no time to compile."""
+
+    def __init__(self, room, name, *, is_ready=False):
+        self.room, self.name, self.is_ready = room, name, is_ready
+
+
+@pytest.fixture
+def cold(monkeypatch):
+    """A machine on which two of the kernels of pictures are missing, and one is there."""
+    fakes = [FakeKernel("shading", name) for name in ("outer", "inner")]
+    others = [FakeKernel("shading", "there", is_ready=True), FakeKernel("k_view", "no matter")]
+    monkeypatch.setattr(kernels, "KERNELS", [*fakes, *others])
+    monkeypatch.setitem(planning._SECONDS, "shading", 30.0)
+    monkeypatch.setattr(kernels, "kept_in", lambda: Path("/kept"))
+    return fakes
+
+
+def stage(told, clock):
+    return planning._Stage((planning.DEPTHS, planning.PICTURES), told.append, clock)
+
+
+def test_the_stage_tells_what_is_done_and_what_the_whole_takes(cold):
+    told, clock = [], Clock()
+    of = stage(told, clock)
+    outer, inner = cold
+    of(outer, False)
+    clock.now += 1.0
+    of(inner, False)
+    assert [(p.stage, p.iteration, p.share, p.expected) for p in told] == [
+        ("compiling", 0, 0.0, 20.0),
+        ("compiling", 0, 0.0, 21.0),
+    ]
+    # This machine is twice as slow as the one that was measured.
+    clock.now += 19.0
+    of(inner, True)
+    assert (told[-1].iteration, told[-1].share, told[-1].expected) == (1, 0.5, 40.0)
+    clock.now += 20.0
+    of(outer, True)
+    assert (told[-1].iteration, told[-1].share, told[-1].expected) == (2, 1.0, 40.0)
+    done = of.compiled()
+    assert (done.kernels, done.elapsed, done.folder) == (2, 40.0, Path("/kept"))
+    assert done.seconds == {"shading": pytest.approx(40.0)}
+    assert str(done) == "compiled 2 kernels in 40 s; they are kept in /kept"
+
+
+def test_what_was_loaded_counts_as_done_and_not_as_compiled(cold):
+    told, clock = [], Clock()
+    of = stage(told, clock)
+    outer, inner = cold
+    of(outer, False)
+    of(outer, True)
+    of(inner, True)
+    assert of.compiled().kernels == 1
+    of(outer, False)
+    assert told[-1].share == 1.0
+
+
+def test_it_claims_no_more_than_it_knows(cold, monkeypatch):
+    # Kernels that cannot be kept are not compiled once, and what to do about it is said.
+    monkeypatch.setattr(kernels, "kept_in", lambda: None)
+    told = []
+    of = stage(told, Clock())
+    of(cold[0], False)
+    of(cold[0], True)
+    assert {p.stage for p in told} == {"compiling, not kept"}
+    assert str(of.compiled()) == (
+        "compiled 1 kernels in 0 s; no other process will find them, since no folder for them"
+        " can be written to: set NUMBA_CACHE_DIR to one that can"
+    )
+    assert str(stage(told, Clock()).compiled()) == "all kernels are compiled"
+
+
+def test_each_kind_of_work_is_done_once(monkeypatch):
+    done = []
+    one, other = (planning.Work(frozenset(), lambda n=n: done.append(n)) for n in (1, 2))
+    monkeypatch.setattr(planning, "ALL", (one, other))
+    monkeypatch.setattr(planning, "_done", set())
+    precompile((other,))
+    precompile((other, one))
+    precompile()
+    assert done == [2, 1]
+
+
+# --- a plan on a machine without kernels ---------------------------------------------------------
+
+COMPILING = Progress("compiling", 1, math.nan)
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    """Compiling takes a hundred seconds."""
+    clock = Clock()
+
+    def compile_slowly(works, on_progress):
+        clock.now += 100.0
+        on_progress(COMPILING)
+        on_progress(COMPILING)
+
+    monkeypatch.setattr("focus_planner.core.planning.plan_focus.precompile", compile_slowly)
+    return clock
+
+
+@pytest.mark.parametrize("time_budget", [50.0, math.inf])
+def test_compiling_is_no_part_of_a_plan(slow, body, rig, time_budget):
+    stages, request = [], PlanRequest("em", 150, time_budget=time_budget)
+    scene = Scene(body)
+    plan = plan_focus(
+        scene, rig, request, on_progress=lambda p: stages.append(p.stage) or True, clock=slow
+    )
+    assert stages[:2] == ["compiling", "compiling"]
+    assert "compiling" not in stages[2:]
+    assert (plan.solve_seconds, plan.total_seconds, plan.converged) == (0.0, 0.0, True)
+    warm = solve(scene, rig, request, clock=Clock())
+    assert (plan.cameras, plan.cost) == (warm.cameras, warm.cost)
+
+
+def test_a_stop_waits_for_it(slow, body, rig):
+    told = []
+    plan = plan_focus(
+        Scene(body),
+        rig,
+        PlanRequest("em", 9000),
+        on_progress=told.append,  # which returns None: stop
+        clock=slow,
+    )
+    assert told == [COMPILING]
+    assert not plan.converged
+    assert plan.samples < 9000
+
+
+def test_an_exception_ends_it(slow, body, rig):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        plan_focus(Scene(body), rig, on_progress=interrupt)

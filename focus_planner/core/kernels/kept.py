@@ -1,0 +1,157 @@
+"""Where the machine code of kernels is kept from one process to the next.
+
+Numba keeps it in one folder only, which has to be writable even to read from, and it takes note of
+changes of a kernel's own file only, but kernels call those of others. Here each state of the
+sources, under each version of Numba, has a folder of its own, in any of three places: the one that
+NUMBA_CACHE_DIR names, beside the sources, and the user's. All are read, so that an image's kernels
+serve every user of it; the first that can be written to is written to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
+from numba.misc.appdirs import AppDirs
+
+_HERE = Path(__file__).parent
+#: What reading files may raise that were cut short, and any.
+_CUT_SHORT = (EOFError, pickle.UnpicklingError)
+_UNREADABLE = (OSError, *_CUT_SHORT)
+
+
+def folders() -> tuple[Path, ...]:
+    """Return where the code of exactly these sources may be, in the order of preference."""
+    places = [Path(config.CACHE_DIR)] if config.CACHE_DIR else []
+    places += [_HERE / "__pycache__", Path(AppDirs("focus_planner", False).user_cache_dir)]
+    # There are users without a home.
+    return tuple(place / _version() for place in places if "~" not in place.parts)
+
+
+@cache
+def kept_in() -> Path | None:
+    """Return the folder in which newly compiled kernels are kept; None if there is none."""
+    for folder in folders():
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+            return folder
+    return None
+
+
+@cache
+def _version() -> str:
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(_HERE.glob("*.py")):
+        if path != Path(__file__):  # which is no kernel, nor says how one is compiled
+            digest.update(path.read_bytes())
+    return f"kernels-{digest.hexdigest()[:12]}"
+
+
+class KeptCode(NullCache):
+    """The machine code of a kernel that is kept; a cache as Numba's dispatchers take it.
+
+    Parameters
+    ----------
+    function : callable
+        The kernel's.
+    on_missing : callable
+        Called when there is no code for some types of arguments.
+    """
+
+    def __init__(self, function: Callable[..., Any], on_missing: Callable[[], object]) -> None:
+        self._function = function
+        self._on_missing = on_missing
+        self._read = [_Folder(function, folder) for folder in folders()]
+
+    @property
+    def cache_path(self) -> str | None:
+        """The folder that is written to."""
+        folder = kept_in()
+        return None if folder is None else str(folder)
+
+    def is_kept(self, codegen: Any) -> bool:
+        """Return whether there is code for this processor, for whatever types."""
+        return any(folder.has_code_for(codegen) for folder in self._read)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the code for a signature; None if it has to be compiled."""
+        for folder in self._read:
+            with suppress(*_UNREADABLE):
+                code = folder.load_overload(sig, target_context)
+                if code is not None:
+                    return code
+        self._on_missing()
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep code, if that is possible."""
+        folder = kept_in()
+        if folder is None:
+            return
+        cache = _Folder(self._function, folder)
+        with suppress(OSError):  # the disk may be full
+            try:
+                cache.save_overload(sig, data)
+            except _CUT_SHORT:
+                cache.flush()
+                cache.save_overload(sig, data)
+
+    def flush(self) -> None:
+        """Forget what is kept where it can be written to."""
+        folder = kept_in()
+        if folder is not None:
+            _Folder(self._function, folder).flush()
+
+
+class _Folder(FunctionCache):
+    """Numba's own cache of a function, in a given folder."""
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        self._impl_class = partial(_Naming, folder)
+        super().__init__(function)
+
+    def has_code_for(self, codegen: Any) -> bool:
+        try:
+            # A signature, what the code is for, and hashes of the function.
+            return any(key[1] == codegen.magic_tuple() for key in self._cache_file._load_index())  # noqa: SLF001
+        except _UNREADABLE:
+            return False
+
+
+class _Naming(CompileResultCacheImpl):
+    """How the files of a function are called; also the place that a cache looks for."""
+
+    def __init__(self, folder: Path, function: Callable[..., Any]) -> None:
+        self._folder = folder
+        self._py_file = function.__code__.co_filename
+        self._lineno = function.__code__.co_firstlineno
+        self._locator = self
+        name = f"{Path(self._py_file).stem}.{function.__qualname__}"
+        self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        """Return what changes with the sources."""
+        return self._folder.name
+
+    def get_disambiguator(self) -> str:
+        """Return what tells functions of one name apart."""
+        return str(self._lineno)

@@ -1,0 +1,90 @@
+"""Compiling before a command works, and ``focus_planner warm-up``."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from focus_planner.cli.main import main
+from focus_planner.core.planning import precompile as planning
+from focus_planner.core.planning.precompile import Compiled
+from focus_planner.core.progress import Progress
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.io.rigs import save_rig
+
+KEPT = Path("/cache/kernels-0123")
+NOT_KEPT = (
+    "compiled 139 kernels in 92 s; no other process will find them, since no folder for them can be"
+    " written to: set NUMBA_CACHE_DIR to one that can"
+)
+
+
+@pytest.fixture
+def compiles(monkeypatch):
+    """Return a function that says what compiling comes to, and the works that were asked for."""
+    asked = []
+
+    def compiles(compiled):
+        def precompile(works, on_progress):
+            asked.append(tuple(works))
+            on_progress(Progress("compiling", 0, math.nan, share=0.0, expected=90.0))
+            return compiled
+
+        monkeypatch.setattr(planning, "precompile", precompile)
+        return asked
+
+    return compiles
+
+
+@pytest.mark.parametrize(
+    ("compiled", "status", "said", "noted"),
+    [
+        (
+            Compiled({"em": 2.0, "cells": 12.0}, 139, 92.4, KEPT),
+            0,
+            f"compiled 139 kernels in 92 s; they are kept in {KEPT}\n",
+            "",
+        ),
+        (Compiled({}, 0, 0.0, KEPT), 0, "all kernels are compiled\n", ""),
+        (Compiled({}, 0, 0.0, None), 0, "all kernels are compiled\n", ""),
+        (Compiled({}, 139, 92.4, None), 1, "", f"focus_planner: note: {NOT_KEPT}\n"),
+    ],
+)
+def test_warm_up_says_what_it_did(compiles, capsys, compiled, status, said, noted):
+    asked = compiles(compiled)
+    assert main(["warm-up"]) == status
+    assert capsys.readouterr() == (said, noted)
+    assert asked == [planning.ALL]
+
+
+def test_warm_up_for_the_node_leaves_pictures_out(compiles, capsys):
+    asked = compiles(Compiled({"em": 2.0, "cells": 12.0}, 2, 14.0, KEPT))
+    assert main(["warm-up", "--for", "plans", "--modules"]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == ["  12.0 s  cells", "   2.0 s  em"]
+    assert main(["warm-up", "--for", "plans", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert asked == [planning.PLANS, planning.PLANS]
+
+
+def test_a_plan_compiles_what_it_runs_before_it_prepares_anything(compiles, tmp_path, monkeypatch):
+    asked = compiles(Compiled({}, 0, 0.0, KEPT))
+    body = "focus_planner/bodies/arms_out.ply"
+    rig = tmp_path / "rig.yaml"
+    save_rig(cylinder_rig(rows=2, columns=4), rig)
+
+    class Prepared(Exception):  # noqa: N818
+        pass
+
+    def prepared(*_):
+        raise Prepared
+
+    monkeypatch.setattr("focus_planner.core.surface.scene.Scene", prepared)
+    for method, works in (
+        ("em", (planning.PLANNING,)),
+        ("k_view", (planning.PLANNING, planning.TUPLES_OF_CAMERAS)),
+    ):
+        with pytest.raises(Prepared):
+            main(["plan", body, "--rig", str(rig), "--method", method])
+        assert asked[-1] == works

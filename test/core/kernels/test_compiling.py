@@ -1,0 +1,186 @@
+"""Where machine code is kept, who is told, and what a host program notices of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+
+import pytest
+
+from focus_planner.core.kernels import compiling, kept
+from focus_planner.core.kernels.compiling import Kernel, listening
+
+
+def twice(x):
+    return 2 * x
+
+
+def made():
+    """Return a kernel as another process would have it."""
+    kernel = Kernel(twice, targetoptions={"nopython": True, "nogil": True})
+    kernel.enable_caching()
+    return kernel
+
+
+def called(kernel, argument=1):
+    """Return what it tells meanwhile: what is compiled, and what is ready."""
+    told = []
+    with listening(lambda which, is_ready: told.append((which.name, is_ready))):
+        assert kernel(argument) == 2 * argument
+    return told
+
+
+@pytest.fixture
+def places(tmp_path, monkeypatch):
+    """Two folders for kernels; the second is preferred, and both can be written to."""
+    both = [tmp_path / "image", tmp_path / "user"]
+    monkeypatch.setattr(kept, "folders", lambda: tuple(both))
+    found = kept.kept_in
+    found.cache_clear()
+    yield both
+    found.cache_clear()
+
+
+COMPILED, LOADED = [("twice", False), ("twice", True)], [("twice", True)]
+
+
+def test_a_kernel_is_compiled_once_for_all_processes(places):
+    first = made()
+    assert not first.is_ready
+    assert called(first) == COMPILED
+    assert called(first) == []
+    second = made()
+    assert second.is_ready
+    assert called(second) == LOADED
+    assert (first.room, kept.kept_in()) == ("test_compiling", places[0])
+    assert called(second, 1.5) == COMPILED  # for other types
+    assert called(made(), 1.5) == LOADED
+
+
+def test_an_image_serves_those_who_cannot_write_to_it(places, monkeypatch):
+    assert called(made()) == COMPILED
+    monkeypatch.setattr(kept, "kept_in", lambda: places[1])
+    assert called(made()) == LOADED
+    assert called(made(), 1.5) == COMPILED
+    assert called(made(), 1.5) == LOADED
+    assert list(places[1].iterdir())
+
+
+def test_where_nothing_can_be_kept_it_works_all_the_same(places):
+    for place in places:
+        place.write_text("no folder")
+    assert kept.kept_in() is None
+    assert called(made()) == COMPILED
+    assert called(made()) == COMPILED
+
+
+def test_files_that_were_cut_short_are_made_anew(places):
+    called(made())
+    for file in places[0].iterdir():
+        file.write_bytes(file.read_bytes()[:10])
+    again = made()
+    assert not again.is_ready
+    assert called(again) == COMPILED
+    assert called(made()) == LOADED
+
+
+def test_a_disk_that_is_full_costs_nothing_but_time(places, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(kept._Folder, "save_overload", full)
+    assert called(made()) == COMPILED
+
+
+def test_code_for_another_processor_is_none(places, monkeypatch):
+    called(made())
+    kernel = made()
+    codegen = type(kernel.targetctx.codegen())
+    monkeypatch.setattr(codegen, "magic_tuple", lambda _: ("another", "processor", ""))
+    assert not kernel.is_ready
+    assert called(kernel) == COMPILED
+
+
+def test_the_users_folders_are_searched(monkeypatch):
+    monkeypatch.setattr(kept.config, "CACHE_DIR", "/given")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/home/of/mine")
+    (given, beside, mine) = kept.folders()
+    assert given.parent.as_posix() == "/given"
+    assert beside.parent.parts[-2:] == ("kernels", "__pycache__")
+    assert given.name == beside.name == mine.name
+    if sys.platform == "linux":
+        assert mine.parent.as_posix() == "/home/of/mine/focus_planner"
+    # A user without a home is not given a folder named "~".
+    monkeypatch.setenv("XDG_CACHE_HOME", "~/.cache")
+    assert kept.folders() == (given, beside)
+
+
+def test_other_threads_are_told_nothing(places):
+    told = []
+    with listening(lambda *what: told.append(what)):
+        thread = threading.Thread(target=lambda: made()(1))
+        thread.start()
+        thread.join()
+    assert told == []
+
+
+# --- a program that uses Numba itself ------------------------------------------------------------
+
+
+def run(program, **environment):
+    names = ("NUMBA_THREADING_LAYER_PRIORITY", "GOMP_SPINCOUNT")
+    inherited = {name: value for name, value in os.environ.items() if name not in names}
+    words = [sys.executable, "-W", "error", "-c", textwrap.dedent(program)]
+    subprocess.run(words, check=True, env=inherited | environment)
+
+
+@pytest.mark.processes
+def test_a_host_program_keeps_its_settings():
+    run("""
+        import os
+        from numba import config, get_num_threads, set_num_threads
+
+        def settings():
+            return {name: getattr(config, name) for name in dir(config) if name.isupper()}
+
+        set_num_threads(1)
+        before = dict(os.environ), settings(), get_num_threads()
+        import focus_planner
+        from focus_planner import Mesh, PlanRequest, Scene, cylinder_rig, plan_focus
+        from testing.problems import box
+
+        rig = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+        plan_focus(Scene(box((0.3, 0.3, 0.3))), rig, PlanRequest("em", 300))
+        assert (dict(os.environ), settings(), get_num_threads()) == before
+    """)
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("layer", ["workqueue", "default"])
+def test_two_threads_may_plan_at_once_whatever_the_layer(layer):
+    run(
+        """
+        from concurrent.futures import ThreadPoolExecutor
+        from focus_planner import PlanRequest, Scene, cylinder_rig, plan_focus
+        from testing.problems import box
+
+        rig = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
+        scene = Scene(box((0.3, 0.3, 0.3)))
+
+        def plan(_):
+            return [plan_focus(scene, rig, PlanRequest("em", 300)).cost for _ in range(20)]
+
+        with ThreadPoolExecutor(4) as threads:
+            assert len({cost for costs in threads.map(plan, range(4)) for cost in costs}) == 1
+        """,
+        NUMBA_THREADING_LAYER=layer,
+    )
+
+
+def test_a_layer_that_only_one_thread_may_enter_is_entered_by_one(monkeypatch):
+    for layer, turn in (("omp", compiling._any_time), ("workqueue", compiling._one_at_a_time)):
+        monkeypatch.setattr(compiling, "_layer", lambda layer=layer: layer)
+        assert compiling._turn() is turn
