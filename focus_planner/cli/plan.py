@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
+from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
 from focus_planner.cli.reporting import (
@@ -134,11 +135,13 @@ def run(options: argparse.Namespace) -> int:
     with shown(options.quiet) as tell:
         given = _read(options, tell)
         steps = collect_steps(show_progress(tell, "", given.request.time_budget))
-        plan = _solve(given, tell, recorder, steps)
+        plan, interrupted = _solve(given, tell, recorder, steps)
         _write(options, given, plan, tell)
         if options.report is not None:
             _write_report(options, given, plan, steps, tell)
-    _show(options, plan)
+    _show(options, plan, interrupted)
+    if interrupted:
+        return INTERRUPTED
     return NOT_RECORDED if recorder.failed else 0
 
 
@@ -181,7 +184,8 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
 
 def _solve(
     given: _Given, tell: Tell, recorder: CommandRecorder, callback: ProgressCallback
-) -> SolvedPlan:
+) -> tuple[SolvedPlan, str]:
+    """Return the plan, and what Ctrl-C did to it if it was typed."""
     from focus_planner.core.planning.plan_focus import plan_focus
 
     scene, rig, request = given.scene, given.rig, given.request
@@ -197,15 +201,17 @@ def _solve(
         return inputs_of(begun, scene.surface, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
-    on_progress, end = recorder.begin(beginning, callback)
+    best = BestSoFar(tell, callback)
+    on_progress, end = recorder.begin(beginning, best)
     try:
         plan = plan_focus(scene, rig, request, on_progress=on_progress)
     except InputError as error:
+        ctrl_c.check()  # what it was stopped at need not be what is wrong
         end(False, str(error))
         raise
-    ctrl_c.check()
-    end(True, plan.summary(), plan, rig)
-    return plan
+    interrupted = best.end()
+    end(True, "; ".join(filter(None, (interrupted, plan.summary()))), plan, rig)
+    return plan, interrupted
 
 
 def _check_names(options: argparse.Namespace) -> None:
@@ -302,22 +308,24 @@ def _write_report(
     make_report(ReportOptions(options.report, pictures=options.pictures), subject, provenance, tell)
 
 
-def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
+def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> None:
     """Print the summary on a terminal; print the plan on stdout if it is in no file."""
     stream: TextIO = sys.stderr if _plans(options) else sys.stdout
     with_summary = stream.isatty() and not options.quiet
     if with_summary:
-        _print_summary(plan, stream)
+        _print_summary(plan, stream, interrupted)
     if _STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
         sys.stdout.write(plan_to_json(plan))
     if not options.quiet:
+        if interrupted:
+            show_note(interrupted)
         for note in plan.notes:
             show_note(note.text)
 
 
-def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
+def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
     from rich.table import Table
 
     from focus_planner.cli.console import PlainConsole
@@ -326,12 +334,12 @@ def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
-    for name, value, note in _summary(plan):
+    for name, value, note in _summary(plan, interrupted):
         table.add_row(name, value, note)
     PlainConsole(stream).print(table)
 
 
-def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
+def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str]]:
     """Yield rows: name, value, note."""
     from collections import Counter
 
@@ -351,7 +359,8 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, share(plan.in_focus_area)
-    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "stopped early"
+    early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else "stopped early"
+    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else early
     yield "total", f"{plan.total_seconds:.3f} s", ""
     if plan.shots > 1:
         used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
