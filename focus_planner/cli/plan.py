@@ -40,6 +40,9 @@ if TYPE_CHECKING:
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
 _STDOUT = Path("-")
+_PICTURE_HELP = (
+    "draw the plan's cost on the surface: .png, .jpg or .tif, or to enlarge .pdf or .svg"
+)
 
 
 def add(commands: Any) -> None:
@@ -102,7 +105,7 @@ def _add_outputs(group: Any) -> None:
         help="with --record: who may read what is recorded, whatever the umask (default:"
         " %(default)s)",
     )
-    option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
+    option("--picture", type=Path, metavar="PLAN.PNG", help=_PICTURE_HELP)
     option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
     add_pictures_option(group)
 
@@ -216,6 +219,7 @@ def _solve(
 
 def _check_names(options: argparse.Namespace) -> None:
     """Raise unless the names of what to write say what that is."""
+    from focus_planner.io.endings import DRAWINGS, check_ending
     from focus_planner.io.lens_sheet import SUFFIXES
     from focus_planner.report.naming import check_report
 
@@ -224,17 +228,15 @@ def _check_names(options: argparse.Namespace) -> None:
             got = "-, which stands for stdout"
             raise InputError(f"--{option}", "a name", got, "only --output may go there")
     for path in options.output:
-        # To Path, what begins with a dot is all name.
-        ending = path.name if path.name.startswith(".") and not path.suffix else path.suffix
-        if ending.lower() not in (*_PLAN_SUFFIXES, *SUFFIXES):
-            raise InputError(
-                "--output",
-                f"a name that ends in .json for the plan, or in {', '.join(SUFFIXES)} for the lens"
-                " sheet",
-                str(path),
-            )
-        if ending and ending == path.name:
-            raise InputError("--output", f"a name before {ending}", str(path), f"such as x{ending}")
+        what = (
+            f"a name that ends in .json for the plan, or in {', '.join(SUFFIXES)} for the lens"
+            " sheet"
+        )
+        check_ending("--output", path, (*_PLAN_SUFFIXES, *SUFFIXES), what)
+    if options.problem is not None:
+        check_ending("--problem", options.problem, ("", ".npz"))
+    if options.picture is not None:
+        check_ending("--picture", options.picture, DRAWINGS)
     if options.report is not None:
         check_report(options.report)
         check_pictures(wanted=options.pictures)
