@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-
 #: Exit status of a command that Ctrl-C ended, as a shell has it.
 INTERRUPTED = 130
 

@@ -11,8 +11,15 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
-from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
+from focus_planner.cli.recording import (
+    NOT_RECORDED,
+    PLANNER,
+    CommandRecorder,
+    add_recording_options,
+    recorder_of,
+)
 from focus_planner.cli.reporting import (
     REPORT_HELP,
     ReportOptions,
@@ -92,19 +99,7 @@ def _add_outputs(group: Any) -> None:
         metavar="PROBLEM.NPZ",
         help="write the discrete problem, for checking the plan",
     )
-    option(
-        "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
-    )
-    option(
-        "--markers", action="store_true", help="with --record: include what shows the plan in 3D"
-    )
-    option(
-        "--record-access",
-        default="owner",
-        choices=("owner", "group", "all"),
-        help="with --record: who may read what is recorded, whatever the umask (default:"
-        " %(default)s)",
-    )
+    add_recording_options(group, "the run", "the plan")
     option("--picture", type=Path, metavar="PLAN.PNG", help=_PICTURE_HELP)
     option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
     add_pictures_option(group)
@@ -134,7 +129,7 @@ def run(options: argparse.Namespace) -> int:
         if resolved(path) in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
-    recorder = CommandRecorder(options.record, options.markers, options.record_access)
+    recorder = recorder_of(options)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
         steps = collect_steps(show_progress(tell, "", given.request.time_budget))
@@ -240,8 +235,7 @@ def _check_names(options: argparse.Namespace) -> None:
     if options.report is not None:
         check_report(options.report)
         check_pictures(wanted=options.pictures)
-    elif options.pictures is not None:
-        raise InputError("--pictures", "--report with it", "none")
+    check_beside(options, "--pictures", "--report")
 
 
 def _plans(options: argparse.Namespace) -> list[Path]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
@@ -59,15 +60,15 @@ def add(commands: Any) -> None:
         *("-o", "--output"),
         type=Path,
         metavar="FILE.PNG|DIR",
-        help="file of the one picture (.png, .jpg or .tif), or folder of several (default: the folder one is in)",
+        help="file of the one picture (.png, .jpg or .tif), or folder of several (default: the"
+        " folder one is in)",
     )
     option(
         "--scale",
         type=float,
-        default=1.0,
         metavar="S",
-        help="of the pictures' sides; those of a contact sheet have their own size (default:"
-        " %(default)g, the camera's resolution)",
+        help="of single pictures' sides; those of a contact sheet have their own size (default:"
+        " 1, the camera's resolution)",
     )
     option("--quiet", action="store_true", help="show no progress")
 
@@ -76,6 +77,10 @@ def run(options: argparse.Namespace) -> int:
     """Write the pictures; return the exit status."""
     if not options.camera and not options.all:
         raise InputError("preview", "--camera NAME, or --all", "neither")
+    if options.all and not (options.camera or (options.output and not _is_file(options.output))):
+        # A contact sheet alone.
+        check_beside(options, "--scale", "--camera")
+    options.scale = 1.0 if options.scale is None else options.scale
     if not (0 < options.scale <= 1):
         raise InputError("--scale", "a number above 0, at most 1", f"{options.scale:g}")
     # First of all, so that nobody waits to learn what to install.
@@ -144,7 +149,10 @@ def _written(
     pictures = len(chosen) * subject.plan.shots
     if _is_file(options.output) and not options.all and pictures > 1:
         raise InputError(
-            "--output", f"a folder for {pictures} pictures", str(options.output), f"leave out {options.output.suffix}"
+            "--output",
+            f"a folder for {pictures} pictures",
+            str(options.output),
+            f"leave out {options.output.suffix}",
         )
     plans: list[FocusPlan] = [subject.plan]
     if options.method is not None:

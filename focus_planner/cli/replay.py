@@ -12,8 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
-from focus_planner.cli.recording import NOT_RECORDED, CommandRecorder
+from focus_planner.cli.recording import (
+    NOT_RECORDED,
+    PLANNER,
+    CommandRecorder,
+    add_recording_options,
+    recorder_of,
+)
 from focus_planner.cli.replay_report import check_single, report_replay
 from focus_planner.cli.reporting import (
     REPORT_HELP,
@@ -89,17 +96,7 @@ def add(commands: Any) -> None:
         " on all cameras (f_number=8, lens.max_focus=2), and compare with the recorded plan; may be"
         " repeated",
     )
-    option("--record", type=Path, metavar="DIR", help="record the new runs below this folder")
-    option(
-        "--markers", action="store_true", help="with --record: include what shows the plans in 3D"
-    )
-    option(
-        "--record-access",
-        default="owner",
-        choices=("owner", "group", "all"),
-        help="with --record: who may read what is recorded, whatever the umask (default:"
-        " %(default)s)",
-    )
+    add_recording_options(replay, "the new runs", "their plans")
     option(
         "--live",
         action="store_true",
@@ -107,9 +104,8 @@ def add(commands: Any) -> None:
     )
     option(
         "--node",
-        default="/focus_planner",
         metavar="NAME",
-        help="with --live: full name of the node (default: %(default)s)",
+        help=f"with --live: full name of the node (default: {PLANNER})",
     )
     option(
         "--report",
@@ -128,14 +124,14 @@ def run(options: argparse.Namespace) -> int:
 
     if options.live and (options.set or options.record or options.report):
         raise InputError("--live", "neither --set, --record nor --report with it", "one of them")
-    if options.report is None and options.pictures is not None:
-        raise InputError("--pictures", "--report with it", "none")
+    check_beside(options, "--node", "--live")
+    check_beside(options, "--pictures", "--report")
+    recorder = recorder_of(options)
     changes = parse_changes(options.set)
     paths = list(_runs(options.runs))
     if options.report is not None:
         check_single(options.report, paths)
         check_pictures(wanted=options.pictures)
-    recorder = CommandRecorder(options.record, options.markers, options.record_access)
     replays: list[_Replay] = []
     with shown(options.quiet) as tell:
         for number, path in enumerate(paths, 1):
@@ -186,7 +182,7 @@ def _replay(
         return _Replay(path, _UNREADABLE, " ".join(str(error).split()))
     try:
         if options.live:
-            return _replay_live(recorded, options.node, tell)
+            return _replay_live(recorded, options.node or PLANNER, tell)
         return _replay_here(recorded, changes, recorder, tell, place)
     except InputError as error:
         return _Replay(path, _REFUSED, " ".join(str(error).split()), recorded)

@@ -64,7 +64,8 @@ def check_ending(option: str, path: Path, endings: Collection[str], what: str = 
         expected = what or f"a name that ends in {one_of(endings)}"
         raise InputError(option, expected, str(path))
     if ending and path.name.lower() == ending:
-        raise InputError(option, f"a name before {ending}", str(path), f"such as x{ending}")
+        name = path.name
+        raise InputError(option, f"a name before {name}", str(path), f"such as x{name}")
 
 
 def one_of(endings: Collection[str]) -> str:

@@ -1,7 +1,7 @@
 """Requests in messages and in parameters, derived from the fields of :class:`PlanRequest`.
 
 In parameters, as in requests, a limit of 0 is none. A message has those fields that its definition
-names, and leaves open which are 0 or "": they are the parameters'. Infinity asks for no limit there.
+names, and leaves open which are 0 or "": they are the parameters'. There, infinity is no limit.
 """
 
 from __future__ import annotations

@@ -13,17 +13,19 @@ import pytest
 import trimesh
 
 from focus_planner.cli import main as cli
+from focus_planner.cli import plan
 from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import STOPPING
 from focus_planner.cli.progress_line import ProgressLine
+from focus_planner.core.planning import plan_focus as planning
 from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.io.rigs import save_rig
 from focus_planner.recording.run_reading import read_run
 from testing.terminal import on_a_terminal
 
-PLAN = "plan ball.ply --rig rig.yaml --samples 2000 --fresh-samples 500".split()
+PLAN = ["plan", "ball.ply", "--rig", "rig.yaml", "--samples", "2000", "--fresh-samples", "500"]
 
 
 @pytest.fixture(autouse=True)
@@ -49,8 +51,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def pressed_at(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a function that has Ctrl-C typed at the first step of a stage."""
-    from focus_planner.cli import plan
-
     show_progress = plan.show_progress
 
     def press(stage: str) -> list[str]:
@@ -85,11 +85,11 @@ def test_the_best_plan_so_far_is_in_all_outputs(
     assert out == ""
     assert f"focus_planner: note: {CUT_SHORT}\n" in err
     assert asked[-1] in {"em", "prices"}
-    plan = json.loads(Path("plan.json").read_text())
-    assert not plan["converged"]
-    assert plan["samples"] == 2000
-    bound = plan["lower_bound"]
-    assert bound is None if method == "k_view" else bound < plan["cost"]
+    made = json.loads(Path("plan.json").read_text())
+    assert not made["converged"]
+    assert made["samples"] == 2000
+    bound = made["lower_bound"]
+    assert bound is None if method == "k_view" else bound < made["cost"]
     problem = np.load("problem.npz")
     assert len(problem["points"]) == 2000
     for name in ("sheet.csv", "plan.png", "report.html"):
@@ -135,8 +135,6 @@ def test_before_the_solver_begins_there_is_nothing_to_write(
 def test_a_plan_that_was_made_by_then_is_whole(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    from focus_planner.core.planning import plan_focus as planning
-
     estimate = planning.estimate_quality
 
     def late(*what: Any) -> Any:

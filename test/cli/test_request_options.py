@@ -148,7 +148,9 @@ def test_one_more_line_is_checked_and_documented() -> None:
         WiderRequest(reach=-1.0)
     assert WiderRequest(reach=0.0).reach == math.inf
     text = WiderRequest.__doc__ or ""
-    assert "    reach : float, metres, default inf\n        How far to go; 0 for no limit.\n" in text
+    assert (
+        "    reach : float, metres, default inf\n        How far to go; 0 for no limit.\n" in text
+    )
     assert text.index("A request with one more field.") < text.index("Parameters")
     assert text.index("reach : float") < text.index("Notes")
 
