@@ -322,17 +322,15 @@ def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> No
 
 
 def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
-    from rich.table import Table
+    from focus_planner.cli.tables import console_for, new_table
 
-    from focus_planner.cli.console import PlainConsole
-
-    table = Table(title=f"{plan.method}, {len(plan.cameras)} cameras", show_header=False)
+    table = new_table(title=f"{plan.method}, {len(plan.cameras)} cameras")
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
     for name, value, note in _summary(plan, interrupted):
         table.add_row(name, value, note)
-    PlainConsole(stream).print(table)
+    console_for(stream).print(table)
 
 
 def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str]]:
