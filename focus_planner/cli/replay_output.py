@@ -32,9 +32,8 @@ _COLOURS = {
     REFUSED: "red",
 }
 _CAMERAS_SHOWN = 10
-# Of plans on different samples: these say nothing of each other.
+# Of plans on different samples, these say nothing of each other.
 _ON_SAMPLES = ("cost", "lower_bound")
-_ON_FRESH_SAMPLES = ("fresh_cost", "covered_area", "in_focus_area")
 
 
 def show(replays: Sequence[ReplayedRun]) -> None:
@@ -95,8 +94,8 @@ def _show_comparison(console: PlainConsole, replay: ReplayedRun) -> None:
     for name, value, unit in quantities(after):
         then, unit_then = old.get(name, (None, ""))
         change = _change(then, value, share=unit != "s")
-        if change and same is not None:
-            change = _only_if_comparable(name, change, same)
+        if change and name in _ON_SAMPLES and same is not None and not same.samples:
+            change = "other samples"
         table.add_row(name.replace("_", " "), _text(then, unit_then), _text(value, unit), change)
     console.print(table)
     console.print()
@@ -104,12 +103,6 @@ def _show_comparison(console: PlainConsole, replay: ReplayedRun) -> None:
         if same is not None and (told := same.sentence(before, after)):
             console.print(told)
         _show_cameras(console, before, after)
-
-
-def _only_if_comparable(name: str, change: str, same: Comparable) -> str:
-    """Return a quantity's change, or why it is none."""
-    on_others = name in _ON_SAMPLES and not same.samples
-    return "other samples" if on_others else change
 
 
 def _show_cameras(console: PlainConsole, before: FocusPlan, after: FocusPlan) -> None:
