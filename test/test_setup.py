@@ -5,11 +5,17 @@ The Pythons are stub scripts that answer as those of other versions would.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import platform
+import pty
+import re
 import shutil
+import struct
 import subprocess
 import sys
+import termios
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -286,12 +292,8 @@ def test_the_cause_of_a_failed_stage_is_found_in_its_log(tmp_path, log, cause):
 
 
 def set_up(tmp_path, **settings):
-    """Set up in a copy of the repository that has nothing but what set-up looks at first."""
-    shutil.copytree(TOOLS, tmp_path / "tools")
-    (tmp_path / "msg_defs").mkdir()
-    (tmp_path / "focus_planner" / "core").mkdir(parents=True)
-    for name in ("requirements.lock", "setup.py", "setup.cfg"):
-        shutil.copy(REPOSITORY / name, tmp_path)
+    """Set up in a copy of the repository."""
+    copy_repository(tmp_path)
     return subprocess.run(
         [str(tmp_path / "tools" / "setup.sh")],
         env={**os.environ, **settings},
@@ -299,6 +301,15 @@ def set_up(tmp_path, **settings):
         text=True,
         check=False,
     )
+
+
+def copy_repository(tmp_path):
+    """Copy nothing but what set-up looks at first."""
+    shutil.copytree(TOOLS, tmp_path / "tools")
+    (tmp_path / "msg_defs").mkdir()
+    (tmp_path / "focus_planner" / "core").mkdir(parents=True)
+    for name in ("requirements.lock", "setup.py", "setup.cfg"):
+        shutil.copy(REPOSITORY / name, tmp_path)
 
 
 def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):
@@ -329,3 +340,107 @@ exit 1
     assert "failed\n\n  error: no space is left\n\nSet-up stopped at: virtual env" in done.stderr
     assert "line 40" in (tmp_path / ".venv-2" / ".setup" / "setup.log").read_text()
     assert not (tmp_path / ".venv").exists()
+
+
+# --- that it is alive ------------------------------------------------------------------------
+
+LOG = """\
+== ROS interfaces
++ cmake --build x
+[6/80] Building C object a.c.o
+\t[7/80] Building C object b.c.o
+++ seq 3
+"""
+
+
+@contextmanager
+def alive(state, **settings):
+    """Run what shows that a stage is at work, in a pipe or on a terminal of 80 columns."""
+    ours, theirs = os.pipe() if settings.pop("piped") else pty.openpty()
+    if os.isatty(theirs):
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    process = subprocess.Popen(
+        [str(TOOLS / "alive.sh"), "ROS interfaces, kernels", str(state), str(state / "stamp")],
+        cwd=state,
+        stdin=subprocess.DEVNULL,
+        stdout=theirs,
+        env={**os.environ, "TERM": "xterm", "SECOND": "0.02", **settings},
+    )
+    os.close(theirs)
+    try:
+        yield ours
+    finally:
+        process.terminate()
+        process.wait()
+        os.close(ours)
+
+
+def read_until(file, text):
+    """Return what came until a text did; pytest's own limit of time ends the wait."""
+    shown = ""
+    while text not in shown:
+        part = os.read(file, 65536)
+        assert part, shown
+        shown += part.decode()
+    return shown
+
+
+@pytest.fixture
+def state(tmp_path):
+    (tmp_path / "stamp").write_text("unfinished")
+    (tmp_path / "setup.log").write_text(LOG)
+    return tmp_path
+
+
+def test_a_terminal_shows_what_a_stage_does_and_for_how_long(state):
+    with alive(state, piped=False) as terminal:
+        for done in ("[7/80] Building C object b.c.o", "[8/80] Building C", "compiled"):
+            shown = read_until(terminal, done)
+            *_, line = shown.split("\r\033[K")
+            assert re.match(r"ROS interfaces, kernels {11}\d+ s +", line)
+            assert len(line) <= 80 - 4
+            assert "+" not in line
+            with (state / "setup.log").open("a") as log:
+                if "[7" in done:
+                    log.write(f"[8/80] Building C object {'long/' * 40}c.c.o\n")
+                else:
+                    log.write("compiling kernels\n")
+            (state / "focus_planner").mkdir(exist_ok=True)
+            (state / "focus_planner" / "kernel.nbi").touch()
+        assert "1 kernels compiled" in shown
+    assert not (state / "told").exists()
+
+
+def test_elsewhere_it_is_a_line_now_and_then(state):
+    with alive(state, piped=True, EVERY="2") as pipe:
+        shown = read_until(pipe, "b.c.o\n") + read_until(pipe, "b.c.o\n")
+    first, *lines = shown.splitlines()
+    assert first == ""
+    for line in lines:
+        assert re.fullmatch(r"  \d+ s +\[7/80\] Building C object b\.c\.o", line)
+    assert (state / "told").exists()
+
+
+def test_set_up_shows_that_it_is_alive(tmp_path):
+    waiting = tmp_path / "waiting"
+    waiting.write_text(
+        f"""#!/bin/sh
+[ "$1" = -m ] || exec printf '3.12.4\\t{waiting}\\t\\n'
+echo 'unpacking'
+until [ -e {tmp_path}/go ]; do sleep 0.05; done
+exit 1
+"""
+    )
+    waiting.chmod(0o755)
+    copy_repository(tmp_path)
+    process = subprocess.Popen(
+        [str(tmp_path / "tools" / "setup.sh")],
+        env={**os.environ, "PYTHON": str(waiting), "SECOND": "0.02", "EVERY": "2"},
+        stderr=subprocess.PIPE,
+    )
+    with process:
+        read_until(process.stderr.fileno(), "s    unpacking\n")
+        (tmp_path / "go").touch()
+        rest = process.stderr.read().decode()
+    assert process.returncode == 1
+    assert "\nvirtual environment               failed\n" in f"\n{rest}"

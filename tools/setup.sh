@@ -46,7 +46,7 @@ seconds_since() { awk -v start="$1" -v now="$EPOCHREALTIME" 'BEGIN { printf "%.1
 
 # stage NAME TITLE FILE...: run stage_NAME unless it last succeeded with these files as they are.
 stage() {
-  local stage=$1 title=$2 stamp=$state/$1.stamp began=$EPOCHREALTIME key status=0
+  local stage=$1 title=$2 stamp=$state/$1.stamp began=$EPOCHREALTIME key status=0 alive
   shift 2
   key=$(sha256sum tools/setup.sh "$@")
   [[ -f $stamp && $(<"$stamp") == "$key" ]] && return
@@ -55,12 +55,19 @@ stage() {
   ((${#done_stages[@]})) || : >"$log"
   echo "== $title" >>"$log"
   printf '%-34s' "$title" >&3
+  rm -f "$state/told"
+  tools/alive.sh "$title" "$state" "$stamp" >&3 2>/dev/null 4>&- &
+  alive=$!
   # Not under `if` or `||`: there, bash would ignore errors inside the stage.
   set +e
   (set -ex; "stage_$stage") >>"$log" 2>&1
   status=$?
+  kill "$alive" 2>/dev/null
+  wait "$alive" 2>/dev/null
   set -e
+  [[ ! -t 3 || ${TERM:-dumb} == dumb ]] || printf '\r\033[K' >&3
   ((status != 64)) || exit 1
+  [[ ! -t 3 && ! -e $state/told ]] || printf '%-34s' "$title" >&3
   if ((status)); then
     say "failed" "" "$(tools/cause.sh "$log" | sed 's/^/  /')" "" \
       "Set-up stopped at: $title. Fix the cause above and run it again: finished stages are kept." \
@@ -207,6 +214,7 @@ stage_build() {
   # shellcheck disable=SC2064 # by now, not when it ends: the variable is local
   trap "kill $kernels 2>/dev/null || :" EXIT
   build_messages
+  echo "compiling kernels"
   wait "$kernels" || status=$?
   cat "$state/kernels.log"
   return "$status"

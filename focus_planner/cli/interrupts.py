@@ -13,6 +13,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+#: Exit status of a command that Ctrl-C ended, as a shell has it.
+INTERRUPTED = 130
+
 
 class CtrlC:
     """Whether Ctrl-C was typed, and what it does.
@@ -65,6 +68,14 @@ class CtrlC:
         """Raise ``KeyboardInterrupt`` if Ctrl-C was typed."""
         if self.typed:
             raise KeyboardInterrupt
+
+    def take(self) -> bool:
+        """Return whether Ctrl-C was typed, and take it as acted on: the command goes on.
+
+        Typed once more, it still ends the process at once.
+        """
+        typed, self.typed = self.typed, False
+        return typed
 
     @staticmethod
     def stop_handling() -> None:

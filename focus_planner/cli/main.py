@@ -16,7 +16,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
-from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
 from focus_planner.runtime.cores import share_cores
 
 # Modules of focus_planner.ros: what they do, and their executables.
@@ -29,7 +29,7 @@ _EPILOG = """\
 "focus_planner COMMAND --help" explains a command. For completion in bash and zsh:
   eval "$(register-python-argcomplete focus_planner)"
 """
-_BAD_INPUT, _INTERRUPTED, _PIPE_CLOSED = 2, 130, 141
+_BAD_INPUT, _PIPE_CLOSED = 2, 141
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         with ctrl_c.deferred():
             return _guarded(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:
-        return _INTERRUPTED
+        return INTERRUPTED
     finally:
         if argv is None:
             # All that is left is Python's own shutdown, which would print an exception.

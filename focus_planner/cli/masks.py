@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.compiling import compile_first
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 _PROGRAMS = ("colmap", "nerfstudio", "metashape", "none")
 _TRANSFORMS = "transforms.json"
+_MAPS = "tiff"
 # Of the surface, to estimate what is sharp in another picture on.
 _SAMPLES = 20_000
 _DESCRIPTION = """\
@@ -72,8 +74,8 @@ def add(commands: Any) -> None:
     option(
         "--maps",
         choices=("tiff", "exr"),
-        default="tiff",
-        help="how to write maps: 32-bit floating point in either (default: %(default)s)",
+        help="with --depth or --blur: how to write these maps, 32-bit floating point in either"
+        f" (default: {_MAPS})",
     )
     option("--quiet", action="store_true", help="show no progress")
 
@@ -90,6 +92,8 @@ def _blur(text: str) -> float:
 
 def run(options: argparse.Namespace) -> int:
     """Write what the options ask for; print how much is in focus."""
+    check_beside(options, "--maps", "--depth", "--blur")
+    options.maps = options.maps or _MAPS
     with shown(options.quiet) as tell:
         _check_output(options)
         subject = load_subject(options, tell).subject

@@ -9,10 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.compiling import compile_first
-from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
-from focus_planner.cli.recording import NOT_RECORDED, PLANNER, CommandRecorder
+from focus_planner.cli.recording import (
+    NOT_RECORDED,
+    PLANNER,
+    CommandRecorder,
+    add_recording_options,
+    recorder_of,
+)
 from focus_planner.cli.reporting import (
     REPORT_HELP,
     ReportOptions,
@@ -40,6 +48,9 @@ if TYPE_CHECKING:
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
 _STDOUT = Path("-")
+_PICTURE_HELP = (
+    "draw the plan's cost on the surface: .png, .jpg or .tif, or to enlarge .pdf or .svg"
+)
 
 
 def add(commands: Any) -> None:
@@ -89,20 +100,8 @@ def _add_outputs(group: Any) -> None:
         metavar="PROBLEM.NPZ",
         help="write the discrete problem, for checking the plan",
     )
-    option(
-        "--record", type=Path, metavar="DIR", help="record the run below this folder, for replay"
-    )
-    option(
-        "--markers", action="store_true", help="with --record: include what shows the plan in 3D"
-    )
-    option(
-        "--record-access",
-        default="owner",
-        choices=("owner", "group", "all"),
-        help="with --record: who may read what is recorded, whatever the umask (default:"
-        " %(default)s)",
-    )
-    option("--picture", type=Path, metavar="PLAN.PNG", help="draw the plan's cost on the surface")
+    add_recording_options(group, "the run", "the plan")
+    option("--picture", type=Path, metavar="PLAN.PNG", help=_PICTURE_HELP)
     option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
     add_pictures_option(group)
 
@@ -131,15 +130,17 @@ def run(options: argparse.Namespace) -> int:
         if resolved(path) in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
-    recorder = CommandRecorder(options.record, options.markers, options.record_access)
+    recorder = recorder_of(options)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
         steps = collect_steps(show_progress(tell, "", given.request.time_budget))
-        plan = _solve(given, tell, recorder, steps)
+        plan, interrupted = _solve(given, tell, recorder, steps)
         _write(options, given, plan, tell)
         if options.report is not None:
             _write_report(options, given, plan, steps, tell)
-    _show(options, plan)
+    _show(options, plan, interrupted)
+    if interrupted:
+        return INTERRUPTED
     return NOT_RECORDED if recorder.failed else 0
 
 
@@ -185,7 +186,8 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
 
 def _solve(
     given: _Given, tell: Tell, recorder: CommandRecorder, callback: ProgressCallback
-) -> SolvedPlan:
+) -> tuple[SolvedPlan, str]:
+    """Return the plan, and what Ctrl-C did to it if it was typed."""
     from focus_planner.core.planning.plan_focus import plan_focus
 
     scene, rig, request = given.scene, given.rig, given.request
@@ -201,19 +203,22 @@ def _solve(
         return inputs_of(begun, scene.surface, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
-    on_progress, end = recorder.begin(beginning, callback)
+    best = BestSoFar(tell, callback)
+    on_progress, end = recorder.begin(beginning, best)
     try:
         plan = plan_focus(scene, rig, request, on_progress=on_progress)
     except InputError as error:
+        ctrl_c.check()  # what it was stopped at need not be what is wrong
         end(False, str(error))
         raise
-    ctrl_c.check()
-    end(True, plan.summary(), plan, rig)
-    return plan
+    interrupted = best.end()
+    end(True, "; ".join(filter(None, (interrupted, plan.summary()))), plan, rig)
+    return plan, interrupted
 
 
 def _check_names(options: argparse.Namespace) -> None:
     """Raise unless the names of what to write say what that is."""
+    from focus_planner.io.endings import DRAWINGS, check_ending
     from focus_planner.io.lens_sheet import SUFFIXES
     from focus_planner.report.naming import check_report
 
@@ -222,22 +227,19 @@ def _check_names(options: argparse.Namespace) -> None:
             got = "-, which stands for stdout"
             raise InputError(f"--{option}", "a name", got, "only --output may go there")
     for path in options.output:
-        # To Path, what begins with a dot is all name.
-        ending = path.name if path.name.startswith(".") and not path.suffix else path.suffix
-        if ending.lower() not in (*_PLAN_SUFFIXES, *SUFFIXES):
-            raise InputError(
-                "--output",
-                f"a name that ends in .json for the plan, or in {', '.join(SUFFIXES)} for the lens"
-                " sheet",
-                str(path),
-            )
-        if ending and ending == path.name:
-            raise InputError("--output", f"a name before {ending}", str(path), f"such as x{ending}")
+        what = (
+            f"a name that ends in .json for the plan, or in {', '.join(SUFFIXES)} for the lens"
+            " sheet"
+        )
+        check_ending("--output", path, (*_PLAN_SUFFIXES, *SUFFIXES), what)
+    if options.problem is not None:
+        check_ending("--problem", options.problem, ("", ".npz"))
+    if options.picture is not None:
+        check_ending("--picture", options.picture, DRAWINGS)
     if options.report is not None:
         check_report(options.report)
         check_pictures(wanted=options.pictures)
-    elif options.pictures is not None:
-        raise InputError("--pictures", "--report with it", "none")
+    check_beside(options, "--pictures", "--report")
 
 
 def _plans(options: argparse.Namespace) -> list[Path]:
@@ -306,36 +308,36 @@ def _write_report(
     make_report(ReportOptions(options.report, pictures=options.pictures), subject, provenance, tell)
 
 
-def _show(options: argparse.Namespace, plan: SolvedPlan) -> None:
+def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> None:
     """Print the summary on a terminal; print the plan on stdout if it is in no file."""
     stream: TextIO = sys.stderr if _plans(options) else sys.stdout
     with_summary = stream.isatty() and not options.quiet
     if with_summary:
-        _print_summary(plan, stream)
+        _print_summary(plan, stream, interrupted)
     if _STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
         sys.stdout.write(plan_to_json(plan))
     if not options.quiet:
+        if interrupted:
+            show_note(interrupted)
         for note in plan.notes:
             show_note(note.text)
 
 
-def _print_summary(plan: SolvedPlan, stream: TextIO) -> None:
-    from rich.table import Table
+def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
+    from focus_planner.cli.tables import console_for, new_table
 
-    from focus_planner.cli.console import PlainConsole
-
-    table = Table(title=f"{plan.method}, {len(plan.cameras)} cameras", show_header=False)
+    table = new_table(title=f"{plan.method}, {len(plan.cameras)} cameras")
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
-    for name, value, note in _summary(plan):
+    for name, value, note in _summary(plan, interrupted):
         table.add_row(name, value, note)
-    PlainConsole(stream).print(table)
+    console_for(stream).print(table)
 
 
-def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
+def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str]]:
     """Yield rows: name, value, note."""
     from collections import Counter
 
@@ -355,7 +357,8 @@ def _summary(plan: SolvedPlan) -> Iterator[tuple[str, str, str]]:
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, share(plan.in_focus_area)
-    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else "stopped early"
+    early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else "stopped early"
+    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else early
     yield "total", f"{plan.total_seconds:.3f} s", ""
     if plan.shots > 1:
         used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.compiling import compile_first
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.subjects import add_subject_options, load_subject
 from focus_planner.cli.terminal import show_note
 from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError, check_choice
+from focus_planner.io.endings import PIXELS, check_ending, ending_of, is_named_picture, one_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -21,11 +23,6 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.plan import FocusPlan
     from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.preview.pictures import Preview
-
-# Of pictures that are not written: whoever gives one means no folder.
-_OTHER_ENDINGS = {".bmp", ".gif", ".jpeg", ".jpg", ".tif", ".tiff", ".webp"}
-# Of PNG, out of 9: as small within a few percent as by the usual 6, in half the time.
-_COMPRESSION = 3
 
 
 def add(commands: Any) -> None:
@@ -60,16 +57,16 @@ def add(commands: Any) -> None:
     option(
         *("-o", "--output"),
         type=Path,
-        metavar="FILE.png|DIR",
-        help="file of the one picture, or folder of several (default: the folder one is in)",
+        metavar="FILE.PNG|DIR",
+        help="file of the one picture (.png, .jpg or .tif), or folder of several (default: the"
+        " folder one is in)",
     )
     option(
         "--scale",
         type=float,
-        default=1.0,
         metavar="S",
-        help="of the pictures' sides; those of a contact sheet have their own size (default:"
-        " %(default)g, the camera's resolution)",
+        help="of single pictures' sides; those of a contact sheet have their own size (default:"
+        " 1, the camera's resolution)",
     )
     option("--quiet", action="store_true", help="show no progress")
 
@@ -78,6 +75,10 @@ def run(options: argparse.Namespace) -> int:
     """Write the pictures; return the exit status."""
     if not options.camera and not options.all:
         raise InputError("preview", "--camera NAME, or --all", "neither")
+    if options.all and not (options.camera or (options.output and not _is_file(options.output))):
+        # A contact sheet alone.
+        check_beside(options, "--scale", "--camera")
+    options.scale = 1.0 if options.scale is None else options.scale
     if not (0 < options.scale <= 1):
         raise InputError("--scale", "a number above 0, at most 1", f"{options.scale:g}")
     # First of all, so that nobody waits to learn what to install.
@@ -99,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _is_file(output: Path | None) -> bool:
-    return output is not None and output.suffix.lower() == ".png"
+    return output is not None and ending_of(output) in PIXELS
 
 
 def _check_output(output: Path | None) -> None:
@@ -109,9 +110,12 @@ def _check_output(output: Path | None) -> None:
     if output is None:
         check_folder_writable(Path())
     elif _is_file(output):
+        check_ending("--output", output, PIXELS)
         check_writable(output)
-    elif (is_there(output) or output.suffix.lower() in _OTHER_ENDINGS) and not is_folder(output):
-        raise InputError("--output", "a file named *.png, or a folder", str(output))
+    elif (is_there(output) or is_named_picture(output)) and not is_folder(output):
+        raise InputError(
+            "--output", f"a name that ends in {one_of(PIXELS)}, or a folder", str(output)
+        )
     else:
         check_folder_writable(output)
 
@@ -141,7 +145,10 @@ def _written(
     pictures = len(chosen) * subject.plan.shots
     if _is_file(options.output) and not options.all and pictures > 1:
         raise InputError(
-            "--output", f"a folder for {pictures} pictures", str(options.output), "leave out .png"
+            "--output",
+            f"a folder for {pictures} pictures",
+            str(options.output),
+            f"leave out {options.output.suffix}",
         )
     plans: list[FocusPlan] = [subject.plan]
     if options.method is not None:
@@ -246,6 +253,7 @@ def _save(picture: Image, path: Path) -> Path:
     from focus_planner.io.files import atomic_write, made_folder
 
     made_folder(path.parent)
+    kind, how = PIXELS[ending_of(path)]
     with atomic_write(path) as file:
-        picture.save(file, "PNG", compress_level=_COMPRESSION)
+        picture.save(file, kind, **how)
     return path

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 #: Called with a short phrase before each part of a command.
 Tell = Callable[[str], None]
 
+#: What is shown once Ctrl-C was typed, where it ends the command.
+STOPPING = "stopping; Ctrl-C again to stop now"
+
 _SHOW_CURSOR = b"\x1b[?25h"
 _LARGE_FILE = 10_000_000  # bytes; reading a smaller one takes less than a second
 
@@ -37,6 +40,14 @@ class Shows(ABC):
     @abstractmethod
     def show_standing(self, standing: Standing, prefix: str = "") -> None:
         """Show how far a plan is."""
+
+    @abstractmethod
+    def when_stopping(self, text: str = STOPPING) -> None:
+        """Set what to show once Ctrl-C was typed."""
+
+    @abstractmethod
+    def go_on(self) -> None:
+        """Show what is being done again, after Ctrl-C was acted on."""
 
 
 @contextmanager

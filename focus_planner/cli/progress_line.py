@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from focus_planner.cli.console import PlainConsole
-from focus_planner.cli.progress import Shows
+from focus_planner.cli.progress import STOPPING, Shows
 from focus_planner.core.progress import Standing, percent, time_spent
 from focus_planner.core.text import printable
 
@@ -29,7 +29,6 @@ _CTRL_C = 3
 _LEAST_TEXT = 20  # cells of what is being done, before figures are left out
 # Shorter work shows no time.
 _LEAST_SECONDS = 1.0
-_STOPPING = "stopping; Ctrl-C again to stop now"
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,7 @@ class ProgressLine(Shows):
         self._clock = clock
         self._doing = _Doing("", clock())
         self._is_stopping = False
+        self._when_stopping = STOPPING
         console = PlainConsole(stream, width)
         # Elsewhere, what has no character takes several cells, and the line gets too long.
         self._is_ascii = console.options.ascii_only
@@ -130,6 +130,14 @@ class ProgressLine(Shows):
         """Show that the work is about to end; for a handler of signals: it takes no lock."""
         self._is_stopping = True
 
+    def when_stopping(self, text: str = STOPPING) -> None:
+        """Set what to show once Ctrl-C was typed."""
+        self._when_stopping = text
+
+    def go_on(self) -> None:
+        """Show what is being done again, after Ctrl-C was acted on."""
+        self._is_stopping = False
+
     def _begin(self, text: str) -> None:
         self._doing = _Doing(text, self._clock())
         # What is over before the next refresh is seen too.
@@ -137,7 +145,7 @@ class ProgressLine(Shows):
 
     def __rich_console__(self, _: Console, options: ConsoleOptions) -> RenderResult:
         """Yield the line: spinner, what is being done, a bar where there is room, figures, time."""
-        doing = _Doing(_STOPPING, self._clock()) if self._is_stopping else self._doing
+        doing = _Doing(self._when_stopping, self._clock()) if self._is_stopping else self._doing
         width = options.max_width - _SPINNER - _CTRL_C
         time_ = self._time(doing)
         figures = _fitting(doing, width - _length(time_))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.terminal import show_error
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 PLANNER = "/focus_planner"
 #: Exit status if all was done but the recording.
 NOT_RECORDED = 1
+_ACCESSES = ("owner", "group", "all")
 
 
 class End(Protocol):
@@ -33,6 +36,47 @@ class End(Protocol):
         /,
     ) -> Path | None:
         """Write the end of the run; return its folder once it is written, None if it is not."""
+
+
+def add_recording_options(parser: Any, runs: str, plans: str) -> None:
+    """Add the options of a command that can record its runs.
+
+    Parameters
+    ----------
+    parser : argparse parser or group
+    runs, plans : str
+        What it records, and what is in that.
+    """
+    option = parser.add_argument
+    option(
+        "--record", type=Path, metavar="DIR", help=f"record {runs} below this folder, for replay"
+    )
+    option(
+        "--markers",
+        action="store_true",
+        default=None,
+        help=f"with --record: include what shows {plans} in 3D",
+    )
+    option(
+        "--record-access",
+        choices=_ACCESSES,
+        help="with --record: who may read what is recorded, whatever the umask (default:"
+        f" {_ACCESSES[0]})",
+    )
+
+
+def recorder_of(options: argparse.Namespace) -> CommandRecorder:
+    """Return what records as the options ask.
+
+    Raises
+    ------
+    InputError
+        If the options say how to record, but not to record.
+    """
+    for option in ("--markers", "--record-access"):
+        check_beside(options, option, "--record")
+    access = options.record_access or _ACCESSES[0]
+    return CommandRecorder(options.record, bool(options.markers), access)
 
 
 class CommandRecorder:

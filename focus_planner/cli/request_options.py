@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import Any
 
-from focus_planner.core.planning.field_spec import SpecifiedField, specified_fields
+from focus_planner.core.planning.field_spec import NO_LIMIT, SpecifiedField, specified_fields
 from focus_planner.core.planning.request import PlanRequest
 
 
@@ -51,8 +51,10 @@ def _metavar(field: SpecifiedField) -> str:
 
 
 def _help(field: SpecifiedField) -> str:
-    default = field.default
+    default, text = field.default, field.spec.help_with(_option)
+    if field.spec.unlimited:
+        text += f"; {NO_LIMIT}"
     shown = (
         "none" if default == math.inf else f"{default:g}" if default != str(default) else default
     )
-    return f"{field.spec.help_with(_option)} (default: {shown})".replace("%", "%%")
+    return f"{text} (default: {shown})".replace("%", "%%")

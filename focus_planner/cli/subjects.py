@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.compiling import compile_first
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_share
 from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.core.validation import InputError
@@ -89,6 +90,7 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
             raise InputError(
                 flag, "a plan.json to use it with", str(options.plan), "a run has its own"
             )
+    check_beside(options, "--up", "--surface")
     tell(f"reading {options.plan}")
     run = read_run(options.plan)
     if run.has_clouds:

@@ -19,9 +19,8 @@ def add_surface_options(parser: Any) -> None:
     option(
         "--up",
         choices=("z", "y", "x", "-z", "-y", "-x"),
-        default="z",
         help="axis of SURFACE that is up in the world; the surface is turned so that it becomes z"
-        " (default: %(default)s)",
+        " (default: z)",
     )
     option(
         "--importance",
@@ -59,4 +58,4 @@ def read_surface(options: argparse.Namespace, tell: Tell) -> Surface:
         importance_property=IMPORTANCE if name is None else name,
         on_progress=show_reading(tell, options.surface),
     )
-    return with_z_up(surface, options.up)
+    return with_z_up(surface, options.up or "z")

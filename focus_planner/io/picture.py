@@ -21,10 +21,11 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud, Samples
 from focus_planner.core.validation import InputError
+from focus_planner.io.endings import DRAWINGS, check_ending, ending_of
 from focus_planner.io.files import atomic_write
 
 try:
-    from matplotlib import colormaps
+    from matplotlib import colormaps, rc_context
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
@@ -44,6 +45,8 @@ _COST = ScalarMappable(Normalize(0.0, 0.75), colormaps["magma_r"])
 _UNSEEN = (0.62, 0.68, 0.72)
 _LIGHT = np.array([-0.4, 0.4, np.sqrt(0.68)])  # to the right, up, towards the viewer; a unit vector
 _MARGIN = 8
+# What is left out of files: when they were written.
+_DATES = {"svg": "Date", "pdf": "CreationDate"}
 _INK, _FAINT = "#1d2129", "#6b7280"
 
 _MARKER_AREA = 12_000  # of all cameras' markers together, square points
@@ -78,7 +81,7 @@ _VIEWS = (
 
 
 def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Path) -> None:
-    """Draw plans for one surface and rig side by side into a PNG file.
+    """Draw plans for one surface and rig side by side.
 
     Costs are estimated on fresh samples: on the samples that it was optimised for, a plan looks
     better than it is. All plans are compared with the largest of their depth tolerances. The
@@ -92,13 +95,14 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     plans : mapping
         Plans for ``scene`` and ``rig`` by their titles.
     path : Path
-        Written atomically.
+        Written atomically, as what its name says (:data:`~focus_planner.io.endings.DRAWINGS`).
 
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or its name says something else.
     """
+    check_ending("picture", path, DRAWINGS)
     tolerance = max(plan.depth_tolerance for plan in plans.values())
     fresh = _fresh_problem(scene, rig, tolerance)
     layout = _Layout(len(plans), _aspect(fresh.samples))
@@ -114,8 +118,15 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
             _write_heights(below, rig)
     _draw_scales(layout, metres)
     _write_headline(layout.figure, rig, fresh, list(plans.values()))
-    with atomic_write(path) as file:
-        layout.figure.savefig(file, format="png")
+    _save(layout.figure, path)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    """Write a figure as what the name says; the same figure always gives the same file."""
+    kind, how = DRAWINGS[ending_of(path)]
+    options = {"pil_kwargs": dict(how)} if how else {"metadata": {_DATES[kind]: None}}
+    with rc_context({"svg.hashsalt": "focus_planner"}), atomic_write(path) as file:
+        figure.savefig(file, format=kind, **options)
 
 
 def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:

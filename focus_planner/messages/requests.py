@@ -1,7 +1,7 @@
 """Requests in messages and in parameters, derived from the fields of :class:`PlanRequest`.
 
-In both, 0 stands for no limit. A message has those fields that its definition names, and leaves
-open which are 0 or "".
+In parameters, as in requests, a limit of 0 is none. A message has those fields that its definition
+names, and leaves open which are 0 or "": they are the parameters'. There, infinity is no limit.
 """
 
 from __future__ import annotations
@@ -56,12 +56,7 @@ def request_from_values(values: Mapping[str, Any]) -> PlanRequest:
     InputError
         If a value is out of range.
     """
-    specified = specified_fields(PlanRequest)
-    given = {each.name: values[each.name] for each in specified}
-    no_limit = {each.name: math.inf for each in specified if each.spec.unlimited}
-    return PlanRequest(
-        **{name: value or no_limit.get(name, value) for name, value in given.items()}
-    )
+    return PlanRequest(**{each.name: values[each.name] for each in specified_fields(PlanRequest)})
 
 
 def request_to_values(request: PlanRequest) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from focus_planner.core.planning.field_spec import SpecifiedField, specified_fields
+from focus_planner.core.planning.field_spec import NO_LIMIT, SpecifiedField, specified_fields
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
@@ -67,7 +67,7 @@ def _description(field: SpecifiedField) -> str:
     text = spec.help_with(lambda name: name)
     parts = [f"{text[0].upper()}{text[1:]}."]
     if spec.unit:
-        parts.append(f"In {spec.unit}; 0 for no limit." if spec.unlimited else f"In {spec.unit}.")
+        parts.append(f"In {spec.unit}; {NO_LIMIT}." if spec.unlimited else f"In {spec.unit}.")
     elif spec.above is not None:
         parts.append(f"Must be above {spec.above:g}.")
     if isinstance(field.default, str):

@@ -1,13 +1,76 @@
-"""Comparison of two plans for the same surface."""
+"""Comparison of two plans for the same surface, and what of them can be compared."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.recording.run import Run
+
+
+@dataclass(frozen=True)
+class Comparable:
+    """Which of two plans' estimates are on the same samples.
+
+    Attributes
+    ----------
+    samples : bool
+        Those that the plans were made on, and their costs and bounds are.
+    fresh_samples : bool
+        Those that no solver has seen.
+    """
+
+    samples: bool
+    fresh_samples: bool
+
+    def sentence(self, before: FocusPlan, after: FocusPlan) -> str:
+        """Return what has to be said of the plans' costs; empty if they simply compare."""
+        if self.samples and self.fresh_samples:
+            return ""
+        change = after.fresh_cost - before.fresh_cost
+        errors = math.hypot(before.fresh_standard_error, after.fresh_standard_error)
+        how = "within" if abs(change) <= errors else "more than"
+        which = "on the same" if self.fresh_samples else "on different"
+        told = (
+            f"{change:+.2f} {which} fresh samples, which is {how} their standard errors"
+            f" ({errors:.2f} together)."
+        )
+        if self.samples:
+            return f"The fresh costs: {told}"
+        return f"The costs are on different samples and do not compare. The fresh costs do: {told}"
+
+
+def comparable(before: Run, after: Run) -> Comparable:
+    """Return what of two runs with plans for the same surface can be compared."""
+    return Comparable(_alike(before, after, ""), _alike(before, after, "fresh "))
+
+
+def _alike(before: Run, after: Run, prefix: str) -> bool:
+    """Return whether samples are the same: by their fingerprints, or by how they were chosen.
+
+    Fingerprints alone would not do: estimated normals differ in their last bits on other machines.
+    """
+    prints, chosen = [], []
+    for run in (before, after):
+        assert run.ending is not None
+        assert run.ending.plan is not None
+        plan, request, values = (
+            run.ending.plan,
+            run.beginning.request,
+            run.beginning.settings.values,
+        )
+        prints.append(
+            [each for each in run.ending.fingerprints if each.stage == f"{prefix}samples"]
+        )
+        count = plan.fresh_samples if prefix else plan.samples
+        # Of 0 samples those of a cloud are its own points.
+        kind = "" if prefix else request.samples == 0
+        chosen.append((count, plan.seed, kind, dict(values).get("importance_field")))
+    return bool(prints[0] and prints[0] == prints[1]) or chosen[0] == chosen[1]
 
 
 @dataclass(frozen=True)

@@ -278,6 +278,10 @@ def cost_rows(
     return tuple(_rows(plans, worths, area, foreign=foreign))
 
 
+def _chosen_samples(plan: FocusPlan) -> tuple[int, int]:
+    return plan.samples, plan.seed
+
+
 def _rows(
     plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float, *, foreign: bool
 ) -> Iterator[CostRow]:
@@ -295,6 +299,7 @@ def _rows(
             in_focus_share=worth.in_focus_area.value / area,
             change=change,
             reported=i == 0,
+            other_samples=_chosen_samples(plan) != _chosen_samples(plans[0].plan),
         )
     bound = plans[0].plan.lower_bound
     if bound is not None and not foreign:

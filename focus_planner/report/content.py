@@ -148,6 +148,8 @@ class CostRow:
         Of the fresh cost, relative to autofocus.
     reported : bool
         Whether it is the plan that the report is about.
+    other_samples : bool
+        Whether it was planned on other samples than the plan that the report is about.
     """
 
     title: str
@@ -157,6 +159,7 @@ class CostRow:
     in_focus_share: float | None = None
     change: float | None = None
     reported: bool = False
+    other_samples: bool = False
 
 
 @dataclass(frozen=True)

@@ -50,10 +50,18 @@ def costs(content: ReportContent) -> str:
     most = max((value for value in shown if value is not None), default=0.0)
     rows = "".join(_cost_row(row, most) for row in content.costs)
     weights = ", by importance" if content.surface.importance is not None else ""
+    others = any(row.other_samples and row.cost is not None for row in content.costs)
+    compare = (
+        " The costs as planned are on different samples, and do not compare; the fresh ones are on"
+        " the same."
+        if others
+        else ""
+    )
     return f"""<section id="costs" aria-labelledby="costs-title">
 <h2 id="costs-title">Cost</h2>
 <p class="about">Of 1000, as a mean over the surface{weights}; 0 is perfect, 1000 is seen by no
-camera. Filled bars: on fresh samples, which no plan was made on, with their standard error.</p>
+camera. Filled bars: on fresh samples, which no plan was made on, with their standard error.{compare}
+</p>
 <div class="scroll" tabindex="0" role="region" aria-label="Costs"><table class="costs">
 <thead><tr><th scope="col">plan</th><th scope="col"><span class="hidden">bar</span></th>
 <th scope="col" class="number">fresh cost</th><th scope="col" class="number">change</th>

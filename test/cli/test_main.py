@@ -460,7 +460,7 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--fresh-samples 1", "fresh_samples: expected a whole number of at least 2"),
         ("--samples 1e3", "invalid int value: '1e3'"),
         ("--seed -1", "seed: expected a whole number"),
-        ("--time-budget 0", "time_budget: expected a number above 0"),
+        ("--time-budget -1", "time_budget: expected a number of at least 0, got -1"),
         ("--shots 0", "shots: expected a whole number of at least 1"),
         ("--depth-tolerance -1", "depth_tolerance: expected a number of at least 0"),
         ("--depth-tolerance 9 --samples 200", "with which nothing counts as in focus"),

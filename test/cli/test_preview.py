@@ -73,7 +73,7 @@ def test_what_cannot_be_done_is_told_in_one_line(
     assert "expected a folder for 2 pictures" in error
     (tmp_path / "taken").write_text("")
     error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / "taken")
-    assert "a file named *.png, or a folder" in error
+    assert "expected a name that ends in .png, .jpg, .jpeg, .tif or .tiff, or a folder" in error
 
 
 @pytest.mark.parametrize(
@@ -107,10 +107,32 @@ def test_a_new_folder_is_made_in_one_that_exists(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["one.jpg", "one.TIFF", "one.webp"])
+@pytest.mark.parametrize("name", ["one.gif", "one.PDF", "one.webp", ".svg"])
 def test_the_name_of_another_kind_of_picture_is_no_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / name)
-    assert "--output: expected a file named *.png, or a folder" in error
+    assert "--output: expected a name that ends in .png, .jpg, .jpeg, .tif or .tiff, or" in error
     assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("one.PNG", "PNG"), ("one.jpg", "JPEG"), ("one.jpeg", "JPEG"), ("one.TIFF", "TIFF")],
+)
+def test_a_picture_is_what_its_name_says(tmp_path: Path, name: str, kind: str) -> None:
+    options = ("--camera", NAMES[0], "--scale", 0.1, "--output", tmp_path / name)
+    assert run(RUN, *options) == 0
+    with Image.open(tmp_path / name) as picture:
+        assert (picture.format, picture.size) == (kind, (58, 87))
+    assert run(RUN, "--all", "--output", tmp_path / f"sheet_{name}") == 0
+    with Image.open(tmp_path / f"sheet_{name}") as sheet:
+        assert sheet.format == kind
+
+
+def test_a_name_of_nothing_but_an_ending_is_no_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    error = refused(capsys, "--camera", NAMES[0], "--output", tmp_path / ".png")
+    assert "--output: expected a name before .png" in error
+    assert not list(tmp_path.iterdir())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -22,8 +23,10 @@ from focus_planner.io.rigs import save_rig
 from focus_planner.messages.typestore import deserialize, fields_of, serialize
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.last_plan import last_plan
+from focus_planner.recording.replay import plan_run
 from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.run_writing import inputs_of
+from focus_planner.recording.what_if import parse_changes, with_changes
 from testing.forked import run_forked
 from testing.runs import (
     REQUEST,
@@ -51,6 +54,8 @@ KEYS = {
     "software",
     "recorded",
     "now",
+    "same_samples",
+    "same_fresh_samples",
     "cameras",
     "recorded_as",
 }
@@ -110,6 +115,12 @@ def replayed_json(capsys: Any, *words: str, status: int = 0) -> list[dict[str, A
 
     values: list[dict[str, Any]] = json.loads(capsys.readouterr().out, parse_constant=refuse)
     return values
+
+
+def cells_of(out: str) -> dict[str, list[str]]:
+    """Return the cells of tables by what their rows begin with, without those that are empty."""
+    rows = (re.split(r"\s{2,}", line.strip()) for line in out.splitlines())
+    return {name: cells for name, *cells in rows}
 
 
 def one_line(err: str) -> str:
@@ -253,15 +264,11 @@ def test_several_runs_are_summed_up(here: Path, capsys: Any) -> None:
     assert "runs/broken: expected" in one_line(err)
     assert "  focus: 1 of 8 cameras; the farthest, c3, by 250 mm\n" in out
     assert out.splitlines()[-1] == "2 reproduced, 1 differs, 1 unreadable"
-    rows = [line for line in out.splitlines() if line.startswith("│")]
-    assert [row.split("│")[1].strip() for row in rows] == [
-        "good",
-        "[odd] name",
-        "differs",
-        "broken",
-    ]
-    assert [row.split("│")[-2].strip() for row in rows] == ["", "", "focus", ""]
-    assert rows[0].split("│")[3:5] == [" em     ", "     300 "]
+    rows = cells_of(out)
+    assert rows["run"] == ["outcome", "method", "samples", "cost", "s"]
+    assert rows["good"][:3] == rows["[odd] name"][:3] == ["reproduced", "em", "300"]
+    assert rows["differs"][:3] == ["differs: focus", "em", "300"]
+    assert rows["broken"] == ["unreadable"]
 
 
 def test_what_is_no_run_in_a_folder_of_runs_is_left_out(here: Path, capsys: Any) -> None:
@@ -368,18 +375,16 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     assert err == ""
     assert out.splitlines()[0] == "good planned"
     assert "note: the recording has no circle of confusion: " in out
-    rows = {
-        cells[1].strip(): [cell.strip() for cell in cells[2:-1]]
-        for cells in (line.split("│") for line in out.splitlines() if line.startswith("│"))
-    }
-    assert rows["method"] == ["em", "", "k_view", "", ""]
-    assert rows["samples"] == ["300", "", "400", "", ""]
-    before, _, after, _, change = rows["cost"]
-    difference = float(after) - float(before)
-    percent = 100 * difference / float(before)
+    rows = cells_of(out)
+    assert rows["method"] == ["em", "k_view"]
+    assert rows["samples"] == ["300", "400"]
+    assert rows["cost"][-1] == "other samples"
+    before, after, change = rows["fresh cost"]
+    difference = float(after.split(" ± ")[0]) - float(before.split(" ± ")[0])
+    percent = 100 * difference / float(before.split(" ± ")[0])
     assert change.startswith(f"{difference:+.2f}"[:4])
     assert change.endswith(f"({percent:+.2f} %)")
-    assert rows["in focus area"][1].startswith("± ")
+    assert re.fullmatch(r"[\d.]+ ± [\d.]+ m²", rows["in focus area"][1])
     assert "% " not in rows["total seconds"][-1]
     assert "of 8 cameras are focused at other distances, by " in out
     assert rows["c3"][0].endswith(" m")
@@ -406,7 +411,7 @@ def test_what_if_in_json_has_every_camera(here: Path, capsys: Any) -> None:
 
 def test_what_changes_nothing_is_said(here: Path, capsys: Any) -> None:
     assert replay("runs/good", "--set", "method=em") == 0
-    assert "0 of 8 cameras are focused at other distances\n" in capsys.readouterr().out
+    assert "0 of 8 cameras are focused at other distances.\n" in capsys.readouterr().out
 
 
 def test_a_partial_run_is_planned_with_what_is_set(here: Path, capsys: Any) -> None:
@@ -414,8 +419,9 @@ def test_a_partial_run_is_planned_with_what_is_set(here: Path, capsys: Any) -> N
     out, err = capsys.readouterr()
     assert err == ""
     assert out.splitlines()[0] == "cut.partial planned"
-    rows = [line for line in out.splitlines() if line.startswith("│ samples")]
-    assert [cell.strip() for cell in rows[0].split("│")[2:5]] == ["none", "", "250"]
+    rows = cells_of(out)
+    assert rows["samples"] == ["none", "250"]
+    assert "compare" not in out
 
 
 def test_the_summary_says_what_was_changed(here: Path, capsys: Any) -> None:
@@ -423,6 +429,42 @@ def test_the_summary_says_what_was_changed(here: Path, capsys: Any) -> None:
     out = capsys.readouterr().out
     assert "em → closest" in out
     assert out.splitlines()[-1] == "2 planned"
+
+
+SAMES = {
+    "f_number=8": (True, True),
+    "method=k_view": (True, True),
+    "samples=400": (False, True),
+    "fresh_samples=500": (True, False),
+    "seed=3": (False, False),
+}
+
+
+@pytest.mark.parametrize("change", SAMES)
+def test_what_does_not_compare_is_said(here: Path, capsys: Any, change: str) -> None:
+    same, same_fresh = SAMES[change]
+    assert replay("runs/good", "--set", change) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert ("The costs are on different samples and do not compare." in out) is not same
+    assert ("other samples" in out) is not same
+    fresh = f"on {'the same' if same_fresh else 'different'} fresh samples, which is"
+    assert (fresh in out) is not (same and same_fresh)
+    (data,) = replayed_json(capsys, "runs/good", "--set", change)
+    assert (data["same_samples"], data["same_fresh_samples"]) == (same, same_fresh)
+    (run,) = (read_run(path) for path in [Path("runs/good")])
+    again = plan_run(with_changes(run, parse_changes([change])).run).ending
+    assert run.ending is not None
+    prints = [{each.stage: each for each in ending.fingerprints} for ending in (run.ending, again)]
+    for stage, expected in (("samples", same), ("fresh samples", same_fresh)):
+        assert (prints[0][stage] == prints[1][stage]) is expected
+
+
+def test_the_list_of_changed_runs_has_fresh_costs(here: Path, capsys: Any) -> None:
+    assert replay("runs/good", "runs/good", "--set", "samples=400", "--set", "method=k_view") == 0
+    rows = cells_of(capsys.readouterr().out.split("run  ")[-1].join(["run  ", ""]))
+    assert rows["run"] == ["outcome", "method", "samples", "fresh cost", "s"]
+    assert rows["good"][:3] == ["planned", "em → k_view", "300 → 400"]
+    assert re.fullmatch(r"[\d.]+ → [\d.]+", rows["good"][3])
 
 
 # --- recording ---------------------------------------------------------------------------------

@@ -29,6 +29,9 @@ from focus_planner.messages.requests import (
 )
 from focus_planner.parameters.planner import DECLARATIONS, request_declarations
 from focus_planner.parameters.planner_settings import Settings
+from focus_planner.recording.run import Run
+from focus_planner.recording.run_writing import beginning_of
+from focus_planner.recording.what_if import parse_changes, with_changes
 
 REPOSITORY = Path(__file__).parents[2]
 FIELDS = {each.name: each for each in specified_fields(PlanRequest)}
@@ -49,7 +52,7 @@ class WiderRequest(PlanRequest):
     """
 
     reach: float = specified(
-        math.inf, FieldSpec("how far to go", "metres", above=0, unlimited=True)
+        math.inf, FieldSpec("how far to go", "metres", at_least=0, unlimited=True)
     )
 
 
@@ -114,7 +117,8 @@ def test_one_more_line_is_one_more_option() -> None:
     assert parsed([], WiderRequest) == WiderRequest()
     parser = argparse.ArgumentParser()
     add_request_options(parser, WiderRequest)
-    assert "--reach METRES how far to go (default: none)" in " ".join(parser.format_help().split())
+    told = " ".join(parser.format_help().split())
+    assert "--reach METRES how far to go; 0 for no limit (default: none)" in told
 
 
 def test_one_more_line_is_one_more_parameter() -> None:
@@ -140,10 +144,13 @@ def test_one_more_line_is_converted_where_the_message_has_it(
 
 
 def test_one_more_line_is_checked_and_documented() -> None:
-    with pytest.raises(InputError, match=r"^reach: expected a number above 0, got 0$"):
-        WiderRequest(reach=0.0)
+    with pytest.raises(InputError, match=r"^reach: expected a number of at least 0, got -1$"):
+        WiderRequest(reach=-1.0)
+    assert WiderRequest(reach=0.0).reach == math.inf
     text = WiderRequest.__doc__ or ""
-    assert "    reach : float, metres, default inf\n        How far to go.\n" in text
+    assert (
+        "    reach : float, metres, default inf\n        How far to go; 0 for no limit.\n" in text
+    )
     assert text.index("A request with one more field.") < text.index("Parameters")
     assert text.index("reach : float") < text.index("Notes")
 
@@ -166,8 +173,8 @@ def test_the_docstring_explains_every_field() -> None:
         ({"k": 4}, "k: expected 2 or 3, got 4"),
         ({"k": True}, "k: expected 2 or 3, got True"),
         ({"k": 2.0}, "k: expected 2 or 3, got 2.0"),
-        ({"time_budget": 0}, "time_budget: expected a number above 0, got 0"),
-        ({"time_budget": math.nan}, "time_budget: expected a number above 0, got nan"),
+        ({"time_budget": -1}, "time_budget: expected a number of at least 0, got -1"),
+        ({"time_budget": math.nan}, "time_budget: expected a number of at least 0, got nan"),
         ({"shots": 17}, "shots: expected at most 16, got 17"),
         (
             {"depth_tolerance": math.inf},
@@ -182,3 +189,47 @@ def test_a_value_out_of_range_is_named(change: dict[str, object], error: str) ->
     with pytest.raises(InputError) as raised:
         PlanRequest(**change)  # type: ignore[arg-type]
     assert str(raised.value).startswith(error)
+
+
+# --- no time limit -----------------------------------------------------------------------------
+
+
+def changed(request: PlanRequest, assignment: str) -> PlanRequest:
+    """Return what the replay of a request with a change asks for."""
+    beginning = beginning_of("run", "/planner", request, "world", {})
+    run = Run(Path(), (), beginning, (), None, "")
+    assert run.beginning.request == request
+    return with_changes(run, parse_changes([assignment])).run.beginning.request
+
+
+@pytest.mark.parametrize("nothing", [0, 0.0, -0.0])
+def test_a_time_budget_of_0_is_none_wherever_it_is_given(nothing: float) -> None:
+    unlimited = PlanRequest()
+    assert unlimited.time_budget == math.inf
+    assert PlanRequest(time_budget=nothing) == unlimited
+    assert replace(PlanRequest(time_budget=3.0), time_budget=nothing) == unlimited
+    assert parsed(["--time-budget", str(nothing)]) == unlimited
+    values = request_to_values(unlimited)
+    assert values["time_budget"] == 0.0
+    assert request_from_values(values | {"time_budget": nothing}) == unlimited
+    defaults = {each.name: each.default for each in DECLARATIONS}
+    assert Settings.from_values(defaults | {"time_budget": nothing}, "").request == unlimited
+    assert changed(PlanRequest(time_budget=3.0), f"time_budget={nothing}") == unlimited
+
+
+def test_a_message_with_0_leaves_it_to_the_parameter_and_infinity_asks_for_none() -> None:
+    fields = request_to_fields(PlanRequest())
+    assert fields["time_budget"] == 0.0
+    for parameter in (math.inf, 3.0):
+        defaults = PlanRequest(time_budget=parameter)
+        assert request_from_message(SimpleNamespace(**fields), defaults) == defaults
+        without = SimpleNamespace(**fields | {"time_budget": math.inf})
+        assert request_from_message(without, defaults) == PlanRequest()
+
+
+def test_help_says_that_0_is_no_limit() -> None:
+    parser = argparse.ArgumentParser()
+    add_request_options(parser)
+    told = " ".join(parser.format_help().split())
+    assert "left out; 0 for no limit (default: none)" in told
+    assert "0 for no limit" in (PlanRequest.__doc__ or "")

@@ -18,6 +18,7 @@ from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 from focus_planner.io import picture
 from focus_planner.io.bodies import body
+from focus_planner.io.endings import DRAWINGS
 from focus_planner.io.surfaces import load_surface
 
 MESH = load_surface(body("arms_raised"))
@@ -95,3 +96,34 @@ def test_one_camera_is_drawn(tmp_path: Path) -> None:
 def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="can be written"):
         draw(Scene(MESH), cylinder_rig(1, 2), ("em",), tmp_path / "none" / "plan.png")
+
+
+STARTS = {
+    "png": b"\x89PNG",
+    "PNG": b"\x89PNG",
+    "jpg": b"\xff\xd8\xff",
+    "jpeg": b"\xff\xd8\xff",
+    "tif": b"II*\0",
+    "tiff": b"II*\0",
+    "pdf": b"%PDF-",
+    "Svg": b"<?xml",
+}
+
+
+def test_the_picture_is_what_its_name_says(tmp_path: Path) -> None:
+    assert {f".{ending.lower()}" for ending in STARTS} == set(DRAWINGS)
+    plans = {"em": plan_focus(Scene(MESH), cylinder_rig(3, 8), PlanRequest("em", 300))}
+    for ending, start in STARTS.items():
+        first, again = tmp_path / f"first.{ending}", tmp_path / f"again.{ending}"
+        for path in (first, again):
+            picture.draw_plans(Scene(MESH), cylinder_rig(3, 8), plans, path)
+        assert first.read_bytes().startswith(start)
+        assert first.read_bytes() == again.read_bytes()
+    assert "<svg" in (tmp_path / "first.Svg").read_text()
+
+
+def test_another_name_is_refused(tmp_path: Path) -> None:
+    for name in ("plan.gif", "plan", "plan.png.bak", ".png"):
+        with pytest.raises(InputError, match=r"picture: expected a name .*\.png"):
+            picture.draw_plans(Scene(MESH), cylinder_rig(3, 8), {}, tmp_path / name)
+    assert not list(tmp_path.iterdir())

@@ -124,7 +124,7 @@ def test_what_a_request_leaves_out_is_the_default():
 
 
 def test_a_request_that_makes_no_sense_is_an_input_error():
-    with pytest.raises(InputError, match="time_budget: expected a number above 0, got nan"):
+    with pytest.raises(InputError, match="time_budget: expected a number of at least 0, got nan"):
         request_from_message(request_message(time_budget=math.nan), PlanRequest())
     with pytest.raises(InputError, match=r"method: expected one of .*, got 'guess'"):
         request_from_message(request_message(method="guess"), PlanRequest())

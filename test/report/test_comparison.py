@@ -259,6 +259,13 @@ def test_rows_are_sorted_and_relative_to_autofocus() -> None:
     assert this.change == SUBJECT.plan.fresh_cost / autofocus.fresh_cost - 1
 
 
+def test_rows_tell_which_plans_are_on_other_samples() -> None:
+    other = replace(SUBJECT.plan, seed=SUBJECT.plan.seed + 1)
+    plans = [of(SUBJECT), ComparedPlan("other", "the recorded plan", other, RIG)]
+    rows = cost_rows(plans, worth_of(plans, SUBJECT), SCENE.area, foreign=False)
+    assert {row.title for row in rows if row.other_samples} == {"other"}
+
+
 def test_what_holds_elsewhere_is_not_in_the_rows() -> None:
     rows = cost_rows([of(SUBJECT)], worth_of([of(SUBJECT)], SUBJECT), SCENE.area, foreign=True)
     assert [(row.title, row.cost, row.change) for row in rows] == [("it", None, None)]

@@ -229,6 +229,13 @@ def test_a_report_of_next_to_nothing_has_no_empty_parts(content):
     assert 'class="notes"' not in page.split("<script")[0]
 
 
+def test_costs_on_other_samples_are_said_not_to_compare(content):
+    told = "The costs as planned are on different samples, and do not compare"
+    assert told not in report_page(content)
+    costs = (CostRow("this", 190.0, 205.0), CostRow("then", 200.0, 210.0, other_samples=True))
+    assert told in report_page(dataclasses.replace(content, costs=costs))
+
+
 def test_unknown_numbers_are_dashes(content):
     costs = (CostRow("a baseline", None), CostRow("another", 200.0, 210.0))
     steps = (Step("em", 1, None, None, None), Step("em", 2, 3.0, None, None))

@@ -17,6 +17,8 @@ from focus_planner.core.validation import InputError, check_choice, check_number
 
 _KEY = "spec"
 _WIDTH = 92
+#: Says so to users.
+NO_LIMIT = "0 for no limit"
 _REFERENCE = re.compile(r"``(\w+)``")
 
 T = TypeVar("T")
@@ -42,7 +44,7 @@ class FieldSpec:
     choices : tuple
         All values that the field takes.
     unlimited : bool
-        Whether infinity is a value, for no limit.
+        Whether infinity is a value, for no limit; 0 stands for it.
     """
 
     help: str
@@ -116,7 +118,7 @@ def _numpydoc(entry: SpecifiedField) -> str:
     if spec.choices:
         kind = "{" + ", ".join(map(repr, spec.choices)) + "}"
     unit = f", {spec.unit}" if spec.unit else ""
-    text = f"{spec.help[0].upper()}{spec.help[1:]}."
+    text = f"{spec.help[0].upper()}{spec.help[1:]}{f'; {NO_LIMIT}' if spec.unlimited else ''}."
     body = textwrap.fill(
         text, _WIDTH, initial_indent=8 * " ", subsequent_indent=8 * " ", break_on_hyphens=False
     )

@@ -94,7 +94,7 @@ class PlanRequest:
             "time limit: the best plan found by then is returned, with its bound; samples that"
             " cannot be ray-cast within half of it are left out",
             unit="seconds",
-            above=0,
+            at_least=0,
             unlimited=True,
         ),
     )
@@ -155,4 +155,7 @@ class PlanRequest:
 
     def __post_init__(self) -> None:
         for each in specified_fields(type(self)):
-            each.check(getattr(self, each.name))
+            value = getattr(self, each.name)
+            each.check(value)
+            if each.spec.unlimited and value == 0:
+                object.__setattr__(self, each.name, np.inf)

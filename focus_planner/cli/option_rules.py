@@ -1,0 +1,30 @@
+"""Options that have an effect only beside others."""
+
+from __future__ import annotations
+
+import argparse
+
+from focus_planner.core.validation import InputError
+
+
+def check_beside(options: argparse.Namespace, option: str, *others: str) -> None:
+    """Raise if an option is given, and none of those without which it has no effect.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        What was given; without the option it is None.
+    option, *others : str
+        As they are typed: ``--markers``.
+
+    Raises
+    ------
+    InputError
+    """
+    given = _value(options, option) is not None
+    if given and not any(_value(options, other) not in (None, False, []) for other in others):
+        raise InputError(option, f"{' or '.join(others)} with it", "none")
+
+
+def _value(options: argparse.Namespace, option: str) -> object:
+    return getattr(options, option.removeprefix("--").replace("-", "_"))

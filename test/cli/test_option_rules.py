@@ -1,0 +1,71 @@
+"""Options that have an effect only beside others are refused without them, in the same words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from focus_planner.cli import main as cli
+
+RUN = "bags/mesh_k_view"
+PLAN = "plan body.ply --rig rig.yaml"
+PREVIEW = f"preview {RUN}"
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (f"{PLAN} --markers", "--markers: expected --record with it, got none"),
+        (f"{PLAN} --record-access owner", "--record-access: expected --record with it, got none"),
+        (f"{PLAN} --no-pictures", "--pictures: expected --report with it, got none"),
+        (f"replay {RUN} --markers", "--markers: expected --record with it, got none"),
+        (f"replay {RUN} --record-access all", "--record-access: expected --record with it, got"),
+        (f"replay {RUN} --node /other", "--node: expected --live with it, got none"),
+        (f"replay {RUN} --pictures", "--pictures: expected --report with it, got none"),
+        (f"masks {RUN} -o out --maps exr", "--maps: expected --depth or --blur with it, got none"),
+        (f"masks {RUN} -o out --up y", "--up: expected --surface with it, got none"),
+        (f"report {RUN} -o r.html --up y", "--up: expected --surface with it, got none"),
+        (f"{PREVIEW} --all --up y", "--up: expected --surface with it, got none"),
+        (f"{PREVIEW} --all --scale 0.5", "--scale: expected --camera with it, got none"),
+        (f"{PREVIEW} --all -o all.png --scale 0.5", "--scale: expected --camera with it, got none"),
+    ],
+)
+def test_what_would_have_no_effect_is_refused(
+    words: str, error: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert f"focus_planner: error: {error}" in err
+    assert err.count("\n") == 1
+    for name in ("out", "r.html", "all.png"):
+        assert not Path(name).exists()
+
+
+@pytest.mark.parametrize("name", ["plan.gif", "plan", "plan.webp", "plan.png.gz"])
+def test_a_picture_that_would_not_be_what_its_name_says_is_refused(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([*PLAN.split(), "--picture", name]) == 2
+    expected = "a name that ends in .png, .jpg, .jpeg, .tif, .tiff, .pdf or .svg"
+    assert (
+        capsys.readouterr().err
+        == f"focus_planner: error: --picture: expected {expected}, got {name}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "error"),
+    [
+        ("--picture", ".PNG", "--picture: expected a name before .PNG, got .PNG; such as x.PNG"),
+        ("--problem", "problem.json", "--problem: expected a name that ends in .npz, got problem"),
+        ("--problem", ".npz", "--problem: expected a name before .npz, got .npz"),
+        ("--output", ".json", "--output: expected a name before .json, got .json; such as x.json"),
+    ],
+)
+def test_so_is_any_other_file(
+    option: str, name: str, error: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([*PLAN.split(), option, name]) == 2
+    assert f"error: {error}" in capsys.readouterr().err
