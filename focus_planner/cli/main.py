@@ -98,7 +98,16 @@ def _fail(message: str) -> int:
 # --- commands ----------------------------------------------------------------------------------
 
 
+def _only_on_linux(command: str) -> int:
+    return _fail(
+        f"{command} runs on Linux, with ROS 2; this is {sys.platform}, where all commands run that"
+        " need no ROS (see focus_planner --help)"
+    )
+
+
 def _node(command: str, *arguments: str) -> int:
+    if sys.platform != "linux":  # its planning process is forked, and held by a handle of Linux
+        return _only_on_linux(command)
     try:
         module = import_module(f"focus_planner.ros.{command}")
     except ImportError as error:
@@ -108,6 +117,8 @@ def _node(command: str, *arguments: str) -> int:
 
 
 def _demo(options: argparse.Namespace) -> int:
+    if sys.platform != "linux":
+        return _only_on_linux("demo")
     try:
         from focus_planner.demo import run
     except ImportError as error:
