@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli.interrupts import ctrl_c
+from focus_planner.cli.legible import make_legible
 
 # Modules of focus_planner.ros: what they do, and their executables.
 _NODES = {
@@ -44,6 +45,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, reported in one
         line on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
+    for stream in (sys.stdout, sys.stderr):
+        make_legible(stream)
     try:
         with ctrl_c.deferred():
             return _guarded(list(sys.argv[1:] if argv is None else argv))
