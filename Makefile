@@ -55,6 +55,8 @@ lint: setup  ## style, types and import rules
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check
 	@$(BIN)/mypy
+	@$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 --follow-imports silent \
+	  --exclude '^focus_planner/(ros/|demo\.py|runtime/(fork_server|planning_process)\.py)'
 	@$(BIN)/lint-imports
 
 format: setup  ## rewrite the code in the house style
@@ -65,6 +67,7 @@ lock: setup  ## renew requirements.lock from requirements.in; ARGS="--upgrade" t
 	@$(BIN)/uv pip compile requirements.in --output-file requirements.lock --quiet $(ARGS) \
 	  --universal --python-version 3.10 --generate-hashes --no-annotate --no-header \
 	  --no-emit-index-url --no-emit-find-links
+	@tools/check_lock.sh $(BIN)/uv
 
 clean:  ## remove caches, and what builds leave; environments stay
 	@rm -rf build dist install log *.egg-info .coverage .hypothesis

@@ -5,6 +5,8 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = "focus_planner"
+# Where there are wheels of ROS, and of Open3D at a fraction of its size.
+ON_LINUX_X86 = "sys_platform == 'linux' and platform_machine == 'x86_64'"
 
 setup(
     name=NAME,
@@ -30,6 +32,8 @@ setup(
         "Environment :: Console",
         "Intended Audience :: Manufacturing",
         "Intended Audience :: Science/Research",
+        "Operating System :: MacOS",
+        "Operating System :: Microsoft :: Windows",
         "Operating System :: POSIX :: Linux",
         "Programming Language :: Python :: 3 :: Only",
         "Programming Language :: Python :: 3.10",
@@ -71,7 +75,8 @@ setup(
         "mcap>=1.6",
         "numba>=0.68",
         "numpy>=2.2",
-        "open3d-cpu>=0.20",
+        "open3d>=0.20; sys_platform != 'linux' or platform_machine != 'x86_64'",
+        f"open3d-cpu>=0.20; {ON_LINUX_X86}",
         "pillow>=12.3",
         "pyyaml>=6.0",
         "rich>=15.0",
@@ -81,12 +86,21 @@ setup(
     ],
     extras_require={
         # Compressed glTF, the files of laser scanners, and maps as EXR.
-        "formats": ["dracopy>=2.2", "laspy>=2.7", "lazrs>=0.8", "openexr>=3.5", "pye57>=0.4"],
+        "formats": [
+            "dracopy>=2.2",
+            "laspy>=2.7",
+            "lazrs>=0.8",
+            "openexr>=3.5",
+            "pye57>=0.4; platform_machine != 'aarch64'",  # no wheel
+        ],
         "pdf": ["reportlab>=5.1"],
         "picture": ["matplotlib>=3.10", "pillow>=12.3"],
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
         # are built from msg_defs, as `make setup` does.
-        "ros": ["ros-jazzy-common-interfaces>=5.3,<5.4", "ros-jazzy-rclpy[fastrtps]>=7.1,<7.2"],
+        "ros": [
+            f"ros-jazzy-common-interfaces>=5.3,<5.4; {ON_LINUX_X86}",
+            f"ros-jazzy-rclpy[fastrtps]>=7.1,<7.2; {ON_LINUX_X86}",
+        ],
     },
     entry_points={
         "console_scripts": [

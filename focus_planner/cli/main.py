@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
+from focus_planner.cli.legible import make_legible
 from focus_planner.runtime.cores import share_cores
 
 # Modules of focus_planner.ros: what they do, and their executables.
@@ -48,6 +49,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     if argv is None:
         share_cores()
+    for stream in (sys.stdout, sys.stderr):
+        make_legible(stream)
     try:
         with ctrl_c.deferred():
             return _guarded(list(sys.argv[1:] if argv is None else argv))
@@ -102,7 +105,16 @@ def _fail(message: str) -> int:
 # --- commands ----------------------------------------------------------------------------------
 
 
+def _only_on_linux(command: str) -> int:
+    return _fail(
+        f"{command} runs on Linux, with ROS 2; this is {sys.platform}, where all commands run that"
+        " need no ROS (see focus_planner --help)"
+    )
+
+
 def _node(command: str, *arguments: str) -> int:
+    if sys.platform != "linux":  # its planning process is forked, and held by a handle of Linux
+        return _only_on_linux(command)
     try:
         module = import_module(f"focus_planner.ros.{command}")
     except ImportError as error:
@@ -112,6 +124,8 @@ def _node(command: str, *arguments: str) -> int:
 
 
 def _demo(options: argparse.Namespace) -> int:
+    if sys.platform != "linux":
+        return _only_on_linux("demo")
     try:
         from focus_planner.demo import run
     except ImportError as error:

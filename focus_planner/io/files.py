@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader, BytesIO
@@ -33,6 +34,11 @@ MAX_BYTES, MAX_TEXT = 4 << 30, 64 << 20
 
 # Bytes that are read at once, and those that tell text from other content.
 _PIECE, _START = 16 << 20, 1 << 16
+if sys.platform == "win32":
+    _TO_READ = os.O_RDONLY | os.O_BINARY | os.O_NOINHERIT
+else:
+    # A pipe without a writer is opened at once, and not waited for.
+    _TO_READ = os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
 
 
@@ -133,8 +139,7 @@ def _opened(path: Path, what: str) -> BufferedReader:
     if "\0" in str(path):
         raise InputError(str(path), what, "no name of a file")
     _check_regular(path, what, path.stat())
-    # It may be another by now: a pipe without a writer is opened at once, and not waited for.
-    file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY), "rb")
+    file = os.fdopen(os.open(path, _TO_READ), "rb")  # it may be another by now
     try:
         _check_regular(path, what, os.fstat(file.fileno()))
     except InputError:

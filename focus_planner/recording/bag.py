@@ -6,9 +6,9 @@ While a bag is being written its folder's name ends in ``.partial`` and it has n
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
+import sys
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -20,10 +20,10 @@ from typing import IO, Any, BinaryIO, cast
 import yaml
 from mcap.writer import CompressionType, Writer
 
+from focus_planner.io.file_locks import lock_file, locked_folder
 from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import definition_of, deserialize, type_hash
 from focus_planner.recording.access import create_file, give_access, make_folder, make_parent
-from focus_planner.recording.folders import locked_folder
 from focus_planner.recording.naming import METADATA, PARTIAL, mcap_name
 
 _ROSBAG2_VERSION = 9  # of ROS 2 Jazzy
@@ -146,7 +146,7 @@ class BagWriter:
         with locked_folder(partial):
             file = create_file(partial / mcap_name(folder.name), access)
             with suppress(OSError):  # some file systems have no locks
-                fcntl.flock(file, fcntl.LOCK_EX)  # waits while another process probes the lock
+                lock_file(file)  # waits while another process probes the lock
         self._stream.continue_in(file)
 
     def sync(self) -> None:
@@ -303,6 +303,8 @@ def _deep_copy(value: dict[str, Any]) -> dict[str, Any]:
 
 def _sync_folder(folder: Path) -> None:
     """Flush a folder's entries to the disk."""
+    if sys.platform == "win32":  # which opens no folders, and keeps a journal of their entries
+        return
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.stream_reader import MAGIC_SIZE
 
 from focus_planner.core.validation import InputError
+from focus_planner.io.file_locks import lock_file, locked_folder
 from focus_planner.io.files import open_regular
 from focus_planner.recording.naming import A_RUN, METADATA, PARTIAL, RUN_NAME, mcap_name
 
@@ -124,31 +123,13 @@ def being_written(folder: Path) -> bool:
     OSError
         If the folder cannot be read.
     """
-    with locked_folder(folder, fcntl.LOCK_NB) as locked:
+    with locked_folder(folder, wait=False) as locked:
         if not locked:
             return True
     for path in folder.glob("*.mcap"):
         with suppress(InputError), open_regular(path, A_RUN, _ANY_SIZE, may_be_empty=True) as file:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock_file(file, wait=False)
             except OSError:
                 return True
     return False
-
-
-@contextmanager
-def locked_folder(folder: Path, how: int = 0) -> Iterator[bool]:
-    """Hold the lock of a folder; yield whether it could be locked."""
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | how)
-        except BlockingIOError:
-            locked = False
-        except OSError:  # some file systems have no locks
-            locked = True
-        else:
-            locked = True
-        yield locked
-    finally:
-        os.close(descriptor)

@@ -8,7 +8,10 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-_PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy", "open3d-cpu")
+_PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy")
+# Open3D has these names, and each of its wheels for some systems.
+_RAY_CASTERS = ("open3d-cpu", "open3d")
+_NOT_INSTALLED = "not installed as a package"
 # Instruction sets between which the ray-casting library chooses at run time.
 _INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 
@@ -16,28 +19,32 @@ _INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", 
 @cache
 def software() -> dict[str, str]:
     """Return the versions of the planner, Python, libraries and system, and the CPU, by name."""
-    versions = {name: _version(name) for name in _PACKAGES}
+    versions = {name: _version(name) or _NOT_INSTALLED for name in (*_PACKAGES, _ray_caster())}
     return {
         **versions,
         "python": platform.python_version(),
-        "system": " ".join((platform.system(), *platform.libc_ver())),
+        "system": " ".join(filter(None, (platform.system(), *platform.libc_ver()))),
         "machine": platform.machine(),
         "processor": _processor("model name"),
         "instructions": " ".join(sorted(set(_processor("flags").split()) & _INSTRUCTIONS)),
     }
 
 
-def _version(package: str) -> str:
+def _ray_caster() -> str:
+    return next(filter(_version, _RAY_CASTERS), _RAY_CASTERS[0])
+
+
+def _version(package: str) -> str | None:
     try:
         return version(package)
     except PackageNotFoundError:
-        return "not installed as a package"
+        return None
 
 
 def _processor(what: str) -> str:
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return "unknown"
+    except OSError:  # not Linux, and no list of instruction sets either
+        return platform.processor() or "unknown"
     found = re.search(rf"^{what}\s*:\s*(.+)$", text, re.MULTILINE)
     return found.group(1) if found else "unknown"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import random
 import shutil
+import stat
 import struct
 import subprocess
 import sys
@@ -24,7 +26,6 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import definition_of, serialize, type_hash
-from focus_planner.recording import bag as bag_module
 from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.folders import bag_size, being_written
@@ -203,24 +204,29 @@ def test_an_abandoned_bag_stays_partial_and_is_nobodys(tmp_path):
     assert not being_written(tmp_path / "run.partial")
 
 
+def is_folder(descriptor):
+    return stat.S_ISDIR(os.fstat(descriptor).st_mode)
+
+
 @pytest.mark.processes
 def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_it(
     tmp_path, monkeypatch
 ):
-    mark = bag_module.fcntl.flock
+    mark = fcntl.flock
     looking = []
+    path = tmp_path / "run.partial" / "run_0.mcap"
 
     def flock(file, how):
-        if not looking and not isinstance(file, int):  # not that of the folder
+        if not looking and not is_folder(file):
             looking.append(0)
             code = "import fcntl, sys, time; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_EX);"
             code += "print(flush=True); time.sleep(0.3)"
-            process = ForkedProcess("testing.source", code, file.name, stdout=PIPE)
+            process = ForkedProcess("testing.source", code, str(path), stdout=PIPE)
             process.stdout.readline()
             looking.append(process)
         mark(file, how)
 
-    monkeypatch.setattr(bag_module.fcntl, "flock", flock)
+    monkeypatch.setattr(fcntl, "flock", flock)
     bag = BagWriter()
     bag.open(tmp_path / "run")
     looking[1].stdout.close()
@@ -230,15 +236,15 @@ def test_whoever_looks_at_a_bag_just_then_does_not_keep_its_writer_from_marking_
 
 
 def test_a_bag_is_being_written_before_its_file_is_marked(tmp_path, monkeypatch):
-    mark = bag_module.fcntl.flock
+    mark = fcntl.flock
     seen = []
 
     def flock(file, how):
-        if not isinstance(file, int) and how == bag_module.fcntl.LOCK_EX:
+        if not is_folder(file) and how == fcntl.LOCK_EX:
             seen.append(being_written(tmp_path / "run.partial"))
         mark(file, how)
 
-    monkeypatch.setattr(bag_module.fcntl, "flock", flock)
+    monkeypatch.setattr(fcntl, "flock", flock)
     bag = BagWriter()
     bag.open(tmp_path / "run")
     assert seen == [True]
