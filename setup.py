@@ -91,9 +91,9 @@ setup(
     entry_points={
         "console_scripts": [
             "focus_planner = focus_planner.cli.main:main",
-            "planner_node = focus_planner.ros.node:main",
-            "lens_adapter = focus_planner.ros.lens_adapter:main",
-            "simulated_lens = focus_planner.ros.simulated_lens:main",
+            "planner_node = focus_planner.cli.executables:planner_node",
+            "lens_adapter = focus_planner.cli.executables:lens_adapter",
+            "simulated_lens = focus_planner.cli.executables:simulated_lens",
         ],
     },
     zip_safe=False,

@@ -15,6 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
+from focus_planner.cli.executables import what_is_missing
 from focus_planner.cli.interrupts import ctrl_c
 
 # Modules of focus_planner.ros: what they do, and their executables.
@@ -64,6 +65,8 @@ def _guarded(argv: list[str]) -> int:
         sys.stdout.flush()
     except InputError as error:
         return _fail(str(error))
+    except ImportError as error:
+        return _fail(what_is_missing(argv[0] if argv else "focus_planner", error))
     except MemoryError as error:
         return _fail(f"not enough memory; plan on fewer samples ({error})")
     except SystemExit as exit_:  # argparse's, which has reported why
@@ -99,19 +102,14 @@ def _fail(message: str) -> int:
 
 
 def _node(command: str, *arguments: str) -> int:
-    try:
-        module = import_module(f"focus_planner.ros.{command}")
-    except ImportError as error:
-        return _fail(f"{command} needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    module = import_module(f"focus_planner.ros.{command}")
     with ctrl_c.immediate():
         return module.main(list(arguments)) or 0
 
 
 def _demo(options: argparse.Namespace) -> int:
-    try:
-        from focus_planner.demo import run
-    except ImportError as error:
-        return _fail(f"demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    from focus_planner.demo import run
+
     with ctrl_c.immediate():
         return run(options.output, ctrl_c.deferred, show=options.open) or 0
 
