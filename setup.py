@@ -87,6 +87,16 @@ setup(
         # For machines without ROS. The interfaces, focus_planner_msgs, are not on any index: they
         # are built from msg_defs, as `make setup` does.
         "ros": ["ros-jazzy-common-interfaces>=5.3,<5.4", "ros-jazzy-rclpy[fastrtps]>=7.1,<7.2"],
+        # By pytest in it colcon knows what to run.
+        "test": [
+            "hypothesis>=6.168",
+            "mcap-ros2-support>=0.6",
+            "opencv-python-headless>=5.0",
+            "pytest>=9.2",
+            "pytest-timeout>=2.4",
+            "pytest-xdist>=3.8",
+            "trimesh>=5.2",
+        ],
     },
     entry_points={
         "console_scripts": [

@@ -12,6 +12,7 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 import pytest
 from hypothesis import settings
 
+from testing import optional_modules
 from testing.started_processes import StartedProcesses
 
 # The same examples every time, however busy the machine is.
@@ -21,6 +22,7 @@ settings.load_profile("repeatable")
 
 def pytest_configure(config):
     config.pluginmanager.register(StartedProcesses())
+    config.pluginmanager.register(optional_modules)
 
 
 def pytest_xdist_auto_num_workers(config):

@@ -41,8 +41,8 @@ def what_is_missing(program: str, error: ImportError) -> str:
         return f"{program} needs ROS 2 (rclpy) and focus_planner_msgs: {error}{anew}"
     if isinstance(error, ModuleNotFoundError) and package:
         return (
-            f"{program} needs the Python package {package}: install it; in a workspace, all that are"
-            " needed: rosdep install --from-paths src src/focus_planner/msg_defs --ignore-src -y"
+            f"{program} needs the Python package {package}: install it; in a workspace, all that"
+            " are needed: rosdep install --from-paths src src/focus_planner/msg_defs --ignore-src"
         )
     return f"{program} cannot start: {error}"
 

@@ -104,7 +104,7 @@ def test_another_package_that_is_missing_is_named():
     missing = ModuleNotFoundError("No module named 'numba'", name="numba")
     assert executables.what_is_missing("plan", missing) == (
         "plan needs the Python package numba: install it; in a workspace, all that are needed:"
-        " rosdep install --from-paths src src/focus_planner/msg_defs --ignore-src -y"
+        " rosdep install --from-paths src src/focus_planner/msg_defs --ignore-src"
     )
     broken = ImportError("libGL.so.1: cannot open shared object file")
     assert executables.what_is_missing("plan", broken) == (
