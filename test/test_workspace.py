@@ -20,10 +20,13 @@ from packaging.utils import canonicalize_name
 from testing.optional_modules import WITHOUT_A_KEY
 from testing.pages import ROOT
 
-MANIFESTS = {"focus_planner": ROOT / "package.xml", "focus_planner_msgs": ROOT / "msg_defs/package.xml"}
+MANIFESTS = {
+    "focus_planner": ROOT / "package.xml",
+    "focus_planner_msgs": ROOT / "msg_defs/package.xml",
+}
 PAGE = (ROOT / "docs/workspace.md").read_text("utf-8")
 BASE_PATHS = "src src/focus_planner/msg_defs"
-# Each has a rule for Ubuntu 24.04 in rosdep/python.yaml.
+# Each has a rule for Ubuntu 24.04 in the python.yaml of rosdep.
 KEYS = {
     "argcomplete": "python3-argcomplete",
     "build": "python3-build",
@@ -52,7 +55,11 @@ KEYS = {
     "sphinx-copybutton": "python3-sphinx-copybutton",
     "trimesh": "python3-trimesh-pip",
 }
-BROUGHT = {"mcap": "mcap-ros2-support", "lz4": "mcap-ros2-support", "zstandard": "mcap-ros2-support"}
+BROUGHT = {
+    "mcap": "mcap-ros2-support",
+    "lz4": "mcap-ros2-support",
+    "zstandard": "mcap-ros2-support",
+}
 WITHOUT = {"dracopy", "laspy", "lazrs", "openexr", "pye57"}
 
 
