@@ -101,13 +101,23 @@ setup(
             f"ros-jazzy-common-interfaces>=5.3,<5.4; {ON_LINUX_X86}",
             f"ros-jazzy-rclpy[fastrtps]>=7.1,<7.2; {ON_LINUX_X86}",
         ],
+        # By pytest in it colcon knows what to run.
+        "test": [
+            "hypothesis>=6.168",
+            "mcap-ros2-support>=0.6",
+            "opencv-python-headless>=5.0",
+            "pytest>=9.2",
+            "pytest-timeout>=2.4",
+            "pytest-xdist>=3.8",
+            "trimesh>=5.2",
+        ],
     },
     entry_points={
         "console_scripts": [
             "focus_planner = focus_planner.cli.main:main",
-            "planner_node = focus_planner.ros.node:main",
-            "lens_adapter = focus_planner.ros.lens_adapter:main",
-            "simulated_lens = focus_planner.ros.simulated_lens:main",
+            "planner_node = focus_planner.cli.executables:planner_node",
+            "lens_adapter = focus_planner.cli.executables:lens_adapter",
+            "simulated_lens = focus_planner.cli.executables:simulated_lens",
         ],
     },
     zip_safe=False,

@@ -114,6 +114,7 @@ html_theme_options = {
 # What pages link to on GitHub, and what shows the same in the site.
 _SHOWN_BY = {
     "../CONTRIBUTING.md": "contributing.md",
+    "../QUALITY_DECLARATION.md": "quality_declaration.md",
     "../bags/README.md": "recorded_runs.md",
     "../examples/README.md": "examples.md",
 }

@@ -15,6 +15,7 @@ os.environ["GOMP_SPINCOUNT"] = "1000"
 import pytest
 from hypothesis import settings
 
+from testing import optional_modules
 from testing.started_processes import StartedProcesses
 
 # The same examples every time, however busy the machine is.
@@ -24,6 +25,7 @@ settings.load_profile("repeatable")
 
 def pytest_configure(config):
     config.pluginmanager.register(StartedProcesses())
+    config.pluginmanager.register(optional_modules)
 
 
 def pytest_xdist_auto_num_workers(config):

@@ -34,6 +34,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = (
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
+    ROOT / "QUALITY_DECLARATION.md",
     ROOT / "bags/README.md",
     ROOT / "examples/README.md",
     ROOT / "focus_planner/bodies/README.md",

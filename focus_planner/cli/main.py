@@ -16,6 +16,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
+from focus_planner.cli.executables import what_is_missing
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
 from focus_planner.cli.legible import make_legible
 from focus_planner.runtime.cores import share_cores
@@ -71,6 +72,8 @@ def _guarded(argv: list[str]) -> int:
         sys.stdout.flush()
     except InputError as error:
         return _fail(str(error))
+    except ImportError as error:
+        return _fail(what_is_missing(argv[0] if argv else "focus_planner", error))
     except MemoryError as error:
         return _fail(f"not enough memory; plan on fewer samples ({error})")
     except SystemExit as exit_:  # argparse's, which has reported why
@@ -115,10 +118,7 @@ def _only_on_linux(command: str) -> int:
 def _node(command: str, *arguments: str) -> int:
     if sys.platform != "linux":  # its planning process is forked, and held by a handle of Linux
         return _only_on_linux(command)
-    try:
-        module = import_module(f"focus_planner.ros.{command}")
-    except ImportError as error:
-        return _fail(f"{command} needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
+    module = import_module(f"focus_planner.ros.{command}")
     with ctrl_c.immediate():
         return module.main(list(arguments)) or 0
 
@@ -126,13 +126,10 @@ def _node(command: str, *arguments: str) -> int:
 def _demo(options: argparse.Namespace) -> int:
     if sys.platform != "linux":
         return _only_on_linux("demo")
-    try:
-        from focus_planner.demo import run
-    except ImportError as error:
-        return _fail(f"demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
     from focus_planner.cli.compiling import compile_first
     from focus_planner.cli.progress import shown
     from focus_planner.core.planning.precompile import ALL
+    from focus_planner.demo import run
 
     with shown(quiet=False) as tell:  # or its node would, for longer than it is waited for
         compile_first(tell, ALL)

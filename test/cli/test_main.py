@@ -711,13 +711,6 @@ def test_demo_takes_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     assert seen == [(usual, True), (there, True), (usual, False)]
 
 
-@pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens", "demo"])
-def test_without_ros_it_says_so(command: str, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    monkeypatch.setitem(sys.modules, f"focus_planner.ros.{command}", None)
-    monkeypatch.setitem(sys.modules, "focus_planner.demo", None)
-    fails_in_one_line(capsys, cli.main([command]), "needs ROS 2 (rclpy)")
-
-
 # --- as a process ------------------------------------------------------------------------------
 
 

@@ -3,6 +3,9 @@ from __future__ import annotations
 import itertools
 
 import pytest
+
+pytest.importorskip("focus_planner_msgs")
+
 from rclpy.context import Context
 from rclpy.node import Node
 
