@@ -44,9 +44,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, reported in one
         line on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
+    given = list(sys.argv[1:] if argv is None else argv)
+    if given and given[0] in _NODES and given[1:] not in (["-h"], ["--help"]):
+        return _node(*given)  # which has signals of its own, from here to its end
     try:
         with ctrl_c.deferred():
-            return _guarded(list(sys.argv[1:] if argv is None else argv))
+            return _guarded(given)
     except KeyboardInterrupt:
         return _INTERRUPTED
     finally:
@@ -76,8 +79,6 @@ def _guarded(argv: list[str]) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    if argv and argv[0] in _NODES and argv[1:] not in (["-h"], ["--help"]):
-        return _node(*argv)
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete
@@ -100,11 +101,9 @@ def _fail(message: str) -> int:
 
 def _node(command: str, *arguments: str) -> int:
     try:
-        module = import_module(f"focus_planner.ros.{command}")
+        return int(import_module(f"focus_planner.ros.{command}").main(list(arguments)))
     except ImportError as error:
         return _fail(f"{command} needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
-    with ctrl_c.immediate():
-        return module.main(list(arguments)) or 0
 
 
 def _demo(options: argparse.Namespace) -> int:
