@@ -145,7 +145,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import masks, parameters, plan, preview, replay, report, rig
+    from focus_planner.cli import masks, parameters, plan, preview, publish, replay, report, rig
 
     parser = _Parser(
         prog="focus_planner",
@@ -162,6 +162,7 @@ def _parser() -> argparse.ArgumentParser:
     preview.add(commands)
     masks.add(commands)
     _add_nodes(commands)
+    publish.add(commands)
     parameters.add(commands)
     _add_demo(commands)
     return parser

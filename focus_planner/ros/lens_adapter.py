@@ -8,7 +8,7 @@ from focus_planner.runtime.stop_signals import StopSignals
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the adapter until SIGINT or SIGTERM; return the status with which the process is to end."""
+    """Run the adapter until SIGINT or SIGTERM; return the status the process is to end with."""
     signals = StopSignals()
     from focus_planner.ros.lens_adapter_node import run_node  # noqa: PLC0415 - takes a second
 

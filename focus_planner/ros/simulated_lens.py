@@ -8,7 +8,7 @@ from focus_planner.runtime.stop_signals import StopSignals
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the lenses until SIGINT or SIGTERM; return the status with which the process is to end."""
+    """Run the lenses until SIGINT or SIGTERM; return the status the process is to end with."""
     signals = StopSignals()
     from focus_planner.ros.simulated_driver import run_nodes  # noqa: PLC0415 - takes a second
 
