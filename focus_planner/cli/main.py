@@ -145,7 +145,17 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import masks, parameters, plan, preview, publish, replay, report, rig
+    from focus_planner.cli import (
+        masks,
+        parameters,
+        plan,
+        preview,
+        publish,
+        replay,
+        report,
+        rig,
+        status,
+    )
 
     parser = _Parser(
         prog="focus_planner",
@@ -163,6 +173,7 @@ def _parser() -> argparse.ArgumentParser:
     masks.add(commands)
     _add_nodes(commands)
     publish.add(commands)
+    status.add(commands)
     parameters.add(commands)
     _add_demo(commands)
     return parser

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from focus_planner.core.validation import first_few
+from focus_planner.messages.writing import Fields
 from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.conversions import message_from_ros
 from focus_planner.ros.status_watch import HeardStatus, StatusWatch
 
 _MAX_NAMED = 8
@@ -13,6 +17,64 @@ _MAX_NAMED = 8
 
 class NotReached(Exception):  # noqa: N818 - named for what happened
     """A planner did not answer, or did not do what was asked; its text says why, in one line."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What a planner says of itself, without ROS.
+
+    Attributes
+    ----------
+    node : str
+        Its full name.
+    status : dict
+        The fields of its ``PlannerStatus``.
+    age : float
+        How old that is, seconds.
+    plan : dict or None
+        The fields of the ``FocusPlan`` in force; None if there is none, or it was not heard.
+    """
+
+    node: str
+    status: Fields
+    age: float
+    plan: Fields | None
+
+
+def standing_of(name: str, timeout: float, on_wait: Callable[[], object]) -> Standing:
+    """Return what a planner says of itself.
+
+    Parameters
+    ----------
+    name : str
+        Its full name.
+    timeout : float
+        How long to wait for it, seconds.
+    on_wait : callable
+        Called again and again meanwhile; what it raises ends the wait.
+
+    Raises
+    ------
+    NotReached
+        If it says nothing in time.
+    """
+    with PlannerClient(name, on_wait) as client:
+        watch = client.watch_status()
+        first_status(client, watch, name, timeout)
+        newest = watch.newest
+        assert newest is not None
+        plan = _plan_in_force(client, newest.message.plan_id, timeout)
+        return Standing(name, message_from_ros(newest.message), newest.age, plan)
+
+
+def _plan_in_force(client: PlannerClient, plan_id: str, timeout: float) -> Fields | None:
+    if not plan_id:
+        return None
+    try:
+        plan = client.latched_plan(timeout)
+    except TimeoutError:
+        return None
+    return message_from_ros(plan) if plan.plan_id == plan_id else None
 
 
 def first_status(
