@@ -92,7 +92,10 @@ def _plan_rows(standing: Standing) -> Iterator[Row]:
     yield "", f"made {_clock(made)}, {_span(now - made)} before this status{restored}"
     for kind in ("surface", "rig"):
         told = status[f"plan_{kind}"]
-        yield "", f"on the {kind} of {told['topic'] or 'an unknown topic'}, {_old(told['age'])} then"
+        yield (
+            "",
+            f"on the {kind} of {told['topic'] or 'an unknown topic'}, {_old(told['age'])} then",
+        )
 
 
 def _lens_rows(status: dict[str, Any]) -> Iterator[Row]:

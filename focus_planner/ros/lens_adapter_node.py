@@ -26,7 +26,8 @@ from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.driver_parameters import DriverClients
 from focus_planner.ros.lens_frames import PolledFrames
-from focus_planner.ros.process import declare, run, spinning
+from focus_planner.ros.node_parameters import declare
+from focus_planner.ros.process import run, spinning
 from focus_planner.ros.qos import LATCHED
 from focus_planner.ros.supervisor import Supervisor
 from focus_planner.runtime.stop_signals import StopSignals

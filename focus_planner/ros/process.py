@@ -1,4 +1,4 @@
-"""Starting and ending a process of nodes, and declaring their parameters."""
+"""Starting and ending a process of nodes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
@@ -19,9 +18,7 @@ from rclpy.utilities import remove_ros_args, try_shutdown
 
 from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
-from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.file import check_parameter_files
-from focus_planner.ros.node_parameters import describe
 from focus_planner.ros.steps import Steps
 from focus_planner.runtime.stop_signals import StopSignals
 
@@ -31,19 +28,6 @@ _BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
 
 class ExecutorFailed(Exception):  # noqa: N818 - named for what happened
     """Nodes could not go on; its text says why."""
-
-
-def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
-    """Declare parameters, and return their values by name.
-
-    Raises
-    ------
-    rclpy.exceptions.ParameterException
-        If a value has the wrong type or is out of range.
-    """
-    return {
-        d.name: node.declare_parameter(d.name, d.default, describe(d)).value for d in declarations
-    }
 
 
 def run(

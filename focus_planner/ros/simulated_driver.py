@@ -22,7 +22,8 @@ from focus_planner.lenses.profiles import DriverProfile
 from focus_planner.lenses.simulated_devices import DEVICES, PerFrameDevice, SimulatedDevice
 from focus_planner.parameters.lenses import SIMULATION_DECLARATIONS, SimulationSettings
 from focus_planner.ros.base_node import BaseNode
-from focus_planner.ros.process import declare, run, spinning
+from focus_planner.ros.node_parameters import declare
+from focus_planner.ros.process import run, spinning
 from focus_planner.runtime.stop_signals import StopSignals
 
 # AfState of libcamera: in manual focus, and of an autofocus that has found its focus.
