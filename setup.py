@@ -59,6 +59,8 @@ setup(
                 "config/focus_planner.rviz",
                 "config/focus_planner.yaml",
                 "config/foxglove_layout.json",
+                "config/lens_adapter.yaml",
+                "config/simulated_lens.yaml",
             ],
         ),
         (f"share/{NAME}/launch", ["launch/focus_planner.launch.xml"]),

@@ -52,9 +52,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         share_cores()
     for stream in (sys.stdout, sys.stderr):
         make_legible(stream)
+    given = list(sys.argv[1:] if argv is None else argv)
+    if given and given[0] in _NODES and given[1:] not in (["-h"], ["--help"]):
+        return _node(*given)  # which has signals of its own, from here to its end
     try:
         with ctrl_c.deferred():
-            return _guarded(list(sys.argv[1:] if argv is None else argv))
+            return _guarded(given)
     except KeyboardInterrupt:
         return INTERRUPTED
     finally:
@@ -86,8 +89,6 @@ def _guarded(argv: list[str]) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    if argv and argv[0] in _NODES and argv[1:] not in (["-h"], ["--help"]):
-        return _node(*argv)
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete
@@ -118,9 +119,10 @@ def _only_on_linux(command: str) -> int:
 def _node(command: str, *arguments: str) -> int:
     if sys.platform != "linux":  # its planning process is forked, and held by a handle of Linux
         return _only_on_linux(command)
-    module = import_module(f"focus_planner.ros.{command}")
-    with ctrl_c.immediate():
-        return module.main(list(arguments)) or 0
+    try:
+        return int(import_module(f"focus_planner.ros.{command}").main(list(arguments)))
+    except ImportError as error:
+        return _fail(what_is_missing(command, error))
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -198,7 +200,18 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from focus_planner.cli import compiling, masks, parameters, plan, preview, replay, report, rig
+    from focus_planner.cli import (
+        compiling,
+        masks,
+        parameters,
+        plan,
+        preview,
+        publish,
+        replay,
+        report,
+        rig,
+        status,
+    )
 
     parser = _Parser(
         prog="focus_planner",
@@ -216,6 +229,8 @@ def _parser() -> argparse.ArgumentParser:
     masks.add(commands)
     compiling.add(commands)
     _add_nodes(commands)
+    publish.add(commands)
+    status.add(commands)
     parameters.add(commands)
     _add_demo(commands)
     return parser

@@ -1,4 +1,4 @@
-"""``focus_planner parameters``: a parameter file for the node."""
+"""``focus_planner parameters``: a parameter file for each of the nodes."""
 
 from __future__ import annotations
 
@@ -6,22 +6,41 @@ import argparse
 import sys
 from typing import Any
 
+_PLANNER, _ADAPTER, _SIMULATION = "node", "lens_adapter", "simulated_lens"
+
 
 def add(commands: Any) -> None:
     """Add the command."""
     parameters = commands.add_parser(
         "parameters",
-        help="print a parameter file for the node, with every parameter explained",
+        help="print a parameter file for a node, with every parameter explained",
         description="Print a parameter file with the default, the description, the unit and the"
-        " range of every parameter of the node. To use it: focus_planner node --ros-args"
+        " range of every parameter of a node. To use it: focus_planner NODE --ros-args"
         " --params-file FILE",
     )
     parameters.set_defaults(command=_parameters)
+    parameters.add_argument(
+        "node",
+        nargs="?",
+        default=_PLANNER,
+        choices=(_PLANNER, _ADAPTER, _SIMULATION),
+        metavar="NODE",
+        help="node (the planner), lens_adapter or simulated_lens (default: %(default)s)",
+    )
 
 
-def _parameters(_: argparse.Namespace) -> int:
-    from focus_planner.parameters.file import parameters_to_yaml
-    from focus_planner.parameters.planner import DECLARATIONS
-
-    sys.stdout.write(parameters_to_yaml(DECLARATIONS))
+def _parameters(options: argparse.Namespace) -> int:
+    sys.stdout.write(_text_of(options.node))
     return 0
+
+
+def _text_of(node: str) -> str:
+    from focus_planner.parameters import file, lenses, planner
+
+    if node == _PLANNER:
+        return file.parameters_to_yaml(planner.DECLARATIONS)
+    what, declarations = {
+        _ADAPTER: ("the lens adapter", lenses.ADAPTER_DECLARATIONS),
+        _SIMULATION: ("simulated lenses", lenses.SIMULATION_DECLARATIONS),
+    }[node]
+    return file.lens_parameters_to_yaml(node, what, declarations, lenses.ABOUT_DRIVERS)

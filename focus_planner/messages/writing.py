@@ -31,6 +31,9 @@ Fields = dict[str, Any]
 #: Seconds and nanoseconds since the epoch.
 Stamp = tuple[int, int]
 
+# Of a plan whose inputs came from no topic.
+_NO_INPUTS: Fields = {"surface": {"age": math.nan}, "rig": {"age": math.nan}}
+
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
@@ -202,12 +205,13 @@ def plan_to_fields(
         Its name in logs and in recorded runs.
     inputs : dict, optional
         The inputs that it was made from, ``surface`` and ``rig``, as
-        :func:`focus_planner.runtime.status.plan_input_to_fields` returns them.
+        :func:`focus_planner.runtime.status.plan_input_to_fields` returns them; by default they are
+        of no topic and no age.
     """
     return {
         "header": header_fields(frame_id, stamp),
         "plan_id": plan_id,
-        **(inputs or {}),
+        **(inputs or _NO_INPUTS),
         "method": plan.method,
         "cost": plan.cost,
         "lower_bound": _or_nan(plan.lower_bound),

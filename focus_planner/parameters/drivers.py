@@ -28,7 +28,9 @@ NONE = ("",)
 declare = partial(Declaration, read_only=True)
 
 DRIVER_DECLARATIONS = (
-    declare("cameras", NONE, "Names of the cameras, as in the planner's rig."),
+    declare(
+        "cameras", NONE, "Names of the cameras, as in the planner's rig: [cam_0_00, cam_0_01, ...]."
+    ),
     declare(
         "driver_node",
         "",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,6 +22,7 @@ of them may be left out. A change applies from the next request on, unless state
 
 "/**" stands for a node of any name in any namespace.
 """
+_AT_START = " It can only be set when the node starts."
 # Stated once for all parameters: in the head, and in titles.
 _STATED_ONCE = (
     " A change applies from the next request on.",
@@ -34,6 +35,21 @@ _TITLES = {
     "cost": "Cost, Eq. 1 of the paper",
     "records": "Recorded runs",
     "serving": "How requests are served, and what is reported",
+}
+_LENS_HEAD = """\
+All parameters of {what} with their defaults, as printed by `focus_planner parameters {node}`. Any \
+of them may be left out but cameras. They can only be set when the node starts.
+
+    focus_planner {node} --ros-args --params-file {node}.yaml
+
+"/**" stands for a node of any name in any namespace: the lens adapter and simulated lenses may \
+share a file, from which each takes its own. [''] stands for no name at all: of an empty list ROS \
+does not know the type.
+"""
+_LENS_TITLES = {
+    "drivers": "Which lenses there are, and how their drivers are told",
+    "adapter": "Whose plans they follow, when a lens counts as set, and how long that may take",
+    "simulation": "What the simulated lenses are like",
 }
 _QOS_TITLE = "Quality of service of ~/mesh, ~/cloud, ~/camera_poses and ~/rig"
 _QOS = """\
@@ -57,7 +73,7 @@ qos_overrides:
 
 
 def parameters_to_yaml(declarations: Sequence[Declaration]) -> str:
-    """Return a parameter file.
+    """Return a parameter file for the planner.
 
     Parameters
     ----------
@@ -70,14 +86,33 @@ def parameters_to_yaml(declarations: Sequence[Declaration]) -> str:
         ranges. An example overrides the topics' quality of service; it is commented out by a ``#``
         without a space.
     """
-    head = "\n".join(_comment(_HEAD, ""))
-    lines = [head, "", "/**:", "  ros__parameters:"]
-    for section in dict.fromkeys(map(_section, declarations)):
-        members = [each for each in declarations if _section(each) == section]
-        lines += ["", f"{_INDENT}# --- {_TITLES[section]} ---", *_members(section, members)]
+    sections = _sections(declarations, _section)
+    lines = _lines(_HEAD, {_TITLES[name]: (name, each) for name, each in sections.items()})
     lines += ["", f"{_INDENT}# --- {_QOS_TITLE} ---", "", *_comment(_QOS, _INDENT)]
     lines += [f"{_INDENT}#{line}" for line in _QOS_EXAMPLE.splitlines()]
     return "\n".join(lines) + "\n"
+
+
+def lens_parameters_to_yaml(
+    node: str, what: str, declarations: Sequence[Declaration], drivers: Sequence[Declaration]
+) -> str:
+    """Return a parameter file for a node of lenses, as :func:`parameters_to_yaml` does.
+
+    Parameters
+    ----------
+    node : str
+        The command that runs it.
+    what : str
+        What it is called in words.
+    declarations : sequence of Declaration
+    drivers : sequence of Declaration
+        Those among them that are about drivers.
+    """
+    others = "adapter" if node == "lens_adapter" else "simulation"
+    sections = _sections(declarations, lambda each: "drivers" if each in drivers else others)
+    head = _LENS_HEAD.format(what=what, node=node)
+    titled = {_LENS_TITLES[name]: (name, sections[name]) for name in ("drivers", others)}
+    return "\n".join(_lines(head, titled, told=(_AT_START,))) + "\n"
 
 
 def check_parameter_files(arguments: Sequence[str]) -> None:
@@ -96,6 +131,24 @@ def check_parameter_files(arguments: Sequence[str]) -> None:
             check_yaml(Path(path), "a parameter file (YAML)")
 
 
+def _sections(
+    declarations: Sequence[Declaration], section: Callable[[Declaration], str]
+) -> dict[str, list[Declaration]]:
+    """Return the parameters by section, in the order in which sections first occur."""
+    names = dict.fromkeys(map(section, declarations))
+    return {name: [each for each in declarations if section(each) == name] for name in names}
+
+
+def _lines(
+    head: str, sections: Mapping[str, tuple[str, list[Declaration]]], told: Sequence[str] = ()
+) -> list[str]:
+    """Return the lines of a file: of sections by title, without what the head tells of all."""
+    lines = [*_comment(head, ""), "", "/**:", "  ros__parameters:"]
+    for title, (name, members) in sections.items():
+        lines += ["", f"{_INDENT}# --- {title} ---", *_members(name, members, told)]
+    return lines
+
+
 def _section(declaration: Declaration) -> str:
     group, dot, _ = declaration.name.partition(".")
     if dot:
@@ -105,7 +158,7 @@ def _section(declaration: Declaration) -> str:
     return "planning" if declaration.plans else "serving"
 
 
-def _members(section: str, members: Iterable[Declaration]) -> Iterator[str]:
+def _members(section: str, members: Iterable[Declaration], told: Sequence[str]) -> Iterator[str]:
     prefix = f"{section}."
     nested = False
     for member in members:
@@ -114,19 +167,15 @@ def _members(section: str, members: Iterable[Declaration]) -> Iterator[str]:
             nested = True
             yield from ("", f"{_INDENT}{section}:")
         indent = _INDENT + 2 * nested * " "
-        yield from ("", *_comment(_explanation(member), indent))
+        yield from ("", *_comment(_explanation(member, told), indent))
         yield f"{indent}{name}: {_value(member)}"
 
 
-def _explanation(declaration: Declaration) -> str:
-    text = declaration.description
-    for sentence in _STATED_ONCE:
+def _explanation(declaration: Declaration, told: Sequence[str]) -> str:
+    text = declaration.description + _AT_START * declaration.read_only
+    for sentence in (*_STATED_ONCE, *told):
         text = text.replace(sentence, "")
-    return (
-        text
-        + " It can only be set when the node starts." * declaration.read_only
-        + _range(declaration)
-    )
+    return text + _range(declaration)
 
 
 def _range(declaration: Declaration) -> str:

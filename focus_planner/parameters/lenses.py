@@ -42,13 +42,7 @@ _TRAVEL = {
 
 _TIMEOUTS, _TOLERANCE = Timeouts(), Tolerance()
 
-ADAPTER_DECLARATIONS = (
-    declare(
-        "planner",
-        "focus_planner",
-        "Name of the planner node; one that does not begin with / is in this node's own namespace.",
-    ),
-    *DRIVER_DECLARATIONS,
+_CUSTOM_DRIVER = (
     declare("unit", "", "Unit of that parameter. Only with driver custom. " + one_of(UNITS)),
     declare(
         "measures",
@@ -56,6 +50,18 @@ ADAPTER_DECLARATIONS = (
         "Whether that parameter reads back where the lens is, measured by the driver, and not what"
         " was set: only then a lens is verified by it. Only with driver custom.",
     ),
+)
+
+#: Parameters that name the driver nodes of lenses, and say how these take a focus.
+ABOUT_DRIVERS = (*DRIVER_DECLARATIONS, *_CUSTOM_DRIVER)
+
+ADAPTER_DECLARATIONS = (
+    declare(
+        "planner",
+        "focus_planner",
+        "Name of the planner node; one that does not begin with / is in this node's own namespace.",
+    ),
+    *ABOUT_DRIVERS,
     declare(
         "lens_tables",
         "",

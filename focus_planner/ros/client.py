@@ -21,11 +21,9 @@ from rclpy.action.client import ActionClient, ClientGoalHandle
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.duration import Duration
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh as MeshMsg
@@ -34,14 +32,19 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.messages.writing import (
     Fields,
+    Stamp,
     cloud_to_fields,
+    header_fields,
     mesh_to_bytes,
     poses_to_fields,
     rig_to_fields,
 )
 from focus_planner.ros.base_node import BaseNode
-from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.conversions import message_to_ros, type_name_of
+from focus_planner.ros.graph import full_name_of, planners_seen_by
 from focus_planner.ros.qos import ALL_CALLS, LATCHED
+from focus_planner.ros.status_watch import StatusWatch
+from focus_planner.ros.waiting import wait_for, wait_for_event
 
 _INPUTS = {
     "mesh": MeshMsg,
@@ -49,9 +52,9 @@ _INPUTS = {
     "camera_poses": PoseArray,
     "rig": CameraRig,
 }
-# With a depth of 1 Fast DDS requests an acknowledgement of every message, else every 3 s.
-_RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _TIMEOUT = 30.0
+# Of waiting for an acknowledgement, seconds.
+_STEP = 0.1
 
 Send = Callable[[Callable[[], Future]], Future]
 
@@ -96,6 +99,8 @@ class PlannerClient:
     ----------
     planner : str
         Full name of the planner node.
+    on_wait : callable, optional
+        Called again and again by methods while they wait for the node; what it raises ends them.
 
     Raises
     ------
@@ -103,8 +108,11 @@ class PlannerClient:
         From any method, if the node does not respond in time.
     """
 
-    def __init__(self, planner: str = "/focus_planner") -> None:
+    def __init__(
+        self, planner: str = "/focus_planner", on_wait: Callable[[], object] = lambda: None
+    ) -> None:
         self._planner = planner
+        self._on_wait = on_wait
         self._context = Context()
         self._context.init(args=[])
         name = f"focus_planner_client_{uuid4().hex[:8]}"
@@ -117,10 +125,7 @@ class PlannerClient:
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._inputs = {
-            topic: _InputPublisher(self._node, message_type, f"{planner}/{topic}")
-            for topic, message_type in _INPUTS.items()
-        }
+        self._inputs: dict[str, _InputPublisher] = {}
         self._plan_focus = self._client(PlanFocus, "plan_focus")
         self._set_parameters = self._client(SetParameters, "set_parameters")
         self._set_parameters_atomically = self._client(
@@ -166,20 +171,26 @@ class PlannerClient:
         """Publish a mesh, in the planner's frame."""
         self.publish("mesh", mesh_to_bytes(mesh))
 
-    def publish_cloud(self, cloud: PointCloud, frame_id: str = "world") -> None:
+    def publish_cloud(
+        self, cloud: PointCloud, frame_id: str = "world", stamp: Stamp = (0, 0)
+    ) -> None:
         """Publish a cloud."""
-        self._publish_fields("cloud", cloud_to_fields(cloud, frame_id))
+        header = {"header": header_fields(frame_id, stamp)}
+        self._publish_fields("cloud", cloud_to_fields(cloud, frame_id) | header)
 
     def publish_poses(self, rig: Rig) -> None:
         """Publish a rig's poses; the planner takes intrinsics and lens from its parameters."""
         self._publish_fields("camera_poses", poses_to_fields(rig))
 
-    def publish_rig(self, rig: Rig) -> None:
+    def publish_rig(self, rig: Rig, stamp: Stamp = (0, 0)) -> None:
         """Publish a rig with names, intrinsics, lenses and grid."""
-        self._publish_fields("rig", rig_to_fields(rig))
+        header = {"header": header_fields(rig.frame_id, stamp)}
+        self._publish_fields("rig", rig_to_fields(rig) | header)
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message, or its serialized bytes, on one of the planner's input topics."""
+        if topic not in self._inputs:
+            self._inputs[topic] = self._input(_INPUTS[topic], f"{self._planner}/{topic}")
         self._inputs[topic].publish(message)
 
     def plan(self, timeout: float = 600.0, **request: Any) -> PlanFocus.Response:
@@ -193,7 +204,7 @@ class PlannerClient:
 
     def wait_for(self, call: Future, timeout: float = 600.0) -> PlanFocus.Response:
         """Wait for the response to :meth:`plan_async`."""
-        return _result(call, timeout, "plan_focus")
+        return _result(call, timeout, "plan_focus", self._on_wait)
 
     def send_goal(
         self, on_feedback: Callable[[PlanFocusAction.Feedback], None] | None = None, **goal: Any
@@ -226,6 +237,19 @@ class PlannerClient:
     def status(self, timeout: float = _TIMEOUT) -> PlannerStatus:
         """Return the planner's newest status: its state, its inputs and all lenses."""
         return self._latched(PlannerStatus, "status", timeout)
+
+    def watch_status(self) -> StatusWatch:
+        """Return what hears every status of the planner from now on."""
+        return StatusWatch(self._node, f"{self._planner}/status", self._on_wait)
+
+    def planners(self) -> list[str]:
+        """Return the full names of the planners that are on the graph, as far as discovered."""
+        return planners_seen_by(self._node)
+
+    @property
+    def domain(self) -> int:
+        """The ROS domain."""
+        return self._context.get_domain_id()
 
     def set_parameters(self, **values: Any) -> list[SetParametersResult]:
         """Set parameters of the planner; write ``__`` for a dot in a name."""
@@ -262,7 +286,7 @@ class PlannerClient:
 
     def wait_for_node(self, timeout: float = _TIMEOUT) -> None:
         """Wait until the planner's service is available."""
-        _wait_for_service(self._plan_focus, timeout)
+        _wait_for_service(self._plan_focus, timeout, self._on_wait)
 
     def latched_plan(self, timeout: float = _TIMEOUT) -> FocusPlan:
         """Return the newest plan, as a new subscriber receives it."""
@@ -271,6 +295,10 @@ class PlannerClient:
     def latched_focus(self, camera: str, timeout: float = _TIMEOUT) -> CameraFocus:
         """Return a camera's part of the newest plan, as its driver receives it."""
         return self._latched(CameraFocus, f"cameras/{camera}/focus", timeout)
+
+    def _input(self, message_type: type, topic: str) -> _InputPublisher:
+        wait = partial(wait_for, on_wait=self._on_wait)
+        return _InputPublisher(self._node, message_type, topic, self._planner, wait)
 
     def _publish_fields(self, topic: str, fields: Fields) -> None:
         self.publish(topic, message_to_ros(_INPUTS[topic], fields))
@@ -281,7 +309,7 @@ class PlannerClient:
             message_type, f"{self._planner}/{topic}", message.set_result, LATCHED
         )
         try:
-            return _result(message, timeout, topic)
+            return _result(message, timeout, topic, self._on_wait)
         finally:
             self._destroy_soon(self._node.destroy_subscription, subscription)
 
@@ -298,10 +326,9 @@ class PlannerClient:
             service_type, f"{self._planner}/{service}", qos_profile=ALL_CALLS
         )
 
-    @staticmethod
-    def _call(client: Client, request: Any, what: str, timeout: float = _TIMEOUT) -> Any:
-        _wait_for_service(client, _TIMEOUT)
-        return _result(client.call_async(request), timeout, what)
+    def _call(self, client: Client, request: Any, what: str, timeout: float = _TIMEOUT) -> Any:
+        _wait_for_service(client, _TIMEOUT, self._on_wait)
+        return _result(client.call_async(request), timeout, what, self._on_wait)
 
     def _send(self, send: Callable[[], Future]) -> Future:
         """Send on the thread that spins.
@@ -319,40 +346,60 @@ class PlannerClient:
 
 
 class _InputPublisher:
-    """A publisher that waits until its messages have been received."""
+    """A publisher that waits until the planner has received its messages."""
 
-    def __init__(self, node: Node, message_type: type, topic: str) -> None:
+    def __init__(
+        self,
+        node: Node,
+        message_type: type,
+        topic: str,
+        planner: str,
+        wait: Callable[[Callable[[], bool], float], bool],
+    ) -> None:
+        self._node = node
+        self._planner = planner
         self._topic = topic
-        self._matched = threading.Event()
-        self._publisher = node.create_publisher(
-            message_type,
-            topic,
-            _RELIABLE,
-            event_callbacks=PublisherEventCallbacks(matched=self._on_match),
-        )
-
-    def _on_match(self, status: Any) -> None:
-        if status.current_count:
-            self._matched.set()
-        else:
-            self._matched.clear()
+        self._wait = wait
+        self._type_name = type_name_of(message_type)
+        # Latched, as a planner may ask for that: one that does not receives it as well.
+        self._publisher = node.create_publisher(message_type, topic, LATCHED)
 
     def publish(self, message: Any) -> None:
-        if not self._matched.wait(_TIMEOUT):
+        if not self._wait(self._is_matched, _TIMEOUT):
             raise TimeoutError(f"no planner subscribes to {self._topic}; is the node running?")
         self._publisher.publish(message)
-        if not self._publisher.wait_for_all_acked(Duration(seconds=_TIMEOUT)):
+        if not self._wait(self._is_acknowledged, _TIMEOUT):
             raise TimeoutError(f"the planner did not acknowledge the message on {self._topic}")
 
+    def _is_matched(self) -> bool:
+        """Return whether the planner's own subscription will receive what is published.
 
-def _wait_for_service(client: Client, timeout: float) -> None:
-    if not client.wait_for_service(timeout):
+        Others may subscribe as well, and which of them have been matched is not told: all must be.
+        """
+        found = [
+            full_name_of(each)
+            for each in self._node.get_subscriptions_info_by_topic(self._topic)
+            if each.topic_type == self._type_name
+        ]
+        return self._planner in found and self._publisher.get_subscription_count() >= len(found)
+
+    def _is_acknowledged(self) -> bool:
+        acknowledged: bool = self._publisher.wait_for_all_acked(Duration(seconds=_STEP))
+        return acknowledged
+
+
+def _wait_for_service(
+    client: Client, timeout: float, on_wait: Callable[[], object] = lambda: None
+) -> None:
+    if not wait_for(client.service_is_ready, timeout, on_wait):
         raise TimeoutError(f"no planner offers {client.service_name}; is the node running?")
 
 
-def _result(future: Future, timeout: float, what: str) -> Any:
+def _result(
+    future: Future, timeout: float, what: str, on_wait: Callable[[], object] = lambda: None
+) -> Any:
     done = threading.Event()
     future.add_done_callback(lambda _: done.set())
-    if not done.wait(timeout):
+    if not wait_for_event(done, timeout, on_wait):
         raise TimeoutError(f"no response from {what} within {timeout:g} s")
     return future.result()

@@ -66,6 +66,19 @@ def _fill(message: Any, fields: Fields) -> None:
             setattr(message, name, [message_to_ros(nested_type, item) for item in value])
 
 
+def message_from_ros(message: Any) -> Fields:
+    """Return the fields of a message, nested messages as dicts and sequences as lists."""
+    return {name: _plain(getattr(message, name)) for name in message.get_fields_and_field_types()}
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "get_fields_and_field_types"):
+        return message_from_ros(value)
+    if hasattr(value, "tolist"):  # an array of numbers
+        return value.tolist()
+    return [_plain(each) for each in value] if isinstance(value, list) else value
+
+
 @cache
 def _nested_types(message_type: Any) -> dict[str, type[Any] | None]:
     """Return the class of each field's nested messages, None for plain values."""

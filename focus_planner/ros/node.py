@@ -9,16 +9,18 @@ from multiprocessing.connection import Connection
 
 from focus_planner.runtime.cores import share_cores
 from focus_planner.runtime.fork_server import fork_server
+from focus_planner.runtime.stop_signals import StopSignals
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM, or until it fails; return the exit status."""
     share_cores()
+    signals = StopSignals()
     # Before ROS is imported: that starts a thread.
     with fork_server("planning", _import_planning) as server:
         from focus_planner.ros.planner_node import run_node  # noqa: PLC0415 - see above
 
-        status, finished = run_node(server, args)
+        status, finished = run_node(server, signals, args)
     if not finished:
         # Nothing can interrupt a disk that does not answer, and Python would wait for it. Nothing
         # is lost: callers have been answered, and the middleware has been shut down.

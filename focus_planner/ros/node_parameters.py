@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -21,6 +21,7 @@ from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.folders import PATHS, DataFolders
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings, lens_tables_of
+from focus_planner.parameters.unknown import meant_by
 
 # For what a changed parameter names, while nobody else is answered.
 _SECONDS_TO_READ = 2.0
@@ -47,10 +48,7 @@ class Parameters:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._values = {
-            d.name: node.declare_parameter(d.name, d.default, describe(d)).value
-            for d in DECLARATIONS
-        }
+        self._values = declare(node, DECLARATIONS)
         self.current = self._checked = Settings.from_values(self._values)
         self._folders = DataFolders.from_values(self._values)
         self._disk = BoundedWait(_SECONDS_TO_READ)
@@ -92,6 +90,23 @@ class Parameters:
             self._node.get_logger().warning(
                 "lens.f_number is ignored unless lens.hyperfocal_distance is 0"
             )
+
+
+def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
+    """Declare parameters, warn of others that resemble them, and return the values by name.
+
+    Raises
+    ------
+    rclpy.exceptions.ParameterException
+        If a value has the wrong type or is out of range.
+    """
+    # Parameters of other nodes may be in the same file: ROS gives a node all that fit its name.
+    given = node._parameter_overrides  # noqa: SLF001 - rclpy has no other way to ask for them
+    for name, meant in meant_by(given, declarations):
+        node.get_logger().warning(f"there is no parameter {name}: did you mean {meant}?")
+    return {
+        d.name: node.declare_parameter(d.name, d.default, describe(d)).value for d in declarations
+    }
 
 
 def describe(declaration: Declaration) -> ParameterDescriptor:

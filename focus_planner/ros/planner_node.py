@@ -41,6 +41,7 @@ from focus_planner.runtime.fork_server import ForkedProcess, ForkServer, ForkSer
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied
 from focus_planner.runtime.status import PlannerReport, Snapshot
+from focus_planner.runtime.stop_signals import StopSignals
 
 # Between checks for overdue requests and due reports, seconds.
 _TICK = 0.1
@@ -328,13 +329,14 @@ class PlannerNode(ManagedNode):
         return diagnose(self._report(), self._status.lens_summary, self._settings.current, now)
 
 
-def run_node(server: ForkServer, args: list[str] | None) -> tuple[int, bool]:
+def run_node(server: ForkServer, signals: StopSignals, args: list[str] | None) -> tuple[int, bool]:
     """Run the node until SIGINT or SIGTERM, or until it fails.
 
     Parameters
     ----------
     server : ForkServer
         Starts planning processes.
+    signals : StopSignals
     args : list of str, optional
         ROS arguments; by default those of the process.
 
@@ -353,7 +355,7 @@ def run_node(server: ForkServer, args: list[str] | None) -> tuple[int, bool]:
         finished = _serve(node, wait)
         failed = node.has_failed
 
-    status = run("planner_node", serve, args)
+    status = run("planner_node", serve, signals, args)
     return status or _FAILED * failed, finished
 
 

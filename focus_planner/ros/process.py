@@ -1,15 +1,13 @@
-"""Starting and ending a process of nodes, and declaring their parameters."""
+"""Starting and ending a process of nodes."""
 
 from __future__ import annotations
 
-import faulthandler
 import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
@@ -20,14 +18,11 @@ from rclpy.utilities import remove_ros_args, try_shutdown
 
 from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
-from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.file import check_parameter_files
-from focus_planner.ros.node_parameters import describe
 from focus_planner.ros.steps import Steps
+from focus_planner.runtime.stop_signals import StopSignals
 
 _FAILED, _BAD_INPUT = 1, 2
-# Many times what it takes to end on a busy machine.
-_SECONDS_TO_END = 60.0
 _BAD = (InputError, NameValidationException, ParameterException, RuntimeError)
 
 
@@ -35,21 +30,13 @@ class ExecutorFailed(Exception):  # noqa: N818 - named for what happened
     """Nodes could not go on; its text says why."""
 
 
-def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
-    """Declare parameters, and return their values by name.
-
-    Raises
-    ------
-    rclpy.exceptions.ParameterException
-        If a value has the wrong type or is out of range.
-    """
-    return {
-        d.name: node.declare_parameter(d.name, d.default, describe(d)).value for d in declarations
-    }
-
-
-def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[str] | None) -> int:
-    """Run nodes until SIGINT or SIGTERM; return the exit status.
+def run(
+    program: str,
+    serve: Callable[[Callable[[], None]], None],
+    signals: StopSignals,
+    args: list[str] | None,
+) -> int:
+    """Run nodes until SIGINT or SIGTERM, both of which are ignored then; return the exit status.
 
     Parameters
     ----------
@@ -57,26 +44,29 @@ def run(program: str, serve: Callable[[Callable[[], None]], None], args: list[st
         Name for error messages.
     serve : callable
         Called with a function that waits for one of the signals; returns once one has arrived.
-        Errors that it raises are printed in one line.
+        Errors that it raises are printed in one line. It is not called if one has arrived already.
+    signals : StopSignals
     args : list of str, optional
         ROS arguments; by default those of the process.
     """
-    with _deferred(signal.SIGINT, signal.SIGTERM) as wait:
-        try:
-            given = list(sys.argv[1:] if args is None else args)
-            check_parameter_files(given)
-            _refuse_others(program, given)
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            serve(wait)
-        except _BAD as error:
-            what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
-            return _say(f"{program}: {what}{error}", _BAD_INPUT)
-        except MemoryError:
-            return _say(f"{program}: out of memory", _FAILED)
-        except ExecutorFailed as error:
-            return _say(f"{program}: {error}", _FAILED)
-        finally:
-            try_shutdown()
+    try:
+        given = list(sys.argv[1:] if args is None else args)
+        check_parameter_files(given)
+        _refuse_others(program, given)
+        if signals.have_arrived:
+            return 0
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        serve(signals.wait)
+    except _BAD as error:
+        what = f"{type(error).__name__}: " if isinstance(error, RuntimeError) else ""
+        return _say(f"{program}: {what}{error}", _BAD_INPUT)
+    except MemoryError:
+        return _say(f"{program}: out of memory", _FAILED)
+    except ExecutorFailed as error:
+        return _say(f"{program}: {error}", _FAILED)
+    finally:
+        signals.ignore()
+        try_shutdown()
     return 0
 
 
@@ -139,48 +129,3 @@ def _refuse_others(program: str, given: list[str]) -> None:
             " ".join(others),
             "give parameters as --ros-args -p name:=value",
         )
-
-
-def _end_in_any_case() -> None:
-    """Have this process end, with status 1, if it has not ended by itself after a while.
-
-    Fast DDS can wait for itself for ever when a participant is deleted while another one ends, and
-    holds Python's lock meanwhile: nothing but a thread of C can end the process then.
-    """
-    nowhere = os.open(os.devnull, os.O_WRONLY)  # for as long as this process lives
-    faulthandler.dump_traceback_later(_SECONDS_TO_END, exit=True, file=nowhere)
-
-
-@contextmanager
-def _deferred(*signals: signal.Signals) -> Iterator[Callable[[], None]]:
-    """Note signals instead of acting on them; yield a function that waits for one.
-
-    Signals are blocked in this thread and in all that it starts: no call of the middleware is
-    interrupted, and rclpy's own handler would end the context before waiting callers are answered.
-    Threads that libraries started earlier still receive them while this one is not waiting, so it
-    waits for what the handler writes, in whichever thread that ran.
-    """
-    noted, note = os.pipe()
-    os.set_blocking(note, False)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    handlers = {number: signal.signal(number, lambda *_: None) for number in signals}
-    previous = signal.set_wakeup_fd(note, warn_on_full_buffer=False)
-
-    def wait() -> None:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
-        while os.read(noted, 1)[0] not in signals:
-            pass
-        signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-        _end_in_any_case()
-
-    try:
-        yield wait
-    finally:
-        faulthandler.cancel_dump_traceback_later()
-        # A signal that arrived meanwhile is noted before the handlers change.
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        signal.set_wakeup_fd(previous)
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        os.close(note)
-        os.close(noted)

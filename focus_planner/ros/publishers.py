@@ -9,9 +9,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from focus_planner.ros.graph import UNKNOWN, full_name_of
 from focus_planner.runtime.inputs import Unheard
-
-_UNKNOWN = "_NODE_NAME_UNKNOWN_"
 
 
 def unheard_publishers(
@@ -90,6 +89,6 @@ def _override(topic: str, policy: str) -> str:
 
 def publisher_name(publisher: TopicEndpointInfo) -> str:
     """Return the full name of a publisher's node, or that it is not known."""
-    if publisher.node_name == _UNKNOWN:
+    if publisher.node_name == UNKNOWN:
         return "a publisher"
-    return f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"
+    return full_name_of(publisher)

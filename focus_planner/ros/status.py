@@ -9,7 +9,14 @@ from collections.abc import Sequence
 from datetime import datetime, timezone
 from threading import Lock
 
-from focus_planner_msgs.msg import CameraFocus, FocusPlan, InputStatus, LensState, PlannerStatus
+from focus_planner_msgs.msg import (
+    CameraFocus,
+    FocusPlan,
+    InputStatus,
+    LensState,
+    PlanInput,
+    PlannerStatus,
+)
 from rclpy.node import Node
 
 from focus_planner.core.validation import InputError
@@ -40,7 +47,7 @@ class StatusPublisher:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._publisher = node.create_publisher(PlannerStatus, "~/status", LATCHED)
-        self._message = PlannerStatus()
+        self._message = _without_plan()
         self._places: dict[str, int] = {}
         self._cameras: Sequence[CameraFocus] = ()
         self._publishers: list[str] = []
@@ -111,7 +118,7 @@ class StatusPublisher:
     def clear(self) -> None:
         """Forget the plan and its lenses."""
         with self._lock:
-            self._message, self._places, self._cameras = PlannerStatus(), {}, ()
+            self._message, self._places, self._cameras = _without_plan(), {}, ()
             self._refused, self._refusal = 0, ""
             self._has_changed, self._published = True, 0.0
 
@@ -157,6 +164,11 @@ class StatusPublisher:
 
     def _count(self) -> Counter[int]:
         return Counter(lens.status for lens in self._message.lenses)
+
+
+def _without_plan() -> PlannerStatus:
+    nothing = PlanInput(age=math.nan)
+    return PlannerStatus(plan_surface=nothing, plan_rig=nothing)
 
 
 def _unreported(plan: FocusPlan, camera: CameraFocus) -> LensState:

@@ -202,6 +202,7 @@ def _be_the_server(
     status, connection = 1, None
     try:
         # Terminals and supervisors signal the whole group: the program ends this when it is ready.
+        signal.set_wakeup_fd(-1)  # the program's, who would take them for its own
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
         with suppress(OSError):

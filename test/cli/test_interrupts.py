@@ -104,22 +104,28 @@ def test_it_is_quiet_at_any_moment(
     assert out == "" or words[0] in {"parameters", "rig"}
 
 
-@pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens", "demo"])
-def test_what_waits_is_interrupted_at_once(
-    monkeypatch: pytest.MonkeyPatch, capsys: Any, command: str
-) -> None:
-    """As while it waits for a node, or before it handles signals itself."""
-
+def test_what_waits_is_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     def wait(*_: Any, **__: Any) -> None:
         signal.raise_signal(signal.SIGINT)
         pytest.fail("it was not interrupted")
 
-    for name in (f"focus_planner.ros.{command}", "focus_planner.demo"):
-        stand_in = ModuleType(name)
-        vars(stand_in).update(main=wait, run=wait)
-        monkeypatch.setitem(sys.modules, name, stand_in)
-    assert cli.main([command]) == 130
+    stand_in = ModuleType("focus_planner.demo")
+    vars(stand_in).update(run=wait)
+    monkeypatch.setitem(sys.modules, "focus_planner.demo", stand_in)
+    assert cli.main(["demo"]) == 130
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens"])
+def test_nodes_have_their_own_way_with_signals(
+    monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    before, seen = signal.getsignal(signal.SIGINT), []
+    stand_in = ModuleType(f"focus_planner.ros.{command}")
+    vars(stand_in).update(main=lambda _: seen.append(signal.getsignal(signal.SIGINT)) or 0)
+    monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
+    assert cli.main([command]) == 0
+    assert seen == [before]
 
 
 def test_the_demo_computes_undisturbed(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:

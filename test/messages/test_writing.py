@@ -157,6 +157,7 @@ def test_a_plan_is_read_as_it_was_written(plan):
     assert (fields["shots"], fields["plan_id"]) == (plan.shots, "a name")
     header = {"frame_id": "world", "stamp": {"sec": 5, "nanosec": 6}}
     assert fields["header"] == header
+    assert all(math.isnan(fields[kind]["age"]) for kind in ("surface", "rig"))
     assert all(camera["header"] == header for camera in fields["cameras"])
     assert all(camera["plan_id"] == "a name" for camera in fields["cameras"])
 

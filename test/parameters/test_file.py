@@ -13,6 +13,11 @@ from focus_planner.cli import main as cli
 from focus_planner.core.validation import InputError
 from focus_planner.parameters.declaration import Declaration
 from focus_planner.parameters.file import check_parameter_files, parameters_to_yaml
+from focus_planner.parameters.lenses import (
+    ADAPTER_DECLARATIONS,
+    SIMULATION_DECLARATIONS,
+    AdapterSettings,
+)
 from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 
@@ -63,6 +68,38 @@ def test_the_file_is_what_the_command_prints(capsys: pytest.CaptureFixture[str])
     assert printed == TEXT
     assert FILE.read_text(encoding="utf-8") == printed, (
         "make it again: focus_planner parameters > config/focus_planner.yaml"
+    )
+
+
+LENS_NODES = {"lens_adapter": ADAPTER_DECLARATIONS, "simulated_lens": SIMULATION_DECLARATIONS}
+
+
+@pytest.mark.parametrize("node", LENS_NODES)
+def test_nodes_of_lenses_have_such_a_file_too(
+    node: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["parameters", node]) == 0
+    printed = capsys.readouterr().out
+    assert (FILE.parent / f"{node}.yaml").read_text(encoding="utf-8") == printed, (
+        f"make it again: focus_planner parameters {node} > config/{node}.yaml"
+    )
+    assert max(map(len, printed.splitlines())) <= 100
+    values, declarations = values_of(printed), LENS_NODES[node]
+    assert values == {d.name: d.default for d in declarations}
+    assert [type(values[d.name]) for d in declarations] == [type(d.default) for d in declarations]
+    comments = " ".join(line.strip(" #") for line in printed.splitlines())
+    for declaration in declarations:
+        first = declaration.description.split(". ")[0].rstrip(".")
+        assert " ".join(first.split()) in " ".join(comments.split())
+    assert comments.count("They can only be set when the node starts.") == 1
+    assert "It can only be set" not in comments
+
+
+def test_the_lens_adapters_file_gives_its_defaults_once_cameras_are_named() -> None:
+    text = (FILE.parent / "lens_adapter.yaml").read_text(encoding="utf-8")
+    cameras = {"cameras": ["a"]}
+    assert AdapterSettings.from_values(values_of(text) | cameras) == AdapterSettings.from_values(
+        cameras
     )
 
 

@@ -90,6 +90,16 @@ def rig(start, orchestrator, tmp_path_factory):
 
 
 @pytest.mark.processes
+def test_a_name_that_resembles_a_parameter_is_told_what_was_meant(start):
+    for module, given, meant in (
+        ("lens_adapter", "tolerence", "tolerance"),
+        ("simulated_lens", "failure_rte", "failure_rate"),
+    ):
+        process = start(module, "/misspelt", cameras=["a"], **{given: 0.1})
+        process.wait_for_log("ready")
+        assert f"there is no parameter {given}: did you mean {meant}?" in process.log
+
+
 def test_a_plan_is_sent_and_verified(rig, orchestrator):
     orchestrator.plan("good", "a", focus_distance=0.5)
     state = orchestrator.wait_for("good", "a", VERIFIED)

@@ -63,6 +63,22 @@ def check_descriptor(declaration, descriptor):
     assert numbers == (limits if kind is float else [])
 
 
+def test_a_name_that_resembles_a_parameter_is_told_what_was_meant(start_planner, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "/**:\n  ros__parameters:\n    lens:\n      f_nmber: 8.0\n    base_frame: robot\n"
+        "    cameras: [of_the_adapter]\n    use_sim_time: false\n"
+        "another_node:\n  ros__parameters:\n    sampels: 3\n"
+    )
+    planner = start_planner("--params-file", str(path), "-p", "metod:=em")
+    planner.wait_for_log("loading kernels")
+    warned = [line.partition("]: ")[2] for line in planner.log.splitlines() if "[WARN]" in line]
+    assert warned == [
+        "there is no parameter lens.f_nmber: did you mean lens.f_number?",
+        "there is no parameter metod: did you mean method?",
+    ]
+
+
 def uncommented(name, folder):
     """Write the file as a user does who wants what its example shows, for a node of that name."""
     text = re.sub(r"^    #(?! \S)", "    ", FILE.read_text(encoding="utf-8"), flags=re.MULTILINE)

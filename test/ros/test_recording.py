@@ -39,7 +39,7 @@ from focus_planner.recording.naming import PARTIAL
 from focus_planner.recording.replay import differences, plan_run
 from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.software import software
-from focus_planner.ros.client import _INPUTS, PlannerClient, _InputPublisher
+from focus_planner.ros.client import _INPUTS, PlannerClient
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime.inputs import without_unheard
 from testing.ros.bits import bits
@@ -445,7 +445,7 @@ def test_a_folder_may_be_relative_or_of_a_user_and_topics_remapped(
     planner = start_planner(*FEW, *remapped, "-p", "record_directory:=some/runs")
     name = f"/left{planner.name}"
     with PlannerClient(name) as client:
-        client._inputs["mesh"] = _InputPublisher(client._node, MeshMsg, "/scanner/mesh")
+        client._inputs["mesh"] = client._input(MeshMsg, "/scanner/mesh")
         client.publish_mesh(body)
         client.publish_rig(rig)
         until(lambda: client.status().surface.topic)  # once discovery has brought the two together

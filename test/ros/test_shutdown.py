@@ -7,12 +7,14 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.process import run
+from focus_planner.runtime.stop_signals import StopSignals
 from testing.forked import run_forked
 from testing.ros.goals import LONG
 
@@ -38,11 +40,18 @@ def test_why_it_ends_is_told_escaped():
     assert line.isprintable()
 
 
-def test_so_is_any_other_error_of_its_start(capsys):
+@pytest.fixture
+def signals():
+    signals = StopSignals()
+    yield signals
+    signals.undo()
+
+
+def test_so_is_any_other_error_of_its_start(signals, capsys):
     def serve(wait):
         raise RuntimeError("\x1b[2J" + "x" * 5_000_000)
 
-    assert run("planner_node", serve, []) == 2
+    assert run("planner_node", serve, signals, []) == 2
     line = capsys.readouterr().err
     assert line.startswith(r"planner_node: RuntimeError: \x1b[2Jx")
     assert len(line) < 5000
@@ -57,14 +66,93 @@ def test_idle_it_ends_cleanly(start_planner, number):
     assert "Traceback" not in planner.log
 
 
-def test_told_twice_it_ends_cleanly_too(start_planner):
-    planner = start_planner(forked=False)
-    planner.wait_for_log("ready")
-    planner.signal(signal.SIGINT)
-    planner.signal(signal.SIGTERM)
-    planner.signal(signal.SIGINT)
-    assert planner.wait() == 0
-    assert "Traceback" not in planner.log
+# Runs a module's program, which is sent signals at a moment of its life.
+SIGNALLED = """
+import atexit, os, runpy, signal, sys, threading
+moment, numbers, module, *sys.argv[1:] = sys.argv[1], sys.argv[2].split(), *sys.argv[3:]
+NUMBERS = [getattr(signal, name) for name in numbers]
+
+def tell(*_):
+    for number in NUMBERS:
+        os.kill(os.getpid(), number)
+
+class Importing:
+    def find_spec(self, name, path=None, target=None):
+        if name == "rclpy":
+            sys.meta_path.remove(self)
+            tell()
+
+class AtLast:
+    __del__ = tell
+
+if moment == "while it imports":
+    sys.meta_path.insert(0, Importing())
+elif moment == "at its end":
+    threading._register_atexit(tell)
+    atexit.register(tell)
+    sys.modules["at_last"] = AtLast()
+runpy.run_module(module, run_name="__main__", alter_sys=True)
+"""
+ONE_LENS = ("--ros-args", "-p", "cameras:=[a]")
+NODES = {
+    "node": ("--ros-args", "-r", "__node:=signalled"),
+    "lens_adapter": ONE_LENS,
+    "simulated_lens": ONE_LENS,
+}
+
+
+def start_signalled(moment, numbers, node, *, command=False):
+    program = ["focus_planner", node] if command else [f"focus_planner.ros.{node}"]
+    words = [sys.executable, "-c", SIGNALLED, moment, numbers, *program, *NODES[node]]
+    return subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+
+
+def read_until_ready(process):
+    while "ready" not in (line := process.stderr.readline()):
+        assert line, "it ended before it was ready"
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_one_that_is_stopping_ignores_further_signals(node):
+    """As ``launch`` sends them, and impatient people, until it has ended."""
+    process = start_signalled("never", "", node)
+    with process.stderr:
+        read_until_ready(process)
+        process.send_signal(signal.SIGINT)
+        number = signal.SIGINT
+        while process.poll() is None:
+            number = signal.SIGTERM if number == signal.SIGINT else signal.SIGINT
+            process.send_signal(number)
+            time.sleep(0.002)  # not for anything to happen: the machine has others
+        assert "Traceback" not in process.stderr.read()
+    assert process.returncode == 0
+
+
+def test_up_to_its_very_end():
+    process = start_signalled("at its end", "SIGINT SIGTERM SIGINT", "lens_adapter")
+    with process.stderr:
+        read_until_ready(process)
+        process.send_signal(signal.SIGTERM)
+        assert "Traceback" not in process.stderr.read()
+        assert process.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("node", "command"), [("lens_adapter", False), ("simulated_lens", False), ("node", True)]
+)
+def test_while_it_is_still_imported_it_is_stopped_without_a_word(node, command):
+    process = start_signalled("while it imports", "SIGINT SIGTERM SIGINT", node, command=command)
+    with process.stderr:
+        assert process.stderr.read() == ""
+        assert process.wait() == 0
+
+
+def test_a_signal_does_not_change_what_is_said_of_bad_arguments():
+    numbers, module = "SIGINT SIGTERM", "focus_planner.ros.node"
+    words = [sys.executable, "-c", SIGNALLED, "at its end", numbers, module]
+    ended = subprocess.run([*words, "--frame-id"], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert len(ended.stderr.splitlines()) == 1
 
 
 @pytest.mark.timeout(60)  # it takes none: lost, it would be waited for for ever
@@ -73,6 +161,7 @@ def test_a_signal_before_it_is_waited_for_is_not_lost():
     done = threading.Event()
     thread = threading.Thread(target=done.wait)
     thread.start()
+    signals = StopSignals()
     ended = []
 
     def serve(wait):
@@ -82,11 +171,28 @@ def test_a_signal_before_it_is_waited_for_is_not_lost():
         ended.append("told")
 
     try:
-        assert run("here", serve, []) == 0
+        assert run("here", serve, signals, []) == 0
     finally:
+        signals.undo()
         done.set()
         thread.join()
     assert ended == ["told"]
+
+
+def test_nothing_is_started_once_it_was_told_to_stop(signals):
+    os.kill(os.getpid(), signal.SIGTERM)
+    assert run("here", lambda _: pytest.fail("it was started"), signals, []) == 0
+
+
+def test_a_process_that_goes_on_has_its_signals_back():
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    signals = StopSignals()
+    os.kill(os.getpid(), signal.SIGTERM)
+    signals.wait()
+    assert {signal.getsignal(each) for each in before} == {signal.SIG_IGN}
+    signals.undo()
+    assert {each: signal.getsignal(each) for each in before} == before
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()).isdisjoint(before)
 
 
 def test_while_it_starts_it_ends_cleanly(start_planner):
@@ -143,6 +249,7 @@ def test_bad_arguments_end_it_with_one_line(arguments, error):
 HANGING = """
 import ctypes, os, signal, sys
 from focus_planner.ros import process
+from focus_planner.runtime import stop_signals
 
 def serve(wait):
     os.kill(os.getpid(), signal.SIGTERM)
@@ -150,8 +257,8 @@ def serve(wait):
     # As Fast DDS has been seen to: without an end, and with Python's lock.
     ctypes.PyDLL(None).sleep(600)
 
-process._SECONDS_TO_END = 0.5
-sys.exit(process.run("hanging", serve, []))
+stop_signals._SECONDS_TO_END = 0.5
+sys.exit(process.run("hanging", serve, stop_signals.StopSignals(), []))
 """
 
 

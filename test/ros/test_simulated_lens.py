@@ -9,7 +9,7 @@ from rclpy.parameter import Parameter
 
 from focus_planner.lenses.frames import frame_from_message
 from focus_planner.parameters.lenses import SimulationSettings
-from focus_planner.ros.simulated_lens import SimulatedDriver
+from focus_planner.ros.simulated_driver import SimulatedDriver
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -103,6 +103,9 @@ def test_at_first_there_is_nothing_to_tell(client, planner):
     for one in (status.surface, status.rig):
         assert (one.topic, one.refused) == ("", "")
         assert math.isnan(one.age)
+    for one in (status.plan_surface, status.plan_rig):
+        assert one.topic == ""
+        assert math.isnan(one.age)
     assert status.lenses == []
 
 

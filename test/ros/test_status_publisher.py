@@ -248,6 +248,9 @@ def test_cleared_it_knows_no_plan(publisher, published, clock):
     assert not publisher.reported(report_of(), TOLERANCE)
     message = newest(publisher, published, clock)
     assert (message.plan_id, message.from_record, message.lenses) == ("", False, [])
+    for one in (message.plan_surface, message.plan_rig, message.surface, message.rig):
+        assert one.topic == ""
+        assert math.isnan(one.age)
 
 
 def test_the_statuses_are_those_of_the_message():
