@@ -7,9 +7,9 @@ bad values raises :class:`InputError` and no other exception, whatever it contai
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from itertools import zip_longest
 from typing import Any
@@ -21,6 +21,7 @@ from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
+from focus_planner.core.rig.frames import Similarity, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import hyperfocal_distance
@@ -33,11 +34,13 @@ from focus_planner.io.formats.colours import colours_of, columns_of_colour, unpa
 from focus_planner.io.importance import IMPORTANCE, choose_importance
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
+from focus_planner.messages.frames import HeardFrames, pose_of_message
 from focus_planner.messages.limits import Limits
 
 #: A message as an object of any library, with the attributes that its definition names.
 Message = Any
 _NO_LIMITS = Limits()
+NO_FRAMES = HeardFrames()
 Position = tuple[float, float, float]
 Orientation = tuple[float, float, float, float]
 
@@ -86,23 +89,6 @@ class Optics:
         return rig if self.tables is None else self.tables.apply(rig)
 
 
-def check_frame(header: Message, frame_id: str) -> None:
-    """Raise unless a message is in the planner's frame.
-
-    Raises
-    ------
-    InputError
-        If it is in another; the error names both frames.
-    """
-    if header.frame_id != frame_id:
-        raise InputError(
-            "header.frame_id",
-            f"{frame_id!r} (parameter frame_id)",
-            repr(header.frame_id),
-            "transform the message into that frame first",
-        )
-
-
 def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
     """Return the mesh of a serialized ``shape_msgs/msg/Mesh``, cleaned by :func:`clean_mesh`.
 
@@ -121,6 +107,7 @@ def cloud_from_message(
     frame_id: str,
     limits: Limits = _NO_LIMITS,
     importance_field: str = IMPORTANCE,
+    heard: HeardFrames = NO_FRAMES,
 ) -> PointCloud:
     """Return the points, with normals, importance and colours if the message has them.
 
@@ -134,18 +121,21 @@ def cloud_from_message(
     ----------
     message : sensor_msgs/msg/PointCloud2
     frame_id : str
-        The frame that it must be in.
+        The frame of the result.
     limits : Limits
     importance_field : str
         The field that holds the importance, of any numeric type. One named otherwise than
         ``importance`` must be there.
+    heard : HeardFrames
+        For a cloud in another frame.
 
     Raises
     ------
     InputError
-        If the cloud is in another frame, exceeds the limits, or is not valid.
+        If the cloud is in a frame that nothing relates to that one, exceeds the limits, or is not
+        valid.
     """
-    check_frame(message.header, frame_id)
+    pose = pose_of_message(message.header, frame_id, heard)
     limits.check_cloud(message.width * message.height)
     names = {field.name for field in message.fields}
     geometry = POINT + NORMAL if names.issuperset(NORMAL) else POINT
@@ -154,9 +144,13 @@ def cloud_from_message(
         "cloud", sorted(others), importance_field, "parameter importance_field"
     )
     values = _read_fields(message, geometry + ((importance,) if importance else ()))
+    points, normals = values[:, :3], values[:, 3:6] if len(geometry) > 3 else None
+    if pose is not None:
+        points = pose.points(points)
+        normals = None if normals is None else pose.directions(normals)
     return clean_cloud(
-        values[:, :3],
-        values[:, 3:6] if len(geometry) > 3 else None,
+        points,
+        normals,
         values[:, -1] if importance else None,
         notes,
         _read_colours(message, names),
@@ -169,14 +163,17 @@ def pose_from_message(pose: Message) -> tuple[Position, Orientation]:
     return (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
 
 
-def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
+def poses_from_message(
+    message: Message, optics: Optics, frame_id: str, heard: HeardFrames = NO_FRAMES
+) -> Rig:
     """Return a rig of cameras ``cam_000``, ``cam_001``, ..., one per pose."""
-    check_frame(message.header, frame_id)
+    pose_of_rig = pose_of_message(message.header, frame_id, heard)
     cameras = (
         Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, optics.lens)
         for i, pose in enumerate(message.poses)
     )
-    rig = Rig(tuple(cameras), frame_id, notes=_notes(optics, [(True, True)] * len(message.poses)))
+    notes = _notes(optics, [(True, True)] * len(message.poses))
+    rig = Rig(_moved(cameras, pose_of_rig), frame_id, notes=notes)
     return optics.complete(rig)
 
 
@@ -248,11 +245,26 @@ def camera_from_message(message: Message, optics: Optics) -> Camera:
     return Camera(message.name, *pose_from_message(message.pose), intrinsics, lens)
 
 
-def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
+def _moved(cameras: Iterable[Camera], pose: Similarity | None) -> tuple[Camera, ...]:
+    """Return the cameras of a rig that has this pose; None if it is in the planner's frame."""
+    if pose is None:
+        return tuple(cameras)
+    return tuple(_placed(camera, pose) for camera in cameras)
+
+
+def _placed(camera: Camera, pose: Similarity) -> Camera:
+    where = f"camera {camera.name}"
+    at = pose @ similarity_from_pose(where, camera.position, camera.orientation)
+    return replace(camera, position=at.position, orientation=at.orientation)
+
+
+def rig_from_message(
+    message: Message, optics: Optics, frame_id: str, heard: HeardFrames = NO_FRAMES
+) -> Rig:
     """Return the rig, its cameras completed from ``optics``."""
-    check_frame(message.header, frame_id)
+    pose = pose_of_message(message.header, frame_id, heard)
     rows, columns = message.grid_rows, message.grid_columns
-    cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
+    cameras = _moved((camera_from_message(camera, optics) for camera in message.cameras), pose)
     grid = Grid(rows, columns) if rows or columns else None
     lacking = [
         (not camera.camera_info.width, not camera.lens.focal_length) for camera in message.cameras

@@ -18,6 +18,7 @@ from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import Optics, lens_from_message
 from focus_planner.messages.requests import request_from_values
+from focus_planner.parameters.camera_frames import CameraFrames
 from focus_planner.parameters.declaration import Value, group, with_defaults
 from focus_planner.parameters.planner import ACCESSES, ANY_DISTANCE, DECLARATIONS, OVERLAPS
 
@@ -101,6 +102,8 @@ class Settings:
     frame_id : str
     importance_field : str
         The field of a cloud that holds the importance of its points.
+    camera_frames : CameraFrames
+        Of a rig that is put together from frames.
     request : PlanRequest
         The defaults of what a request leaves out.
     warm_start : bool
@@ -121,6 +124,7 @@ class Settings:
 
     frame_id: str
     importance_field: str
+    camera_frames: CameraFrames
     request: PlanRequest
     warm_start: bool
     optics: Optics
@@ -162,6 +166,9 @@ class Settings:
         return cls(
             frame_id=values["frame_id"],
             importance_field=values["importance_field"],
+            camera_frames=CameraFrames.from_values(
+                *(values[f"camera_{name}"] for name in ("frames", "convention", "info_topics"))
+            ),
             request=request_from_values(values),
             warm_start=values["warm_start"],
             optics=Optics(
