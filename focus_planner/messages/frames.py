@@ -171,15 +171,19 @@ def pose_of_message(header: Any, frame_id: str, heard: HeardFrames) -> Similarit
     target, source = frame_name(frame_id), frame_name(header.frame_id)
     if source == target:
         return None
-    pose = heard.lookup(target, source) if source else None
+    if not source or not heard.transforms:
+        raise InputError(
+            "header.frame_id",
+            f"{frame_id!r} (parameter frame_id)",
+            shown(header.frame_id),
+            "transform the message into that frame first",
+        )
+    pose = heard.lookup(target, source)
     if pose is None:
-        why = f", and {heard.lack(target, source)}" if source else ""
         raise InputError(
             "header.frame_id",
             f"{frame_id!r} (parameter frame_id), or a frame that {TF_STATIC} relates to it",
-            f"{shown(header.frame_id)}{why}",
-            f"publish the transform on {TF_STATIC}, or transform the message first"
-            if source
-            else "fill it in",
+            f"{shown(header.frame_id)}, and {heard.lack(target, source)}",
+            f"publish the transform on {TF_STATIC}, or transform the message first",
         )
     return pose

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from datetime import datetime, timezone
 from functools import partial
 from typing import Any
@@ -174,13 +174,14 @@ class Subscriptions:
             for each in self._inputs
         }
         surface, rig, frames = (_of_kind(found, kind) for kind in ("surface", "rig", _FRAMES))
-        if self._rig_from_frames or self._lacks_frames("rig"):
+        if self._rig_from_frames:
             rig = _together(rig, frames)
-        if self._lacks_frames("surface"):
-            surface = _together(surface, frames)
-        if self._rig_from_frames and self._rig_from_frames.lacks:
-            rig = replace(rig, incomplete=(self._rig_from_frames.lacks,))
-        self._unheard(surface, rig)
+            if self._rig_from_frames.lacks:
+                rig = replace(rig, incomplete=(self._rig_from_frames.lacks,))
+        self._unheard(
+            _together(surface, self._lacking("surface", frames)),
+            _together(rig, self._lacking("rig", frames)),
+        )
 
     def destroy(self) -> None:
         """Unsubscribe."""
@@ -319,9 +320,16 @@ class Subscriptions:
             return NO_FRAMES
         return self._frames.heard.between(target, source) or self._frames.heard
 
-    def _lacks_frames(self, kind: str) -> bool:
-        """Return whether the newest input is in a frame that nothing relates to the planner's."""
-        return kind in self._newest and self._is_apart(self._newest[kind][0])
+    def _lacking(self, kind: str, frames: Unheard) -> Unheard:
+        """Return what is not received that the newest input needs to be in the planner's frame."""
+        message, _ = self._newest.get(kind, (None, NO_FRAMES))
+        if message is None or not self._is_apart(message):
+            return Unheard()
+        if self._frames.heard.transforms:
+            return frames  # the refusal says what was heard
+        target, source = self._frames_of(message)
+        lack = self._frames.heard.lack(target, source)
+        return replace(frames, incomplete=(f"a transform from {source} to {target}: {lack}",))
 
     def _read_again(self) -> None:
         """Have the newest inputs read again whose transforms have changed."""
@@ -339,7 +347,13 @@ class Subscriptions:
 
 
 def _together(one: Unheard, other: Unheard) -> Unheard:
-    return Unheard(one.never + other.never, one.missed + other.missed)
+    """Return the publishers of both, each once."""
+    return Unheard(
+        *(
+            tuple(dict.fromkeys(getattr(one, each.name) + getattr(other, each.name)))
+            for each in fields(Unheard)
+        )
+    )
 
 
 def _of_kind(found: dict[_Input, Unheard], kind: str) -> Unheard:

@@ -284,6 +284,9 @@ def other_than_default(declaration):
         "overlap": "refuse",
         "record_access": "group",
         "data_directories": "/tables:/runs",
+        "camera_frames": "left_optical_frame cam*_link",
+        "camera_convention": "body",
+        "camera_info_topics": "/*/camera_info",
     }.get(declaration.name) or default + 3
 
 
