@@ -102,8 +102,6 @@ class Settings:
     frame_id : str
     importance_field : str
         The field of a cloud that holds the importance of its points.
-    camera_frames : CameraFrames
-        Of a rig that is put together from frames.
     request : PlanRequest
         The defaults of what a request leaves out.
     warm_start : bool
@@ -115,6 +113,8 @@ class Settings:
         How large messages may be.
     resources : ResourceLimits
         What a plan may take.
+    camera_frames : CameraFrames
+        Of a rig that is put together from frames.
     recording : Recording
     serving : Serving
     values : tuple
@@ -124,13 +124,13 @@ class Settings:
 
     frame_id: str
     importance_field: str
-    camera_frames: CameraFrames
     request: PlanRequest
     warm_start: bool
     optics: Optics
     model: CostModel
     limits: Limits
     resources: ResourceLimits
+    camera_frames: CameraFrames
     recording: Recording
     serving: Serving
     values: tuple[tuple[str, Value], ...]
