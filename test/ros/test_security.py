@@ -203,7 +203,9 @@ def unseen(seen, enclave):
 def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(observer):
     # With simulated time it listens to /clock, with frames of cameras to their CameraInfo.
     parameters = ("autostart:=false", "use_sim_time:=true", "camera_frames:=cam_a")
-    planner = PlannerProcess("focus_planner", *(part for each in parameters for part in ("-p", each)))
+    planner = PlannerProcess(
+        "focus_planner", *(part for each in parameters for part in ("-p", each))
+    )
     driver = observer.create_publisher(CameraInfo, "/cam_a/camera/camera_info", 1)
     try:
         with PlannerClient() as client:

@@ -271,8 +271,16 @@ def test_a_rig_from_frames_is_planned_like_the_same_on_its_topic(
         assert planned(client).rig.topic.endswith("/rig")
         publish(
             "/tf_static",
-            TFMessage(transforms=[transform("world", "cam_0_00_optical_frame", (1.3, 0, 0.2),
-                                            small_rig.cameras[0].orientation)]),
+            TFMessage(
+                transforms=[
+                    transform(
+                        "world",
+                        "cam_0_00_optical_frame",
+                        (1.3, 0, 0.2),
+                        small_rig.cameras[0].orientation,
+                    )
+                ]
+            ),
         )
         once_planned(client, lambda each: each.rig.topic == "/tf_static" and each.cost != plan.cost)
 
