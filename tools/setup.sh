@@ -15,7 +15,6 @@ venv=$name
 [[ $venv == /* ]] || venv=$PWD/$venv
 readonly venv state=$venv/.setup
 readonly log=$name/.setup/setup.log
-readonly messages=$state/focus_planner_msgs
 readonly python=$venv/bin/python
 
 # A sourced ROS, another environment's marker or an active venv would leak into this one.
@@ -220,25 +219,35 @@ stage_build() {
   return "$status"
 }
 
-build_messages() {
-  repair_cmake_exports
+# PACKAGE FOLDER: build and install a package of messages.
+build_package() {
+  local build=$state/$1
   # What an earlier definition generated must not outlive it.
-  if [[ -f $messages/install_manifest.txt ]]; then
-    tr '\n' '\0' <"$messages/install_manifest.txt" | xargs -0 rm -f
+  if [[ -f $build/install_manifest.txt ]]; then
+    tr '\n' '\0' <"$build/install_manifest.txt" | xargs -0 rm -f
   fi
-  rm -rf "$messages" "$venv"/lib/python3.*/site-packages/focus_planner_msgs{,-*.egg-info}
-  export PATH=$venv/bin:$PATH
-  cmake -S msg_defs -B "$messages" -G Ninja -DBUILD_TESTING=OFF \
+  rm -rf "$build" "$venv"/lib/python3.*/site-packages/"$1"{,-*.egg-info}
+  cmake -S "$2" -B "$build" -G Ninja -DBUILD_TESTING=OFF \
     -DCMAKE_INSTALL_PREFIX="$venv" -DCMAKE_PREFIX_PATH="$venv" \
     -DPython3_EXECUTABLE="$venv/bin/python"
-  cmake --build "$messages" --target install
+  cmake --build "$build" --target install
+}
+
+# tf2_msgs is in no index of Python packages: tools/tf2_msgs has the one message of it that is used.
+build_messages() {
+  repair_cmake_exports
+  export PATH=$venv/bin:$PATH
+  build_package focus_planner_msgs msg_defs
+  build_package tf2_msgs tools/tf2_msgs
   "$python" - <<'PYTHON'
 from focus_planner_msgs.action import PlanFocus as PlanAction
 from focus_planner_msgs.srv import PlanFocus as PlanService
 from rclpy.type_support import check_for_type_support
+from tf2_msgs.msg import TFMessage
 
 check_for_type_support(PlanAction)
 check_for_type_support(PlanService)
+check_for_type_support(TFMessage)
 PYTHON
 }
 
@@ -286,7 +295,7 @@ if [[ -x $python && ${PYTHON-} ]]; then keep_python; fi
 
 done_stages=()
 began=$EPOCHREALTIME
-mapfile -t definitions < <(find msg_defs -type f ! -name CHANGELOG.rst | sort)
+mapfile -t definitions < <(find msg_defs tools/tf2_msgs -type f ! -name CHANGELOG.rst | sort)
 mapfile -t core < <(find focus_planner/core -name '*.py' | sort)
 stage system "system packages"
 [[ -x $python ]] || announce_python

@@ -15,7 +15,6 @@ import numpy as np
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.defaults import keys_of
 from focus_planner.core.rig.frames import (
-    BODY_FROM_OPTICAL,
     FrameTransform,
     FrameTree,
     Similarity,
@@ -25,7 +24,14 @@ from focus_planner.core.rig.frames import (
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.text import did_you_mean
-from focus_planner.core.validation import InputError, check_choice, check_number, first_few
+from focus_planner.core.validation import InputError, check_number, first_few
+from focus_planner.io.camera_frames import (
+    body_frames,
+    frame_from_optical,
+    is_optical,
+    note_on_bodies,
+    without_optical,
+)
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
 from focus_planner.io.nerfstudio import nerfstudio_frames, rig_of_frames
@@ -37,8 +43,6 @@ from focus_planner.io.yaml_values import (
     value_at,
 )
 
-CONVENTIONS = ("optical", "body")
-
 _EXPECTED = "a list of transforms"
 _MAX_BYTES = 16 << 20  # 100,000 transforms
 _PUBLISHER = "static_transform_publisher"
@@ -48,7 +52,6 @@ _FLAGS = {
     "angles": ("--roll", "--pitch", "--yaw"),
     "frames": ("--frame-id", "--child-frame-id"),
 }
-_OPTICAL = re.compile(r"(^|[_/])optical(_frame)?$")
 _MAX_SPAN = 100.0  # metres between cameras that need no --scale
 
 
@@ -126,11 +129,10 @@ def load_transforms(
         tree = FrameTree(_transforms(path, text))
     root = _root(path, tree, root.lstrip("/"))
     frames = _camera_frames(path, tree, root, cameras, notes)
-    names = camera_names(f"{path}: frames", [_without_optical(frame) for frame in frames])
+    names = camera_names(f"{path}: frames", [without_optical(frame) for frame in frames])
     bodies = _body_frames(frames, convention, notes)
     poses = [
-        tree.lookup(root, frame) @ (BODY_FROM_OPTICAL if frame in bodies else Similarity())
-        for frame in frames
+        tree.lookup(root, frame) @ frame_from_optical(is_body=frame in bodies) for frame in frames
     ]
     to_metres = _to_metres(path, poses, scale)
     assumed = {} if intrinsics_of else dict.fromkeys(names, keys_of("image"))
@@ -192,7 +194,7 @@ def _camera_frames(
 def _optical_leaves(path: Path, tree: FrameTree, root: str, notes: list[str]) -> list[str]:
     leaves = [frame for frame in tree.leaves if frame != root]
     joined = [frame for frame in leaves if tree.root_of(frame) == tree.root_of(root)]
-    chosen = [frame for frame in joined if _OPTICAL.search(frame)] or joined
+    chosen = [frame for frame in joined if is_optical(frame)] or joined
     if not chosen:
         raise InputError(f"{path}: root {root}", "cameras in its tree", "none")
     left = [frame for frame in leaves if frame not in set(chosen)]
@@ -205,20 +207,10 @@ def _optical_leaves(path: Path, tree: FrameTree, root: str, notes: list[str]) ->
 
 def _body_frames(frames: Sequence[str], convention: str, notes: list[str]) -> set[str]:
     """Return those of the frames that are body frames."""
-    if convention:
-        check_choice("convention", convention, CONVENTIONS)
-        return set(frames) if convention == "body" else set()
-    bodies = [frame for frame in frames if not _OPTICAL.search(frame)]
-    if bodies:
-        notes.append(
-            f"assumed from their names to be body frames, x forward: {first_few(bodies)};"
-            " set --convention to decide"
-        )
+    bodies = body_frames(frames, convention)
+    if bodies and not convention:
+        notes.append(f"{note_on_bodies(bodies)}; set --convention to decide")
     return set(bodies)
-
-
-def _without_optical(frame: str) -> str:
-    return _OPTICAL.sub("", frame) or frame
 
 
 def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> Similarity:

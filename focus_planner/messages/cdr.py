@@ -62,6 +62,21 @@ def header_stamp(payload: bytes) -> tuple[int, int]:
     return seconds, nanoseconds
 
 
+def header_frame(payload: bytes) -> str:
+    """Return the frame of the header that a serialized message begins with.
+
+    Empty where these are not the bytes of such a message.
+    """
+    order = _BYTE_ORDERS.get(bytes(payload[:2]))
+    start = _ENCAPSULATION + _STAMP + 4
+    if order is None or len(payload) < start:
+        return ""
+    length = struct.unpack_from(order + "I", payload, start - 4)[0]
+    name = bytes(payload[start : start + length])
+    # The length counts the zero at its end.
+    return name[:-1].decode(errors="replace") if 0 < length == len(name) else ""
+
+
 def length_after_header(payload: bytes) -> int:
     """Return the length of the sequence that follows the header of a serialized message.
 

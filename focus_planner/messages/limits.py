@@ -10,6 +10,14 @@ from focus_planner.messages.cdr import length_after_header
 
 # A closed mesh has half as many vertices as triangles, a mesh of separate triangles three times.
 _VERTICES_PER_TRIANGLE = 3
+#: Static transforms that are kept: twice as many as cameras that a rig may have by default.
+MAX_TRANSFORMS = 40_000
+#: Bytes of a message of static transforms, each of which takes some 150.
+MAX_TRANSFORM_BYTES = 6 << 20
+#: Bytes of a camera's info, whose coefficients of distortion are at most 14.
+MAX_CAMERA_INFO_BYTES = 16 << 10
+#: Characters of a frame's name.
+MAX_FRAME_NAME = 255
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ bad values raises :class:`InputError` and no other exception, whatever it contai
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -27,6 +27,7 @@ from focus_planner.core.rig.circles import (
     note_on_circles,
 )
 from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
+from focus_planner.core.rig.frames import Similarity, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import lens_of_aperture
@@ -39,11 +40,13 @@ from focus_planner.io.formats.colours import colours_of, columns_of_colour, unpa
 from focus_planner.io.importance import IMPORTANCE, choose_importance
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
+from focus_planner.messages.frames import HeardFrames, pose_of_message
 from focus_planner.messages.limits import Limits
 
 #: A message as an object of any library, with the attributes that its definition names.
 Message = Any
 _NO_LIMITS = Limits()
+NO_FRAMES = HeardFrames()
 Position = tuple[float, float, float]
 Orientation = tuple[float, float, float, float]
 
@@ -118,23 +121,6 @@ class Optics:
         return rig if self.tables is None else self.tables.apply(rig)
 
 
-def check_frame(header: Message, frame_id: str) -> None:
-    """Raise unless a message is in the planner's frame.
-
-    Raises
-    ------
-    InputError
-        If it is in another; the error names both frames.
-    """
-    if header.frame_id != frame_id:
-        raise InputError(
-            "header.frame_id",
-            f"{frame_id!r} (parameter frame_id)",
-            repr(header.frame_id),
-            "transform the message into that frame first",
-        )
-
-
 def mesh_from_bytes(payload: bytes, limits: Limits = _NO_LIMITS) -> Mesh:
     """Return the mesh of a serialized ``shape_msgs/msg/Mesh``, cleaned by :func:`clean_mesh`.
 
@@ -153,6 +139,7 @@ def cloud_from_message(
     frame_id: str,
     limits: Limits = _NO_LIMITS,
     importance_field: str = IMPORTANCE,
+    heard: HeardFrames = NO_FRAMES,
 ) -> PointCloud:
     """Return the points, with normals, importance and colours if the message has them.
 
@@ -166,18 +153,21 @@ def cloud_from_message(
     ----------
     message : sensor_msgs/msg/PointCloud2
     frame_id : str
-        The frame that it must be in.
+        The frame of the result.
     limits : Limits
     importance_field : str
         The field that holds the importance, of any numeric type. One named otherwise than
         ``importance`` must be there.
+    heard : HeardFrames
+        For a cloud in another frame.
 
     Raises
     ------
     InputError
-        If the cloud is in another frame, exceeds the limits, or is not valid.
+        If the cloud is in a frame that nothing relates to that one, exceeds the limits, or is not
+        valid.
     """
-    check_frame(message.header, frame_id)
+    pose = pose_of_message(message.header, frame_id, heard)
     limits.check_cloud(message.width * message.height)
     names = {field.name for field in message.fields}
     geometry = POINT + NORMAL if names.issuperset(NORMAL) else POINT
@@ -186,9 +176,13 @@ def cloud_from_message(
         "cloud", sorted(others), importance_field, "parameter importance_field"
     )
     values = _read_fields(message, geometry + ((importance,) if importance else ()))
+    points, normals = values[:, :3], values[:, 3:6] if len(geometry) > 3 else None
+    if pose is not None:
+        points = pose.points(points)
+        normals = None if normals is None else pose.directions(normals)
     return clean_cloud(
-        values[:, :3],
-        values[:, 3:6] if len(geometry) > 3 else None,
+        points,
+        normals,
         values[:, -1] if importance else None,
         notes,
         _read_colours(message, names),
@@ -201,13 +195,18 @@ def pose_from_message(pose: Message) -> tuple[Position, Orientation]:
     return (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
 
 
-def poses_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
+def poses_from_message(
+    message: Message, optics: Optics, frame_id: str, heard: HeardFrames = NO_FRAMES
+) -> Rig:
     """Return a rig of cameras ``cam_000``, ``cam_001``, ..., one per pose."""
-    check_frame(message.header, frame_id)
+    pose_of_rig = pose_of_message(message.header, frame_id, heard)
     lens = optics.lens_for(optics.intrinsics)
-    cameras = tuple(
-        Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, lens)
-        for i, pose in enumerate(message.poses)
+    cameras = _moved(
+        (
+            Camera(f"cam_{i:03d}", *pose_from_message(pose), optics.intrinsics, lens)
+            for i, pose in enumerate(message.poses)
+        ),
+        pose_of_rig,
     )
     lacking = [(True, True)] * len(cameras)
     circles = {}
@@ -318,11 +317,26 @@ def camera_from_message(message: Message, optics: Optics) -> Camera:
     return Camera(message.name, *pose_from_message(message.pose), intrinsics, lens)
 
 
-def rig_from_message(message: Message, optics: Optics, frame_id: str) -> Rig:
+def _moved(cameras: Iterable[Camera], pose: Similarity | None) -> tuple[Camera, ...]:
+    """Return the cameras of a rig that has this pose; None if it is in the planner's frame."""
+    if pose is None:
+        return tuple(cameras)
+    return tuple(_placed(camera, pose) for camera in cameras)
+
+
+def _placed(camera: Camera, pose: Similarity) -> Camera:
+    where = f"camera {camera.name}"
+    at = pose @ similarity_from_pose(where, camera.position, camera.orientation)
+    return replace(camera, position=at.position, orientation=at.orientation)
+
+
+def rig_from_message(
+    message: Message, optics: Optics, frame_id: str, heard: HeardFrames = NO_FRAMES
+) -> Rig:
     """Return the rig, its cameras completed from ``optics``."""
-    check_frame(message.header, frame_id)
+    pose = pose_of_message(message.header, frame_id, heard)
     rows, columns = message.grid_rows, message.grid_columns
-    cameras = tuple(camera_from_message(camera, optics) for camera in message.cameras)
+    cameras = _moved((camera_from_message(camera, optics) for camera in message.cameras), pose)
     grid = Grid(rows, columns) if rows or columns else None
     lacking = [
         (not camera.camera_info.width, not camera.lens.focal_length) for camera in message.cameras

@@ -30,6 +30,7 @@ _STATED_ONCE = (
 )
 _TITLES = {
     "planning": "What to plan, and how",
+    "frames": "A rig from the frames and CameraInfo of a running system",
     "image": "Image, of cameras that do not bring their own",
     "lens": "Lens, of cameras that do not bring their own",
     "cost": "Cost, Eq. 1 of the paper",
@@ -153,6 +154,8 @@ def _section(declaration: Declaration) -> str:
     group, dot, _ = declaration.name.partition(".")
     if dot:
         return group
+    if declaration.name.startswith("camera_"):
+        return "frames"
     if declaration.name.startswith("record_"):
         return "records"
     return "planning" if declaration.plans else "serving"

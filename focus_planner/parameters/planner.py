@@ -80,9 +80,41 @@ DECLARATIONS = (
     Declaration(
         "frame_id",
         "world",
-        "Frame of the surface and of the rig. Messages in another frame are refused; a mesh has no"
-        " frame of its own and is taken to be in this one.",
+        "Frame of the plan. Messages in another frame are transformed into it by what was heard on"
+        " /tf_static, and refused where nothing there relates the two; a mesh has no frame of its"
+        " own and is taken to be in this one.",
         read_only=True,
+    ),
+    Declaration(
+        "camera_frames",
+        "",
+        "Frames of the cameras, for a rig that is put together from /tf_static and CameraInfo:"
+        " names, or patterns such as cam*_optical_frame, separated by spaces; '' for none. Each"
+        " becomes a camera, which is called like its frame without _optical_frame, as soon as"
+        " /tf_static relates it to frame_id and its CameraInfo was heard. CameraInfo gives the"
+        " image, whatever image.* is set to; the lens comes from lens.* and lens_tables.",
+        read_only=True,
+        plans=False,
+    ),
+    Declaration(
+        "camera_convention",
+        "",
+        "How camera_frames are oriented. optical: z forward, x right, y down. body: x forward, y"
+        " left, z up. '': told by their names, as in REP 103; those that end in _optical_frame or"
+        " _optical are optical, all others body frames.",
+        read_only=True,
+        plans=False,
+    ),
+    Declaration(
+        "camera_info_topics",
+        "",
+        "Topics of the CameraInfo of camera_frames: names, or patterns such as /*/camera_info,"
+        " separated by spaces; '' for all topics of that type. A message is that of the frame which"
+        " its header names, or of another frame of the same camera (cam0_link for"
+        " cam0_optical_frame). In /{camera}/camera_info, {camera} stands for a camera's name: then"
+        " the topic tells, whatever the header says.",
+        read_only=True,
+        plans=False,
     ),
     *request_declarations(),
     Declaration(

@@ -19,6 +19,7 @@ from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import Optics, lacks_circle, lens_from_message
 from focus_planner.messages.requests import request_from_values
+from focus_planner.parameters.camera_frames import CameraFrames
 from focus_planner.parameters.declaration import Value, group, with_defaults
 from focus_planner.parameters.planner import ACCESSES, ANY_DISTANCE, DECLARATIONS, OVERLAPS
 
@@ -113,6 +114,8 @@ class Settings:
         How large messages may be.
     resources : ResourceLimits
         What a plan may take.
+    camera_frames : CameraFrames
+        Of a rig that is put together from frames.
     recording : Recording
     serving : Serving
     values : tuple
@@ -128,6 +131,7 @@ class Settings:
     model: CostModel
     limits: Limits
     resources: ResourceLimits
+    camera_frames: CameraFrames
     recording: Recording
     serving: Serving
     values: tuple[tuple[str, Value], ...]
@@ -160,6 +164,9 @@ class Settings:
         return cls(
             frame_id=values["frame_id"],
             importance_field=values["importance_field"],
+            camera_frames=CameraFrames.from_values(
+                *(values[f"camera_{name}"] for name in ("frames", "convention", "info_topics"))
+            ),
             request=request_from_values(values),
             warm_start=values["warm_start"],
             optics=_optics(values, lens_tables_of(values["lens_tables"], lens_tables)),

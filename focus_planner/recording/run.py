@@ -29,7 +29,14 @@ from focus_planner.messages.typestore import (
 from focus_planner.messages.writing import Fields, Stamp
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
-from focus_planner.recording.run_inputs import RIGS, SURFACES, arrival_of, read_rig, read_surface
+from focus_planner.recording.run_inputs import (
+    RIGS,
+    SURFACES,
+    arrival_of,
+    read_rig,
+    read_surface,
+    with_frames,
+)
 from focus_planner.runtime.inputs import Arrival
 
 
@@ -114,7 +121,8 @@ class Run:
     path : Path
         Its folder or file.
     inputs : tuple of BagMessage
-        The surfaces and rigs that the planner had, oldest first.
+        The surfaces and rigs that the planner had, oldest first, each after the transforms that it
+        depends on.
     beginning : Beginning
     progress : tuple of Progress
     ending : Ending or None
@@ -140,11 +148,12 @@ class Run:
         return [
             arrival_of(
                 message,
+                heard,
                 partial(
                     read_surface, message, data, begun.settings, begun.input_notes, self._limits
                 ),
             )
-            for message in self.inputs
+            for message, heard in with_frames(self.inputs)
             if message.type_name in SURFACES
         ]
 
@@ -157,8 +166,8 @@ class Run:
         """Return the rigs as the planner received them."""
         frame_id = self.beginning.settings.frame_id
         return [
-            arrival_of(message, partial(read_rig, message, frame_id, self._limits))
-            for message in self.inputs
+            arrival_of(message, heard, partial(read_rig, message, frame_id, self._limits))
+            for message, heard in with_frames(self.inputs)
             if message.type_name in RIGS
         ]
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
+from functools import partial
 from typing import Any
 
 from numpy.typing import NDArray
@@ -13,15 +14,26 @@ from focus_planner.core.notes import Note
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
+from focus_planner.messages.frames import TF_STATIC, HeardFrames
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import (
+    NO_FRAMES,
     Optics,
     cloud_from_message,
     mesh_from_bytes,
     poses_from_message,
     rig_from_message,
 )
-from focus_planner.messages.typestore import CLOUD, MESH, POSES, RIG, VERTEX_DATA, serialize
+from focus_planner.messages.transforms import transforms_from_bytes, transforms_to_bytes
+from focus_planner.messages.typestore import (
+    CLOUD,
+    MESH,
+    POSES,
+    RIG,
+    TRANSFORMS,
+    VERTEX_DATA,
+    serialize,
+)
 from focus_planner.messages.writing import (
     cloud_to_fields,
     datetime_stamp,
@@ -35,17 +47,36 @@ from focus_planner.runtime.inputs import Arrival
 #: Types of messages.
 SURFACES, RIGS = (MESH, CLOUD), (POSES, RIG)
 _NANO = 10**9
+# Between the planner's name and the topic of what a rig was put together from.
+_COMPOSED = "/rig/from"
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 
 # --- writing -----------------------------------------------------------------------------------
 
 
-def input_message(arrival: Arrival[Any]) -> BagMessage:
-    """Return an input that the planner received as the message to record."""
+def input_messages(planner: str, arrival: Arrival[Any]) -> list[BagMessage]:
+    """Return the messages to record of an input that the planner received.
+
+    The transforms that it depends on come just before it. A rig that was put together from frames
+    is recorded as such, under a topic of its own: in a bag, a topic has messages of one type.
+
+    Parameters
+    ----------
+    planner : str
+        The node's full name.
+    arrival : Arrival
+    """
     seconds, nanoseconds = datetime_stamp(arrival.at)
     at = seconds * _NANO + nanoseconds
-    return BagMessage(arrival.topic, arrival.type_name, arrival.payload, at)
+    topic = arrival.topic
+    if arrival.type_name == RIG and topic.endswith(TF_STATIC):
+        topic = f"{planner}{_COMPOSED}{topic}"
+    message = BagMessage(topic, arrival.type_name, arrival.payload, at)
+    if not arrival.heard.transforms:
+        return [message]
+    payload = transforms_to_bytes(arrival.heard.transforms)
+    return [BagMessage(TF_STATIC, TRANSFORMS, payload, at), message]
 
 
 def surface_messages(planner: str, surface: Surface, frame_id: str, at: int) -> list[BagMessage]:
@@ -74,19 +105,42 @@ def rig_message(planner: str, rig: Rig, at: int) -> BagMessage:
 # --- reading -----------------------------------------------------------------------------------
 
 
+def with_frames(messages: Iterable[BagMessage]) -> Iterator[tuple[BagMessage, HeardFrames]]:
+    """Yield each input with the transforms that were recorded just before it."""
+    heard = NO_FRAMES
+    for message in messages:
+        if message.type_name == TRANSFORMS:
+            heard = HeardFrames(tuple(transforms_from_bytes(message.payload)))
+        else:
+            yield message, heard
+            heard = NO_FRAMES
+
+
 def arrival_of(
-    message: BagMessage, read: Callable[[Optics], Surface] | Callable[[Optics], Rig]
+    message: BagMessage,
+    heard: HeardFrames,
+    read: Callable[[HeardFrames, Optics], Surface] | Callable[[HeardFrames, Optics], Rig],
 ) -> Arrival[Any]:
     """Return a recorded input as the planner received it.
 
     Parameters
     ----------
     message : BagMessage
+    heard : HeardFrames
+        The transforms that it depends on.
     read : callable
         Returns the surface or the rig of the message.
     """
     at = _EPOCH + timedelta(microseconds=message.at // 1000)
-    return Arrival(message.topic, message.type_name, message.payload, read, at)
+    _, composed, topic = message.topic.partition(_COMPOSED)
+    return Arrival(
+        topic if composed else message.topic,
+        message.type_name,
+        message.payload,
+        partial(read, heard),
+        at,
+        heard=heard,
+    )
 
 
 def read_surface(
@@ -95,6 +149,7 @@ def read_surface(
     settings: Settings,
     notes: tuple[Note, ...],
     limits: Limits,
+    heard: HeardFrames,
     _: Optics,
 ) -> Surface:
     """Return the surface of a message.
@@ -108,23 +163,29 @@ def read_surface(
     notes : tuple of Note
         On the file that it was read from.
     limits : Limits
+    heard : HeardFrames
+        The transforms that it depends on.
 
     Raises
     ------
     InputError
         If it is none, or beyond the limits.
     """
-    surface = _surface(message, data, settings, limits)
+    surface = _surface(message, data, settings, limits, heard)
     # What there was to note in a file is no longer in the message that was made from it.
     return replace(surface, notes=notes) if notes else surface
 
 
 def _surface(
-    message: BagMessage, data: list[BagMessage], settings: Settings, limits: Limits
+    message: BagMessage,
+    data: list[BagMessage],
+    settings: Settings,
+    limits: Limits,
+    heard: HeardFrames,
 ) -> Surface:
     if message.type_name == CLOUD:
         field = settings.importance_field
-        return cloud_from_message(message.read(), settings.frame_id, limits, field)
+        return cloud_from_message(message.read(), settings.frame_id, limits, field, heard)
     mesh = mesh_from_bytes(message.payload, limits)
     if not data:
         return mesh
@@ -148,7 +209,9 @@ def _of_three(name: str, values: NDArray[Any]) -> NDArray[Any] | None:
     return values.reshape(-1, 3) if len(values) else None
 
 
-def read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics) -> Rig:
+def read_rig(
+    message: BagMessage, frame_id: str, limits: Limits, heard: HeardFrames, optics: Optics
+) -> Rig:
     """Return the rig of a message.
 
     Raises
@@ -158,4 +221,4 @@ def read_rig(message: BagMessage, frame_id: str, limits: Limits, optics: Optics)
     """
     limits.check_rig(message.payload)
     from_message = rig_from_message if message.type_name == RIG else poses_from_message
-    return from_message(message.read(), optics, frame_id)
+    return from_message(message.read(), optics, frame_id, heard)

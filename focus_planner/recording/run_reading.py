@@ -24,6 +24,7 @@ from focus_planner.messages.typestore import (
     RUN,
     RUN_PROGRESS,
     RUN_RESULT,
+    TRANSFORMS,
     VERTEX_DATA,
     fields_of,
 )
@@ -72,7 +73,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
         inputs=tuple(
             message
             for message in bag.messages
-            if message.type_name in (*SURFACES, *RIGS, VERTEX_DATA)
+            if message.type_name in (*SURFACES, *RIGS, VERTEX_DATA, TRANSFORMS)
             and message.topic != f"{run.planner}/{QUALITY_CLOUD}"
         ),
         beginning=Beginning(

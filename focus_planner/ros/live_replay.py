@@ -17,6 +17,7 @@ from focus_planner.messages.typestore import (
     MESH,
     POSES,
     RIG,
+    TRANSFORMS,
     VERTEX_DATA,
     definition_of,
     fields_of,
@@ -60,6 +61,13 @@ def replay_live(run: Run, node: str, on_step: Callable[[str], None] = lambda _: 
             str(run.path),
             "a mesh that a message can hold, for --live",
             "one with normals or importance per vertex",
+            "replay it without --live",
+        )
+    if any(message.type_name == TRANSFORMS for message in run.inputs):
+        raise InputError(
+            str(run.path),
+            "a run whose inputs are in the planner's frame, for --live",
+            "one that depends on transforms, which are not published on a graph with its own",
             "replay it without --live",
         )
     if run.beginning.warm_start is not None:

@@ -23,6 +23,7 @@ from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.callers import CallerTellingExecutor
 from focus_planner.ros.camera_topics import CameraTopics
 from focus_planner.ros.diagnostics import DiagnosticsPublisher
+from focus_planner.ros.gated_group import GatedCallbackGroup
 from focus_planner.ros.lens_states import LensStates
 from focus_planner.ros.lifecycle import ManagedNode
 from focus_planner.ros.node_parameters import Parameters
@@ -33,7 +34,7 @@ from focus_planner.ros.process import run
 from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.steps import Steps
-from focus_planner.ros.subscriptions import GatedCallbackGroup, Subscriptions
+from focus_planner.ros.subscriptions import Subscriptions
 from focus_planner.ros.supervisor import Supervisor
 from focus_planner.ros.visuals import VisualsPublisher
 from focus_planner.runtime.diagnostics import Diagnosis, diagnose
@@ -67,6 +68,11 @@ class PlannerNode(ManagedNode):
         the parameters.
     ~/rig : focus_planner_msgs/msg/CameraRig
         The same with names, intrinsics, lenses and a grid.
+    /tf_static : tf2_msgs/msg/TFMessage
+        How frames are related: for messages in another frame than ``frame_id``, and for the rig of
+        parameter ``camera_frames``.
+    CameraInfo : sensor_msgs/msg/CameraInfo
+        Of ``camera_frames``, on the topics of parameter ``camera_info_topics``.
     ~/lens_states : focus_planner_msgs/msg/LensState
         How far each lens has applied the plan, from the node that drives it.
 
@@ -291,6 +297,8 @@ class PlannerNode(ManagedNode):
         self._visuals.welcome_if_due()
         self._server.close_if_answered()
         self._server.requests.reject_overdue()
+        if self._inputs:
+            self._inputs.look_if_due()
         period = self._settings.current.serving.status_period
         self._check_publishers_if_due(period)
         self._status.publish_if_due(self._report(), period)

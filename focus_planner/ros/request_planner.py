@@ -25,7 +25,7 @@ from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder, RunRecorder
 from focus_planner.recording.run import Beginning
-from focus_planner.recording.run_inputs import input_message
+from focus_planner.recording.run_inputs import input_messages
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime import planning_orders as orders
@@ -469,7 +469,8 @@ class RequestPlanner:
         self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run)
 
     def _inputs(self) -> list[BagMessage]:
-        return [input_message(arrival) for arrival in self.planner.arrivals]
+        name = self._host.name
+        return [each for one in self.planner.arrivals for each in input_messages(name, one)]
 
 
 def _internal(error: Exception) -> str:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh, PointCloud
 from focus_planner.core.validation import InputError
+from focus_planner.messages.frames import HeardFrames
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.reading import (
+    NO_FRAMES,
     Optics,
     cloud_from_message,
     mesh_from_bytes,
@@ -28,12 +30,15 @@ class InputReader:
     limits : Limits
     longest_name : int
         The most characters that a camera's name may have to be part of a topic's name here.
+    heard : HeardFrames
+        What relates a message's frame to ``frame_id``.
     """
 
     frame_id: str
     importance_field: str
     limits: Limits
     longest_name: int
+    heard: HeardFrames = NO_FRAMES
 
     def mesh(self, payload: bytes, _: Optics) -> Mesh:
         """Return a mesh."""
@@ -42,19 +47,21 @@ class InputReader:
     def cloud(self, payload: bytes, _: Optics) -> PointCloud:
         """Return a cloud."""
         message = deserialize(CLOUD, payload)
-        return cloud_from_message(message, self.frame_id, self.limits, self.importance_field)
+        return cloud_from_message(
+            message, self.frame_id, self.limits, self.importance_field, self.heard
+        )
 
     def poses(self, payload: bytes, optics: Optics) -> Rig:
         """Return the rig of cameras with these poses."""
         self.limits.check_rig(payload)
         message = deserialize(POSES, payload)
-        return self._checked(poses_from_message(message, optics, self.frame_id))
+        return self._checked(poses_from_message(message, optics, self.frame_id, self.heard))
 
     def rig(self, payload: bytes, optics: Optics) -> Rig:
         """Return a rig."""
         self.limits.check_rig(payload)
         message = deserialize(RIG, payload)
-        return self._checked(rig_from_message(message, optics, self.frame_id))
+        return self._checked(rig_from_message(message, optics, self.frame_id, self.heard))
 
     def _checked(self, rig: Rig) -> Rig:
         """Return the rig, if its cameras' names can be parts of topics' names.

@@ -14,7 +14,8 @@ from typing import Generic, TypeVar
 
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import header_stamp
-from focus_planner.messages.reading import Optics
+from focus_planner.messages.frames import HeardFrames
+from focus_planner.messages.reading import NO_FRAMES, Optics
 from focus_planner.runtime.log import Log, ThrottledLog, log_exception
 
 # Messages kept while a plan is being made. Only the newest valid one counts; a few older ones stay
@@ -37,13 +38,15 @@ class Arrival(Generic[Content]):
     topic, type_name : str
         Full name of the topic, and of its type.
     payload : bytes
-        Messages of equal bytes have equal content.
+        Messages of equal bytes have equal content, if they depend on the same transforms.
     read : callable
         Returns the message's content, given the optics that it leaves out.
     at : datetime
         When it was received.
     number : int
         In the order of arrival; no other of this process has it.
+    heard : HeardFrames
+        The static transforms that its content depends on; none for one in the planner's frame.
     """
 
     topic: str
@@ -52,6 +55,11 @@ class Arrival(Generic[Content]):
     read: Callable[[Optics], Content]
     at: datetime = field(default_factory=lambda: datetime.now(timezone.utc))
     number: int = field(default_factory=count().__next__)
+    heard: HeardFrames = field(default=NO_FRAMES, repr=False)
+
+    def equals(self, other: Arrival[Content]) -> bool:
+        """Return whether another has the same content."""
+        return (self.payload, self.heard) == (other.payload, other.heard)
 
     @property
     def stamp(self) -> tuple[int, int]:
@@ -80,10 +88,13 @@ class Unheard:
         Those whose messages will never arrive.
     missed : tuple of str
         Those of which none has arrived so far.
+    incomplete : tuple of str
+        What is still missing of an input that is put together from several.
     """
 
     never: tuple[str, ...] = ()
     missed: tuple[str, ...] = ()
+    incomplete: tuple[str, ...] = ()
 
 
 def with_unheard(message: str, unheard: str) -> str:
@@ -255,7 +266,7 @@ class InputSlot(Generic[Content, Value]):
     def warning(self) -> str:
         """Return what a caller is told of publishers that are not received; empty if all are."""
         missed = () if self.in_force or self._refused else self.unheard.missed
-        return "; ".join((*self.unheard.never, *missed))
+        return "; ".join((*self.unheard.incomplete, *self.unheard.never, *missed))
 
     @property
     def state(self) -> InputState:
@@ -276,7 +287,7 @@ class InputSlot(Generic[Content, Value]):
         self, arrival: Arrival[Content], optics: Optics
     ) -> AcceptedInput[Content, Value] | None:
         """Return the accepted message, or refuse it and return None."""
-        if self.in_force and arrival.payload == self.in_force.arrival.payload:
+        if self.in_force and arrival.equals(self.in_force.arrival):
             return AcceptedInput(arrival, self.in_force.value)
         self._on_reading(arrival)
         try:

@@ -26,7 +26,7 @@ from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.parameters.planner_settings import Recording
 from focus_planner.recording.recorder import Recorder
 from focus_planner.recording.replay import differences, outcome_differences, plan_run
-from focus_planner.recording.run_inputs import input_message
+from focus_planner.recording.run_inputs import input_messages
 from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.run_writing import inputs_of
 from focus_planner.recording.what_if import parse_changes, with_changes
@@ -280,7 +280,11 @@ class Bench:
     def call(self, folder, request=SMALL):
         """Plan and record, as the node does; return the run's folder."""
         self.planner.digest(Optics())
-        inputs = [input_message(arrival) for arrival in self.planner.arrivals()]
+        inputs = [
+            each
+            for arrival in self.planner.arrivals()
+            for each in input_messages("/focus_planner", arrival)
+        ]
         recorder = Recorder(Log())
         run = recorder.begin(Recording(folder), inputs, beginning_with(request))
         try:

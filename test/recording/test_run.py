@@ -34,7 +34,7 @@ from focus_planner.recording.bag import BagMessage, BagWriter
 from focus_planner.recording.bag_reading import read_bag
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Beginning, Ending
-from focus_planner.recording.run_inputs import input_message, rig_message, surface_messages
+from focus_planner.recording.run_inputs import input_messages, rig_message, surface_messages
 from focus_planner.recording.run_reading import read_run
 from focus_planner.recording.run_writing import (
     beginning_messages,
@@ -243,8 +243,8 @@ def test_inputs_keep_their_times_and_their_order(tmp_path):
     surface = surface_messages("/focus_planner", TORUS, "world", AT + 1000)
     run = written(tmp_path, beginning, [*surface, *rigs])
     assert [m.at for m in run.inputs] == [AT + 1000, AT + 2000, AT + 3000]
-    assert [input_message(arrival) for arrival in run.rigs()] == [
-        replace(message, definition="") for message in run.inputs[1:]
+    assert [input_messages("/focus_planner", arrival) for arrival in run.rigs()] == [
+        [replace(message, definition="")] for message in run.inputs[1:]
     ]
 
 
@@ -284,6 +284,9 @@ def other_than_default(declaration):
         "overlap": "refuse",
         "record_access": "group",
         "data_directories": "/tables:/runs",
+        "camera_frames": "left_optical_frame cam*_link",
+        "camera_convention": "body",
+        "camera_info_topics": "/*/camera_info",
     }.get(declaration.name) or default + 3
 
 

@@ -108,7 +108,7 @@ def test_a_latched_mesh_and_a_best_effort_cloud_are_received(tmp_path, make_node
             assert policies(node, "/latched/camera_poses") == (reliable, volatile)
             assert policies(node, "/latched/rig") == (reliable, volatile)
             overrides = {n for n in listed(node, "/latched") if n.startswith("qos_overrides")}
-            assert len(overrides) == 16
+            assert len(overrides) == 20  # of four inputs and /tf_static
             assert plans_from_best_effort(node, client, PointCloud(body.vertices))
     finally:
         assert planner.stop() == 0

@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node, NodeNameNonExistentError
+from sensor_msgs.msg import CameraInfo
 
 from focus_planner import cylinder_rig
 from focus_planner.lenses.profiles import CAMERA, PROFILES
@@ -135,6 +136,12 @@ def test_only_the_orchestrator_may_change_anything():
         assert not matches("/focus_planner/plan/_action/send_goal", other["client"])
 
 
+def test_nobody_here_may_move_what_the_planner_plans_for():
+    # Frames come from whoever publishes the rig's description, in an enclave of its own.
+    for enclave in ENCLAVES:
+        assert not matches("/tf_static", allowed(enclave)["publisher"])
+
+
 def test_the_engineer_only_watches():
     engineer = allowed("/engineer")
     assert engineer["publisher"] == {"/rosout", "/parameter_events"}
@@ -194,8 +201,12 @@ def unseen(seen, enclave):
 
 @pytest.mark.processes
 def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(observer):
-    # With simulated time it listens to /clock.
-    planner = PlannerProcess("focus_planner", "-p", "autostart:=false", "-p", "use_sim_time:=true")
+    # With simulated time it listens to /clock, with frames of cameras to their CameraInfo.
+    parameters = ("autostart:=false", "use_sim_time:=true", "camera_frames:=cam_a")
+    planner = PlannerProcess(
+        "focus_planner", *(part for each in parameters for part in ("-p", each))
+    )
+    driver = observer.create_publisher(CameraInfo, "/cam_a/camera/camera_info", 1)
     try:
         with PlannerClient() as client:
             assert client.state() == "unconfigured"
@@ -212,6 +223,7 @@ def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(o
                 assert client.change_state(transition)
                 expect(observer, ("service", "/focus_planner/get_type_description"))
     finally:
+        observer.destroy_publisher(driver)
         assert planner.stop() == 0
 
 

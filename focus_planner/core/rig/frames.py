@@ -22,7 +22,8 @@ _TOLERANCE = 1e-3  # of what should be 1, as for a camera's orientation
 _SAME_PLACE = 1e-9  # metres, and radians
 # Of any unit of length: beyond it squares are of no use, and products overflow.
 _LARGEST = 1e50
-_MAX_DEPTH = 100  # frames above a frame
+#: Frames above a frame.
+MAX_DEPTH = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,20 @@ class Similarity:
         """Return ``source_from_target``."""
         rotation = self.rotation.inv()
         return Similarity(rotation, -rotation.apply(self.translation) / self.scale, 1 / self.scale)
+
+    def points(self, points: FloatArray) -> FloatArray:
+        """Return (N, 3) points of the source frame in the target frame.
+
+        Every sum has a fixed order, so that all machines agree to the bit.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):  # points there are refused
+            return self.scale * self.directions(points) + self.translation
+
+    def directions(self, vectors: FloatArray) -> FloatArray:
+        """Return (N, 3) vectors of the source frame in the target frame, turned only."""
+        x, y, z = vectors.T
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.stack([a * x + b * y + c * z for a, b, c in self.rotation.as_matrix()], 1)
 
     @property
     def position(self) -> tuple[float, float, float]:
@@ -245,9 +260,9 @@ class FrameTree:
             seen.append(transform.parent)
             if transform.parent == frame:
                 raise InputError(f"frame {frame}", "a tree", f"a cycle: {' → '.join(seen)}")
-            if len(seen) > _MAX_DEPTH + 1:
+            if len(seen) > MAX_DEPTH + 1:
                 if len(set(seen)) == len(seen):
-                    expected = f"at most {_MAX_DEPTH} frames above it"
+                    expected = f"at most {MAX_DEPTH} frames above it"
                     raise InputError(f"frame {frame}", expected, "more")
                 return  # a cycle further up: its own frames report it
 

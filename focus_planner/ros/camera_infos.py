@@ -1,0 +1,85 @@
+"""``CameraInfo`` of cameras on the graph, whoever publishes it and however often.
+
+A rig may publish 168 of them thirty times a second, each the same as the one before. So nobody is
+woken by them: they wait in the middleware, one a topic, until somebody looks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import CameraInfo
+
+from focus_planner.ros.gated_group import GatedCallbackGroup
+
+_TYPE = "sensor_msgs/msg/CameraInfo"
+
+
+class CameraInfos:
+    """Subscribes to ``CameraInfo`` as it turns up on the graph.
+
+    Parameters
+    ----------
+    node : Node
+    is_wanted : callable
+        Returns whether a topic is to be subscribed to.
+    most : float
+        The greatest number of topics.
+    """
+
+    def __init__(self, node: Node, is_wanted: Callable[[str], bool], most: float) -> None:
+        self._node = node
+        self._is_wanted = is_wanted
+        self._most = most
+        self._group = GatedCallbackGroup()  # never open
+        self._subscriptions: dict[str, Subscription] = {}
+
+    def discover(self) -> None:
+        """Subscribe to topics that have come, in the way that their publishers offer."""
+        for topic, types in self._node.get_topic_names_and_types():
+            if _TYPE not in types or topic in self._subscriptions or not self._is_wanted(topic):
+                continue
+            if len(self._subscriptions) >= self._most:
+                return
+            offered = [
+                each.qos_profile
+                for each in self._node.get_publishers_info_by_topic(topic)
+                if each.topic_type == _TYPE
+            ]
+            if offered:
+                self._subscriptions[topic] = self._node.create_subscription(
+                    CameraInfo,
+                    topic,
+                    lambda _: None,
+                    _heard_from_all(offered),
+                    callback_group=self._group,
+                    raw=True,
+                )
+
+    def look(self) -> Iterator[tuple[str, bytes]]:
+        """Yield the newest message of each topic that has had one since the last look."""
+        for topic, subscription in self._subscriptions.items():
+            with subscription.handle:
+                taken = subscription.handle.take_message(CameraInfo, True)
+            if taken is not None:
+                yield topic, taken[0]
+
+    def destroy(self) -> None:
+        """Unsubscribe."""
+        for subscription in self._subscriptions.values():
+            self._node.destroy_subscription(subscription)
+        self._subscriptions.clear()
+
+
+def _heard_from_all(offered: list[QoSProfile]) -> QoSProfile:
+    """Return the most that all publishers offer; what was latched is heard if all latch."""
+    reliable = all(each.reliability == ReliabilityPolicy.RELIABLE for each in offered)
+    latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offered)
+    return QoSProfile(
+        depth=1,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )

@@ -1,0 +1,88 @@
+"""The static transforms that were heard: kept by child frame, the newest of each, as in tf2."""
+
+from __future__ import annotations
+
+from datetime import datetime, timezone
+
+from focus_planner.core.rig.frames import MAX_DEPTH
+from focus_planner.core.validation import InputError, shown
+from focus_planner.messages.frames import TF_STATIC, HeardFrames, StaticTransform
+from focus_planner.messages.limits import (
+    MAX_FRAME_NAME,
+    MAX_TRANSFORM_BYTES,
+    MAX_TRANSFORMS,
+    check_bytes,
+)
+from focus_planner.messages.transforms import transforms_from_bytes
+from focus_planner.runtime.log import Log, ThrottledLog
+
+
+class StaticFrames:
+    """Accumulates what all publishers of ``/tf_static`` say, each of which latches its own part.
+
+    A transform that is not valid is refused by itself: the one before it stays in force.
+
+    Parameters
+    ----------
+    log : Log
+
+    Attributes
+    ----------
+    heard : HeardFrames
+        What is in force; replaced as a whole.
+    """
+
+    def __init__(self, log: Log) -> None:
+        self.heard = HeardFrames()
+        self._of_child: dict[str, StaticTransform] = {}
+        self._log = ThrottledLog(log)
+
+    def receive(self, payload: bytes) -> bool:
+        """Take a serialized ``tf2_msgs/msg/TFMessage``; return whether anything has changed."""
+        try:
+            check_bytes(f"message on {TF_STATIC}", payload, MAX_TRANSFORM_BYTES)
+            transforms = transforms_from_bytes(payload)
+        except InputError as error:
+            self._refuse(error)
+            return False
+        changed = False
+        for transform in transforms:
+            if self._of_child.get(transform.child) == transform:
+                continue
+            try:
+                self._check(transform)
+            except InputError as error:
+                self._refuse(error)
+                continue
+            self._of_child[transform.child] = transform
+            changed = True
+        if changed:
+            self.heard = HeardFrames(tuple(self._of_child.values()))
+        return changed
+
+    def _refuse(self, error: InputError) -> None:
+        self._log.warning(f"refused from {TF_STATIC}: {error}", datetime.now(timezone.utc))
+
+    def _check(self, new: StaticTransform) -> None:
+        for what, name in (("frame_id", new.parent), ("child_frame_id", new.child)):
+            if not name:
+                raise InputError(f"transform {what}", "the name of a frame", "''")
+            if len(name) > MAX_FRAME_NAME:
+                expected = f"at most {MAX_FRAME_NAME} characters"
+                raise InputError(f"transform {what}", expected, f"{len(name):,}")
+        if new.child not in self._of_child and len(self._of_child) >= MAX_TRANSFORMS:
+            raise InputError(
+                TF_STATIC, f"at most {MAX_TRANSFORMS:,} frames", f"one more, {shown(new.child)}"
+            )
+        new.pose()
+        frame = new.parent
+        for _ in range(MAX_DEPTH):
+            if frame == new.child:
+                raise InputError(
+                    f"frame {new.child}", "a parent that is not below it", shown(new.parent)
+                )
+            above = self._of_child.get(frame)
+            if above is None:
+                return
+            frame = above.parent
+        raise InputError(f"frame {new.child}", f"at most {MAX_DEPTH} frames above it", "more")

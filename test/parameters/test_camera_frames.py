@@ -1,0 +1,41 @@
+"""Which frames and topics parameters name."""
+
+from __future__ import annotations
+
+import pytest
+
+from focus_planner.core.validation import InputError
+from focus_planner.parameters.camera_frames import CameraFrames
+from focus_planner.parameters.planner_settings import Settings
+
+
+def test_names_and_patterns_are_told_apart():
+    wanted = CameraFrames.from_values(" /left cam*_optical_frame left ", "", "")
+    assert wanted.names == ("left",)
+    assert wanted.patterns == ("cam*_optical_frame",)
+    assert wanted.has("left")
+    assert wanted.has("cam7_optical_frame")
+    assert not wanted.has("cam7_link")
+    assert Settings.from_values({}).camera_frames.frames == ()
+
+
+@pytest.mark.parametrize(
+    ("topics", "topic", "camera"),
+    [
+        ("", "/any/camera_info", ""),
+        ("/cam*/info", "/cam1/info", ""),
+        ("/cam*/info", "/eye/info", None),
+        ("/{camera}/camera_info", "/cam1/camera_info", "cam1"),
+        ("/{camera}/camera_info", "/rig/cam1/camera_info", None),
+        ("/*/{camera}/camera_info", "/rig/cam1/camera_info", "cam1"),
+        ("/a.b/info /left", "/left", ""),
+        ("/a.b/info", "/aXb/info", None),
+    ],
+)
+def test_topics_may_name_cameras(topics, topic, camera):
+    assert CameraFrames.from_values("cam*", "", topics).camera_of(topic) == camera
+
+
+def test_an_unknown_convention_is_refused():
+    with pytest.raises(InputError, match="camera_convention: expected one of optical, body"):
+        Settings.from_values({"camera_convention": "opengl"})
