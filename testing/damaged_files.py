@@ -29,13 +29,14 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.io.camera_info import load_camera_info
-from focus_planner.io.colmap import load_alignment, load_colmap
 from focus_planner.io.importance import load_importance
 from focus_planner.io.lens_tables import load_lens_tables
 from focus_planner.io.plans import load_plan, plan_to_json
+from focus_planner.io.rig_files.alignment import load_alignment
+from focus_planner.io.rig_files.colmap import load_colmap
+from focus_planner.io.rig_files.transforms import load_transforms
 from focus_planner.io.rigs import load_rig, rig_to_yaml
 from focus_planner.io.surfaces import load_surface
-from focus_planner.io.transforms import load_transforms
 from testing import calibrations, lens_sheets
 from testing.malformed import BALL, CLOUD, RIG
 

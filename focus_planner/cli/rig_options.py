@@ -78,8 +78,16 @@ def add_image_options(parser: Any) -> None:
 
 def has_image(options: argparse.Namespace) -> bool:
     """Return whether the options tell the image."""
-    given = (getattr(options, name) for name in ("camera_info", *_IMAGE_OPTIONS))
+    given = (getattr(options, name, None) for name in ("camera_info", *_IMAGE_OPTIONS))
     return any(value is not None for value in given)
+
+
+def only_size(options: argparse.Namespace) -> tuple[int, int] | None:
+    """Return the width and height that the options tell, if they tell nothing else of the image."""
+    given = {name for name in _IMAGE_OPTIONS if getattr(options, name) is not None}
+    if given != {"image"} or options.camera_info is not None:
+        return None
+    return _size(options.image)
 
 
 def intrinsics_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
@@ -102,10 +110,7 @@ def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
     size, fx, fy, cx, cy = (getattr(options, name) for name in _IMAGE_OPTIONS)
     if size is None or fx is None:
         raise InputError("--image and --fx", "both or neither", "one without the other")
-    match = re.fullmatch(r"(\d+)[x×](\d+)", size)
-    if match is None:
-        raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(size))
-    width, height = int(match[1]), int(match[2])
+    width, height = _size(size)
     return CameraIntrinsics(
         width,
         height,
@@ -116,6 +121,20 @@ def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
     )
 
 
+def _size(text: str) -> tuple[int, int]:
+    from focus_planner.core.rig.camera import MAX_PIXELS
+    from focus_planner.core.validation import check_whole
+
+    match = re.fullmatch(r"(\d{1,12})[x×](\d{1,12})", text)
+    if match is None:
+        raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(text))
+    width, height = (
+        check_whole(f"image.{name}", int(digits), 1, MAX_PIXELS)
+        for name, digits in zip(("width", "height"), match.groups(), strict=True)
+    )
+    return width, height
+
+
 def add_lens_options(parser: Any) -> None:
     """Add the options of the cameras' lens."""
     lens = parser.add_argument_group("lens")
@@ -124,36 +143,44 @@ def add_lens_options(parser: Any) -> None:
         lens.add_argument(flag, **{"type": float, "metavar": "X"} | settings)
 
 
+def lens_values(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what the options say of the lens, by name."""
+    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
+    return {name: value for name, value in given.items() if value is not None}
+
+
 def lens_of(options: argparse.Namespace) -> Lens:
     """Return the lens of the options, the paper's where they say nothing."""
     from focus_planner.io.rigs import lens_from_values
 
-    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
-    return lens_from_values(
-        "lens", {name: value for name, value in given.items() if value is not None}
-    )
+    return lens_from_values("lens", lens_values(options))
 
 
 def print_rig(rig: Rig, options: argparse.Namespace) -> int:
-    """Print a rig, and what nothing tells of it: its lenses, and images that it has assumed."""
+    """Print a rig whose lenses nothing but the options tells, and what nothing tells of it."""
     from dataclasses import replace
 
-    from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
-    from focus_planner.io.rigs import rig_to_yaml
+    from focus_planner.core.rig.defaults import assumed_values, keys_of
 
-    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
-    lens = {name: value for name, value in given.items() if value is not None}
-    of_lens = assumed_values(lens, {}) & keys_of("lens")
+    of_lens = assumed_values(lens_values(options), {}) & keys_of("lens")
     assumed = {
         camera.name: of_lens | rig.assumed.get(camera.name, frozenset()) for camera in rig.cameras
     }
+    return print_made(replace(rig, assumed=assumed))
+
+
+def print_made(rig: Rig) -> int:
+    """Print a rig, and what nothing tells of its lenses and images."""
+    from focus_planner.core.rig.defaults import notes_on_defaults
+    from focus_planner.io.rigs import rig_to_yaml
+
     defaults = notes_on_defaults(
-        assumed.values(),
+        rig.assumed.values(),
         "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
         " or edit the rig's file",
         "use --camera-info, or --image with --fx, or edit the rig's file",
     )
     for note in (*rig.notes, *defaults):
         show_note(note.text)
-    sys.stdout.write(rig_to_yaml(replace(rig, assumed=assumed)))
+    sys.stdout.write(rig_to_yaml(rig))
     return 0

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.defaults import KINDS, assumed_values, keys_of, notes_on_defaults
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
@@ -95,6 +95,7 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
         CameraIntrinsics(**shared.image)
         lens_from_values(f"{path}: lens", shared.lens)
+    _check_names(f"{path}: cameras", entries)
     read = [_camera(f"{path}: cameras[{i}]", each, shared) for i, each in enumerate(entries)]
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
@@ -192,6 +193,16 @@ def lens_from_values(where: str, values: Values) -> Lens:
         focal_length = own.get("focal_length", Lens().focal_length)
         own["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, circle)
     return Lens(**own)
+
+
+def _check_names(where: str, entries: list[Any]) -> None:
+    """Raise if a camera cannot be called what it is, with a name that no other has."""
+    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
+    taken = {name for name in names if isinstance(name, str)}
+    for i, name in enumerate(names):
+        if name is not None:
+            with errors_within(f"{where}[{i}]"):
+                check_camera_name(name, taken)
 
 
 def _camera(where: str, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:

@@ -17,8 +17,8 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
+from focus_planner.io.rig_files.transforms import load_transforms
 from focus_planner.io.rigs import save_rig
-from focus_planner.io.transforms import load_transforms
 from testing.problems import around
 from testing.runs import TORUS, record
 

@@ -10,9 +10,9 @@ import pytest
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
-from focus_planner.io.colmap import load_colmap
+from focus_planner.io.rig_files.colmap import load_colmap
+from focus_planner.io.rig_files.transforms import load_transforms
 from focus_planner.io.surfaces import load_surface
-from focus_planner.io.transforms import load_transforms
 
 CASES = Path(__file__).parent / "cases"
 POINTS = 4000

@@ -15,8 +15,8 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.validation import InputError
-from focus_planner.io.nerfstudio import frames_of_rig
-from focus_planner.io.transforms import load_transforms
+from focus_planner.io.rig_files.nerfstudio import frames_of_rig
+from focus_planner.io.rig_files.transforms import load_transforms
 
 RIG = cylinder_rig(2, 5)
 IMAGE = {"w": 640, "h": 480, "fl_x": 500.0, "fl_y": 510.0, "cx": 320.5, "cy": 240.5}
