@@ -166,25 +166,27 @@ def _on_focal_lengths(lengths: Counter[float], cameras: int, told_by: str) -> It
         total = sum(lengths.values())
         listed = first_few(f"{1e3 * length:g}" for length in sorted(lengths))
         yield (
-            f"focal length of the lens of {total} of {cameras} cameras: {listed} mm, as {told_by}"
-            " says; otherwise give --focal-length"
+            f"focal length {listed} mm for {total} of {cameras} cameras, from {told_by};"
+            " --focal-length replaces it"
         )
 
 
-def left_out(what: str, names: Sequence[str], remedy: str) -> Iterator[Note]:
+def left_out(why: str, names: Sequence[str], of: int, remedy: str) -> Iterator[Note]:
     """Yield a note on cameras of a file that are not in the rig, if there are any.
 
     Parameters
     ----------
-    what : str
-        What they are, with their number in its place: ``"{} cameras that are not aligned"``.
+    why : str
+        As an adjective: ``"not aligned"``.
     names : sequence of str
+    of : int
+        How many cameras the file has.
     remedy : str
         What to do to have them, as a clause.
     """
     if names:
-        told = what.format(len(names))
-        yield Note("left_out", f"left out {told}: {first_few(names)}; {remedy}")
+        told = f"left out {len(names)} of {of} cameras, {why}: {first_few(names)}"
+        yield Note("left_out", f"{told}; {remedy}")
 
 
 def on_unit(rig: Rig, what: str) -> str:

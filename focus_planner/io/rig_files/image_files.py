@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import is_file, open_regular
 
-_FORMATS = ("JPEG", "MPO", "PNG", "TIFF", "WEBP", "BMP")
+_FORMATS = ("JPEG", "PNG", "TIFF", "WEBP", "BMP")
 _SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 _ORIENTATION, _EXIF, _FOCAL_LENGTH = 0x0112, 0x8769, 0x920A
 _SIDEWAYS = (5, 6, 7, 8)  # of EXIF's orientations: those that swap width and height
@@ -138,9 +138,11 @@ def _header(path: Path) -> ImageHeader | None:
 
 
 def _told_by(image: Any) -> ImageHeader:
-    exif = image.getexif()
+    # Of a PNG only what precedes its pixels: Pillow would decode them to look for more.
+    exif: Any = {} if image.format == "PNG" and "exif" not in image.info else image.getexif()
     try:
-        focal_length = float(exif.get_ifd(_EXIF).get(_FOCAL_LENGTH, math.nan)) / 1000
+        of_camera = exif.get_ifd(_EXIF) if exif else {}
+        focal_length = float(of_camera.get(_FOCAL_LENGTH, math.nan)) / 1000
     except (TypeError, ValueError, ArithmeticError):
         focal_length = math.nan
     width, height = image.size

@@ -19,6 +19,7 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.frames import Similarity, similarity_from_matrix
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, check_whole
+from focus_planner.io.names import camera_names
 from focus_planner.io.quoting import abbreviated
 from focus_planner.io.rig_files.camera_models import Closest
 from focus_planner.io.rig_files.found import FoundCamera, ImportOptions, rig_of_found
@@ -59,16 +60,16 @@ def load_kalibr(path: str | PathLike[str], options: ImportOptions) -> tuple[Rig,
         FoundCamera(at, name, pose, partial(_image, at, data))
         for (at, data), name, pose in zip(chain, names, _poses(chain), strict=True)
     ]
-    frame = f"{re.sub(r'[^A-Za-z0-9_]', '_', names[0])}_optical_frame"
+    rig, notes = rig_of_found(f"{where}: cameras", found, options)
     if options.transform is not None:
-        return rig_of_found(f"{where}: cameras", found, options)
-    named = replace(options, frame_id=options.frame_id or frame)
-    rig, notes = rig_of_found(f"{where}: cameras", found, named)
+        return rig, notes
+    (first,) = camera_names(f"{where}: cam0", names[:1])
     told = (
-        f"poses are in the optical frame of {names[0]}: z is where it looks, y is down; give"
+        f"poses are in the optical frame of {first}: z is where it looks, y is down; give"
         " --transform with its pose in the frame of the surface"
     )
-    return rig, [told, *notes]
+    frame_id = options.frame_id or f"{first}_optical_frame"
+    return replace(rig, frame_id=frame_id), [told, *notes]
 
 
 def _chain(where: str, data: Any) -> list[tuple[str, Mapping[str, Any]]]:
@@ -79,12 +80,15 @@ def _chain(where: str, data: Any) -> list[tuple[str, Mapping[str, Any]]]:
     if not numbers or numbers != list(range(len(numbers))):
         got = "none" if not numbers else "some of the numbers are missing"
         raise InputError(where, f"{_WHAT}: cam0, cam1, ...", got)
-    return [(f"{where}: cam{i}", value_at(f"{where}: ", data, f"cam{i}")) for i in numbers]
+    chain = [(f"{where}: cam{i}", data.get(f"cam{i}")) for i in numbers]
+    for at, camera in chain:
+        value_at(at, camera, "camera_model")
+    return [(at, camera) for at, camera in chain if isinstance(camera, Mapping)]
 
 
 def _names(chain: list[tuple[str, Mapping[str, Any]]]) -> list[str]:
     """Return the topics of the cameras if they tell them apart, else cam0, cam1, ..."""
-    topics = [data.get("rostopic") if isinstance(data, Mapping) else None for _, data in chain]
+    topics = [data.get("rostopic") for _, data in chain]
     names = [_IMAGE_TOPIC.sub("", topic).strip("/") for topic in topics if isinstance(topic, str)]
     if len({*filter(None, names)}) == len(chain):
         return names
@@ -94,14 +98,12 @@ def _names(chain: list[tuple[str, Mapping[str, Any]]]) -> list[str]:
 def _poses(chain: list[tuple[str, Mapping[str, Any]]]) -> Iterator[Similarity]:
     """Yield the pose of every camera in the frame of the first."""
     first_from_camera = Similarity()
-    by_imu = all("T_cam_imu" in data for _, data in chain if isinstance(data, Mapping))
+    by_imu = all("T_cam_imu" in data for _, data in chain)
     for i, (where, data) in enumerate(chain):
-        if i == 0:
-            value_at(where, data, "camera_model")
-        elif "T_cn_cnm1" in data or not by_imu:
+        if i and ("T_cn_cnm1" in data or not by_imu):
             camera_from_previous = _transform(where, data, "T_cn_cnm1")
             first_from_camera = first_from_camera @ camera_from_previous.inverse()
-        else:
+        elif i:
             first_from_imu = _transform(*chain[0], "T_cam_imu")
             first_from_camera = first_from_imu @ _transform(where, data, "T_cam_imu").inverse()
         yield first_from_camera

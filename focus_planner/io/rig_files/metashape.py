@@ -39,7 +39,7 @@ from focus_planner.io.xml_values import child, read_xml, text_number, text_numbe
 
 _WHAT = "cameras exported by Metashape, as Agisoft XML"
 _TYPES = {"frame": False, "fisheye": True}  # whether it is a fisheye
-_EARTH = 5e6  # metres from the origin: beyond it coordinates are geocentric
+_EARTH = 6e6  # metres from the centre of the earth: nobody is nearer
 _PARAMETERS = ("cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4")
 
 
@@ -170,13 +170,15 @@ def _usable(chunk: _Chunk) -> tuple[list[tuple[str, Element]], list[Note]]:
             slaves.append(_label(where, camera))
         else:
             unaligned.append(_label(where, camera))
+    total = len(chunk.cameras)
     notes = [
-        *left_out("{} cameras that are disabled", disabled, "enable them to have them"),
-        *left_out("{} cameras that are not aligned", unaligned, "align them to have them"),
+        *left_out("disabled", disabled, total, "enable them in Metashape, and export again"),
+        *left_out("not aligned", unaligned, total, "align them in Metashape, and export again"),
         *left_out(
-            "{} slaves of a multi-camera system, which have no poses of their own",
+            "slaves of a multi-camera system, which have no poses of their own",
             slaves,
-            "align them without a master to have them",
+            total,
+            "align them as single cameras, and export again",
         ),
     ]
     return used, notes
@@ -222,7 +224,7 @@ def _placed(where: str, element: Element) -> Similarity:
 
 def _on_world(found: Sequence[FoundCamera]) -> Iterator[str]:
     """Yield a note if the poses are on the globe."""
-    farthest = max(abs(float(value)) for each in found for value in each.pose.translation)
+    farthest = max(float(np.linalg.norm(each.pose.translation)) for each in found)
     if farthest > _EARTH:
         yield (
             "the chunk has a geographic reference: poses are geocentric (ECEF, metres from the"
