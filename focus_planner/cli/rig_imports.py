@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,6 +36,7 @@ def add_import(
     file: str,
     cameras: str,
     unit_of: str,
+    aliases: Sequence[str] = (),
 ) -> Any:
     """Add a kind of rig that is read from a file, and return its parser.
 
@@ -50,8 +51,10 @@ def add_import(
         What the pattern of cameras matches, with an example.
     unit_of : str
         What has units of length, for ``--scale``.
+    aliases : sequence of str
+        Its other names.
     """
-    parser = kinds.add_parser(name, help=summary, description=description)
+    parser = kinds.add_parser(name, help=summary, description=description, aliases=aliases)
     parser.add_argument("file", type=Path, metavar="FILE", help=file)
     parser.add_argument(
         "--cameras",
@@ -61,7 +64,7 @@ def add_import(
         help=f"use only cameras {cameras} (default: all)",
     )
     add_placement_options(parser, unit_of)
-    add_image_options(parser)
+    add_image_options(parser, "that of the file")
     add_lens_options(parser)
     return parser
 

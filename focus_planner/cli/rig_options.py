@@ -48,11 +48,9 @@ _LENS_OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def add_image_options(parser: Any) -> None:
+def add_image_options(parser: Any, default: str = "the paper's") -> None:
     """Add the options of the cameras' image."""
-    group = parser.add_argument_group(
-        "image", "Applies to all cameras; the default is the paper's."
-    )
+    group = parser.add_argument_group("image", f"Applies to all cameras; the default is {default}.")
     group.add_argument(
         "--camera-info",
         type=Path,

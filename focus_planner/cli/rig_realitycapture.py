@@ -13,6 +13,7 @@ def add(kinds: Any) -> None:
     parser = add_import(
         kinds,
         "realitycapture",
+        aliases=["realityscan"],
         summary="the cameras of RealityScan, formerly RealityCapture",
         description="Print the rig.yaml of cameras that RealityScan (formerly RealityCapture)"
         " registered, named after their images. Export the registration as Internal/External camera"

@@ -204,7 +204,7 @@ def test_rigs_of_other_programs_plan(here: Path, capsys: Any) -> None:
     assert notes.startswith("focus_planner: note: focal length 50 mm for 13 of 13 cameras")
     assert (rig.cameras[0].intrinsics.width, rig.cameras[0].intrinsics.fx) == (400, 800)
     assert cost(capsys, "made.yaml") < 900
-    rig, _ = made(capsys, "realitycapture", "scan/cameras.csv", "--image", "4000x6000")
+    rig, _ = made(capsys, "realityscan", "scan/cameras.csv", "--image", "4000x6000")
     assert (rig.cameras[0].intrinsics.width, rig.cameras[0].intrinsics.fx) == (4000, 8000)
     write_kalibr(Path("camchain.yaml"))
     Path("pose.txt").write_text("0 0 1 1.5\n1 0 0 0\n0 1 0 0.9\n0 0 0 1\n")
