@@ -31,6 +31,7 @@ def add(kinds: Any) -> None:
     )
     option(
         "--images",
+        "--cameras",
         default="*",
         metavar="PATTERN",
         help="use only images whose names match, such as 'cam*/0001.jpg' (default: all)",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 
 from focus_planner.core.rig.names import as_camera_name
 from focus_planner.core.validation import InputError
@@ -40,10 +41,16 @@ def camera_names(what: str, paths: Sequence[str]) -> list[str]:
                 what,
                 "names that differ in letters and digits, to name cameras by",
                 f"{_told(first[name], path)}, both of which make {name}",
-                "rename one there, or choose one of them",
+                "rename one there, or leave it out with --cameras",
             )
         first[name] = path
     return names
+
+
+def matches(name: str, pattern: str) -> bool:
+    """Return whether a name matches a pattern, however letters with marks are encoded in either."""
+    name, pattern = (unicodedata.normalize("NFC", text) for text in (name, pattern))
+    return fnmatchcase(name, pattern)
 
 
 def _without_common_ends(paths: Sequence[str]) -> list[str]:

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.names import camera_names
+from focus_planner.io.names import camera_names, matches
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_names_are_short_and_fit_for_topics(paths: list[str], names: list[str]) 
     [
         (
             ["a-b", "a b"],
-            "got 'a-b' and 'a b', both of which make a_b; rename one there, or choose one of them",
+            "'a-b' and 'a b', both of which make a_b; rename one there, or leave it out with --cam",
         ),
         (["a/1", "a/1"], "'a/1' and 'a/1', both of which make cam_1"),
         (["Süd", "Su\u0308d"], r"got 'S\xfcd' and 'Su\u0308d', both of which make Sud"),
@@ -42,3 +42,9 @@ def test_names_are_short_and_fit_for_topics(paths: list[str], names: list[str]) 
 def test_what_names_no_camera_is_refused(paths: list[str], telling: str) -> None:
     with pytest.raises(InputError, match=re.escape(telling)):
         camera_names("images", paths)
+
+
+def test_letters_match_however_they_are_encoded() -> None:
+    assert matches("left/Su\u0308d.jpg", "*/S\xfcd*")
+    assert matches("left/S\xfcd.jpg", "*/Su\u0308d*")
+    assert not matches("left/Sud.jpg", "*/S\xfcd*")

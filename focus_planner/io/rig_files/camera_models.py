@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -113,24 +114,29 @@ def closest_intrinsics(where: str, camera: BrownCamera) -> Closest:
     InputError
         If that is more than a thousandth of the image off.
     """
-    without = _without(camera)
-    intrinsics = _exact(camera)
-    if not without:
-        return Closest(intrinsics)
-    with np.errstate(all="ignore"):  # what is not finite is refused below
-        if camera.radial[3] and not camera.is_fisheye:
-            intrinsics = _fitted(camera) or intrinsics
-        error = _largest_difference(camera, intrinsics)
+    closest = _closest(camera)
     most = _TOLERABLE * max(camera.width, camera.height)
-    if not error <= most:
+    if not closest.error <= most:
         raise InputError(
             where,
             "a camera that sensor_msgs/CameraInfo can represent to within"
             f" {most:.2g} pixels, a thousandth of its image",
-            f"{' and '.join(without)}, without which it is {error:.2g} pixels off",
+            f"{' and '.join(closest.without)}, without which it is {closest.error:.2g} pixels off",
             "estimate it without them, or export undistorted images",
         )
-    return Closest(intrinsics, error, without)
+    return closest
+
+
+@lru_cache(maxsize=4096)
+def _closest(camera: BrownCamera) -> Closest:
+    without = _without(camera)
+    intrinsics = _exact(camera)
+    if not without:
+        return Closest(intrinsics)
+    with np.errstate(all="ignore"):  # what is not finite is refused
+        if camera.radial[3] and not camera.is_fisheye:
+            intrinsics = _fitted(camera) or intrinsics
+        return Closest(intrinsics, _largest_difference(camera, intrinsics), without)
 
 
 def _without(camera: BrownCamera) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ import math
 import re
 import struct
 from collections.abc import Iterator, Sequence
-from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -33,7 +32,7 @@ from focus_planner.io.files import (
     unfinished_line,
     unreadable,
 )
-from focus_planner.io.names import camera_names
+from focus_planner.io.names import camera_names, matches
 from focus_planner.io.quoting import key_name, word
 from focus_planner.io.rig_files.alignment import finite_numbers
 from focus_planner.io.yaml_values import errors_within
@@ -154,7 +153,7 @@ def load_colmap(
 
 def _matching(where: str, posed_images: list[_PosedImage], pattern: str) -> list[_PosedImage]:
     """Return the images whose names match, sorted by name."""
-    chosen = [image for image in posed_images if fnmatchcase(image.name, pattern)]
+    chosen = [image for image in posed_images if matches(image.name, pattern)]
     if not chosen:
         example = f", for example {posed_images[0].name}" if posed_images else ""
         got = f"none among {len(posed_images)}{example}"

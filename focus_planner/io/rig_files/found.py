@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +16,7 @@ from focus_planner.core.rig.frames import Similarity
 from focus_planner.core.rig.geometry import camera_positions
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, check_number, first_few
-from focus_planner.io.names import camera_names
+from focus_planner.io.names import camera_names, matches
 from focus_planner.io.rig_files.camera_models import Closest
 from focus_planner.io.rigs import lens_from_values
 from focus_planner.io.yaml_values import errors_within
@@ -126,7 +125,7 @@ def rig_of_found(
     InputError
         If none matches, two have the same name, or one cannot be represented.
     """
-    chosen = [each for each in found if fnmatchcase(each.path, options.cameras or "*")]
+    chosen = [each for each in found if matches(each.path, options.cameras or "*")]
     if not chosen:
         got = f"only {first_few(each.path for each in found)}" if found else "none"
         raise InputError(where, f"some that match {options.cameras or '*'}", got)

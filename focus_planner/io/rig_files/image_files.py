@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import unicodedata
 import warnings
 from collections.abc import Iterator
 from functools import lru_cache
@@ -113,7 +114,8 @@ class ImageFiles:
 
 def _spellings(path: Path) -> Iterator[Path]:
     """Yield the path, and paths with the endings of images if it has none."""
-    yield path
+    for form in ("NFC", "NFD"):  # as Linux and as macOS have letters with marks
+        yield path.with_name(unicodedata.normalize(form, path.name)) if path.name else path
     if path.suffix.lower() not in _SUFFIXES:
         for suffix in _SUFFIXES:
             yield path.with_name(path.name + suffix)

@@ -22,6 +22,7 @@ from focus_planner.core.rig.frames import Similarity, similarity_from_matrix
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError, check_number, check_whole
 from focus_planner.io.files import read_text
+from focus_planner.io.names import matches
 from focus_planner.io.quoting import key_name, word
 from focus_planner.io.rig_files.camera_models import (
     PIXEL_CENTRE,
@@ -77,12 +78,12 @@ class _Chunk:
         """Whether anything tells where the chunk is in the world, and how large."""
         return self._to_world is not None or bool(self._components)
 
-    def to_world(self, camera: Element) -> Similarity:
-        """Return the transform from the frame that a camera's pose is given in."""
-        of_component = self._components.get(camera.get("component_id", ""))
-        if of_component is None and self._to_world is None and len(self._components) == 1:
-            (of_component,) = self._components.values()
-        return of_component or self._to_world or Similarity()
+    def to_world(self, camera: Element) -> Similarity | None:
+        """Return the transform from the frame of a camera's pose; None if nothing tells it."""
+        component = camera.get("component_id")
+        if component is None and len(self._components) == 1:
+            (component,) = self._components
+        return self._components.get(component or "", self._to_world)
 
     def sensor_of(self, where: str, camera: Element) -> _Sensor:
         """Return a camera's sensor, read once."""
@@ -124,6 +125,7 @@ def load_metashape(path: str | PathLike[str], options: ImportOptions) -> tuple[R
         remedy = "align them in Metashape, and export again"
         raise InputError(f"{chunk.where}: cameras", "cameras that are aligned", got, remedy)
     found = [_found(chunk, where, camera) for where, camera in used]
+    _check_one_frame(chunk, used, options.cameras or "*")
     rig, told = rig_of_found(
         f"{chunk.where}: cameras",
         found,
@@ -184,6 +186,22 @@ def _usable(chunk: _Chunk) -> tuple[list[tuple[str, Element]], list[Note]]:
     return used, notes
 
 
+def _check_one_frame(chunk: _Chunk, used: list[tuple[str, Element]], pattern: str) -> None:
+    """Raise if cameras that match are in frames of which nothing tells how they lie."""
+    frames = {
+        "" if chunk.to_world(camera) else camera.get("component_id", "none")
+        for where, camera in used
+        if matches(_label(where, camera), pattern)
+    }
+    if len(frames) > 1:
+        raise InputError(
+            f"{chunk.where}: cameras",
+            "cameras of one component, or of components that are all placed",
+            f"those of {len(frames)}, of which nothing tells how they lie",
+            "merge the components in Metashape, or choose cameras of one with --cameras",
+        )
+
+
 def _label(where: str, camera: Element) -> str:
     label = camera.get("label", "")
     if not label.strip():
@@ -198,7 +216,7 @@ def _found(chunk: _Chunk, where: str, camera: Element) -> FoundCamera:
     return FoundCamera(
         where,
         _label(where, camera),
-        chunk.to_world(camera) @ chunk_from_camera,
+        (chunk.to_world(camera) or Similarity()) @ chunk_from_camera,
         lambda: chunk.sensor_of(where, camera).image,
         lambda: chunk.sensor_of(where, camera).focal_length,
     )

@@ -258,6 +258,19 @@ def _of_folder(folder: Path, files: ImageFiles) -> Iterator[FoundCamera]:
     if not posed:
         got = f"none with xcr:Rotation and xcr:Position: {first_few(path.name for path in paths)}"
         raise InputError(str(folder), _XMP, got, "align the images, and export them again")
+    components = {
+        values.get("ComponentId", "")
+        for values in posed.values()
+        if values.get("Coordinates", "absolute").lower() != "absolute"
+    }
+    if len(components) > 1:
+        got = f"{len(components)} components, each in coordinates of its own"
+        raise InputError(
+            str(folder),
+            "cameras of one component",
+            got,
+            "merge them, or move away all files but those of one",
+        )
     for path, description in posed.items():
         name = PurePosixPath(path.stem).as_posix()
         where = str(path)

@@ -246,3 +246,29 @@ def test_nothing_aligned_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "c.xml", cameras=[metashape_camera(0, "a.jpg", None)])
     with pytest.raises(InputError, match="expected cameras that are aligned, got 1 that are not"):
         load_metashape(path, METRES)
+
+
+def test_components_have_places_of_their_own(tmp_path: Path) -> None:
+    elsewhere = np.eye(3), np.array([0.0, 0.0, 4.0]), 2.0
+    placed = metashape_transform(*PLACED), metashape_transform(*elsewhere)
+    cameras = [
+        metashape_camera(i, f"a{i % 2}_{i}", matrix, more=f'component_id="{i % 2}"')
+        for i, matrix in enumerate(metashape_matrices(RIG, *PLACED))
+    ]
+    other = [
+        metashape_camera(i, f"a{i % 2}_{i}", matrix, more=f'component_id="{i % 2}"')
+        for i, matrix in enumerate(metashape_matrices(RIG, *elsewhere))
+    ]
+    mixed = [pair[i % 2] for i, pair in enumerate(zip(cameras, other, strict=True))]
+    text = metashape_document([metashape_sensor(TERMS, SIZE)], mixed, placed[0])
+    both = text.replace("</components>", f'<component id="1">{placed[1]}</component></components>')
+    path = tmp_path / "c.xml"
+    path.write_text(both)
+    np.testing.assert_allclose(
+        camera_positions(load_metashape(path, METRES)[0]), camera_positions(RIG), atol=1e-12
+    )
+    path.write_text(text)
+    with pytest.raises(InputError, match="expected cameras of one component"):
+        load_metashape(path, METRES)
+    rig, _ = load_metashape(path, replace(METRES, cameras="a0*"))
+    np.testing.assert_allclose(camera_positions(rig), camera_positions(RIG)[::2], atol=1e-12)

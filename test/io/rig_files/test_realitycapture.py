@@ -211,3 +211,16 @@ def test_xmp_files_of_other_programs_are_passed_over(tmp_path: Path) -> None:
     write_xmp(tmp_path, BROWN, "brown3t2")
     (tmp_path / "edited.xmp").write_text("<x:xmpmeta xmlns:x='adobe:ns:meta/'/>")
     assert_posed(load_realitycapture(tmp_path, OPTIONS)[0])
+
+
+def test_components_without_common_coordinates_are_refused(tmp_path: Path) -> None:
+    write_xmp(tmp_path, BROWN, "brown3t2")
+    own = 'xcr:Coordinates="relative" xcr:ComponentId="{%d}"'
+    for i, path in enumerate(sorted(tmp_path.iterdir())):
+        text = path.read_text().replace('xcr:Coordinates="absolute"', own % (i % 2))
+        path.write_text(text)
+    with pytest.raises(InputError, match="cameras of one component, got 2 components, each in"):
+        load_realitycapture(tmp_path, OPTIONS)
+    for path in tmp_path.iterdir():
+        path.write_text(path.read_text().replace("{1}", "{0}"))
+    assert_posed(load_realitycapture(tmp_path, OPTIONS)[0])
