@@ -29,14 +29,20 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.io.camera_info import load_camera_info
-from focus_planner.io.colmap import load_alignment, load_colmap
 from focus_planner.io.importance import load_importance
 from focus_planner.io.lens_tables import load_lens_tables
 from focus_planner.io.plans import load_plan, plan_to_json
+from focus_planner.io.rig_files.alignment import load_alignment
+from focus_planner.io.rig_files.colmap import load_colmap
+from focus_planner.io.rig_files.found import ImportOptions
+from focus_planner.io.rig_files.kalibr import load_kalibr
+from focus_planner.io.rig_files.metashape import load_metashape
+from focus_planner.io.rig_files.nerfstudio import load_nerfstudio
+from focus_planner.io.rig_files.realitycapture import load_realitycapture
+from focus_planner.io.rig_files.transforms import load_transforms
 from focus_planner.io.rigs import load_rig, rig_to_yaml
 from focus_planner.io.surfaces import load_surface
-from focus_planner.io.transforms import load_transforms
-from testing import calibrations, lens_sheets
+from testing import calibrations, lens_sheets, photogrammetry
 from testing.malformed import BALL, CLOUD, RIG
 
 REQUEST = PlanRequest("em", samples=60, fresh_samples=60)
@@ -201,6 +207,15 @@ def _plan_by_transforms(path: Path) -> None:
     _plan_with(load_transforms(path)[0])
 
 
+def _plan_by(load: Callable[..., tuple[object, object]]) -> Callable[[Path], None]:
+    options = ImportOptions(scale=1.0, size=(580, 870))
+    return lambda path: _plan_with(load(path, options)[0])
+
+
+def _plan_by_xmp(path: Path) -> None:
+    _plan_with(load_realitycapture(path.parent, ImportOptions(scale=1.0, size=(580, 870)))[0])
+
+
 def _plan_by_colmap(path: Path) -> None:
     _plan_with(load_colmap(path.parent))
 
@@ -270,6 +285,18 @@ def _nerfstudio() -> bytes:
     ]
     image = {"w": 580, "h": 870, "fl_x": 1190.7, "fl_y": 1190.7, "cx": 290.1, "cy": 435.2}
     return json.dumps(image | {"camera_model": "OPENCV", "k1": 0.01, "frames": frames}).encode()
+
+
+def _registration() -> bytes:
+    with TemporaryDirectory() as folder:
+        calibrations.write_realitycapture(Path(folder) / "scan")
+        return (Path(folder) / "scan" / "cameras.csv").read_bytes()
+
+
+def _xmp() -> bytes:
+    values = {"f": 48.0, "px": 0.002, "k1": -0.03, "k2": 0.01, "t1": 1e-4}
+    turn = np.diag([1.0, -1.0, -1.0])
+    return photogrammetry.realityscan_xmp(turn, np.array([0, 0, 1.5]), values, "brown3t2").encode()
 
 
 def _gltf() -> tuple[dict[str, object], bytes]:
@@ -419,7 +446,15 @@ def _kinds() -> dict[str, Kind]:
         "transforms": Kind("tf.yaml", tf, _plan_by_transforms),
         "transforms, lines": Kind("tf.txt", lines.encode(), _plan_by_transforms),
         "transforms, flags": Kind("tf.launch", flags.encode(), _plan_by_transforms),
-        "nerfstudio": Kind("transforms.json", _nerfstudio(), _plan_by_transforms),
+        "nerfstudio": Kind("transforms.json", _nerfstudio(), _plan_by(load_nerfstudio)),
+        "metashape": Kind(
+            "c.xml", _written(calibrations.write_metashape, "c.xml"), _plan_by(load_metashape)
+        ),
+        "kalibr": Kind(
+            "c.yaml", _written(calibrations.write_kalibr, "c.yaml"), _plan_by(load_kalibr)
+        ),
+        "realitycapture": Kind("cameras.csv", _registration(), _plan_by(load_realitycapture)),
+        "xmp": Kind("cam01.xmp", _xmp(), _plan_by_xmp),
         **{f"colmap {n}": Kind(n, _TEXTS[n], _plan_by_colmap, text) for n in _TEXTS},
         **{f"colmap {n}": Kind(n, _BINARIES[n], _plan_by_colmap, binary) for n in _BINARIES},
         "alignment": Kind("matrix.txt", matrix.encode(), _plan_by_alignment, text),

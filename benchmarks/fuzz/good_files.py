@@ -13,7 +13,14 @@ import numpy as np
 
 from focus_planner import cylinder_rig
 from focus_planner.io.rigs import save_rig
-from testing.calibrations import write_camera_info, write_colmap, write_transforms
+from testing.calibrations import (
+    write_camera_info,
+    write_colmap,
+    write_kalibr,
+    write_metashape,
+    write_realitycapture,
+    write_transforms,
+)
 from testing.malformed import RIG, ball
 
 _BALL = ball(rings=7)
@@ -96,6 +103,9 @@ def _rigs(folder: Path) -> list[Kind]:
     write_colmap(folder / "colmap")
     write_transforms(folder / "tf.yaml")
     write_camera_info(folder / "info")
+    write_metashape(folder / "metashape.xml")
+    write_kalibr(folder / "camchain.yaml")
+    write_realitycapture(folder / "scan")
     images, cameras = (folder / "colmap" / f"{name}.txt" for name in ("images", "cameras"))
     lines = "".join(
         f"{0.9 * x} {0.9 * y} 1 -0.5 -0.5 0.5 0.5 world c{i}_optical\n"
@@ -116,6 +126,9 @@ def _rigs(folder: Path) -> list[Kind]:
     def transforms(path: Path) -> list[str]:
         return ["rig", "transforms", str(path)]
 
+    def kind(name: str, *more: str) -> Callable[[Path], list[str]]:
+        return lambda path: ["rig", name, str(path), *more]
+
     def info(path: Path) -> list[str]:
         return ["rig", "transforms", str(folder / "tf.txt"), "--camera-info", str(path)]
 
@@ -127,7 +140,14 @@ def _rigs(folder: Path) -> list[Kind]:
         Kind("cameras.txt", cameras.read_bytes(), colmap(images)),
         Kind("tf.yaml", (folder / "tf.yaml").read_bytes(), transforms),
         Kind("tf.txt", lines, transforms),
-        Kind("transforms.json", json.dumps(_nerfstudio()).encode(), transforms),
+        Kind("transforms.json", json.dumps(_nerfstudio()).encode(), kind("nerfstudio")),
+        Kind("metashape.xml", (folder / "metashape.xml").read_bytes(), kind("metashape")),
+        Kind("camchain.yaml", (folder / "camchain.yaml").read_bytes(), kind("kalibr")),
+        Kind(
+            "cameras.csv",
+            (folder / "scan" / "cameras.csv").read_bytes(),
+            kind("realitycapture", "--image", "400x600"),
+        ),
         Kind("info.yaml", (folder / "info" / "cam_0.yaml").read_bytes(), info),
         Kind("matrix.txt", matrix, transform),
     ]

@@ -192,7 +192,7 @@ def _transforms(
 ) -> dict[str, Any] | None:
     """Return what the folder's transforms.json is to hold: its frames, or else the rig's."""
     from focus_planner.io.files import is_there, read_text
-    from focus_planner.io.nerfstudio import frames_of_rig, nerfstudio_frames, with_masks
+    from focus_planner.io.rig_files.nerfstudio import frames_of_rig, nerfstudio_frames, with_masks
 
     masks = [f"masks/{place}" for place in places]
     file = folder / _TRANSFORMS

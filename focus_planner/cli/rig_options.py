@@ -51,11 +51,9 @@ _LENS_OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def add_image_options(parser: Any) -> None:
+def add_image_options(parser: Any, default: str = "the paper's") -> None:
     """Add the options of the cameras' image."""
-    group = parser.add_argument_group(
-        "image", "Applies to all cameras; the default is the paper's."
-    )
+    group = parser.add_argument_group("image", f"Applies to all cameras; the default is {default}.")
     group.add_argument(
         "--camera-info",
         type=Path,
@@ -81,8 +79,16 @@ def add_image_options(parser: Any) -> None:
 
 def has_image(options: argparse.Namespace) -> bool:
     """Return whether the options tell the image."""
-    given = (getattr(options, name) for name in ("camera_info", *_IMAGE_OPTIONS))
+    given = (getattr(options, name, None) for name in ("camera_info", *_IMAGE_OPTIONS))
     return any(value is not None for value in given)
+
+
+def only_size(options: argparse.Namespace) -> tuple[int, int] | None:
+    """Return the width and height that the options tell, if they tell nothing else of the image."""
+    given = {name for name in _IMAGE_OPTIONS if getattr(options, name) is not None}
+    if given != {"image"} or options.camera_info is not None:
+        return None
+    return _size(options.image)
 
 
 def intrinsics_of(options: argparse.Namespace) -> Callable[[str], CameraIntrinsics]:
@@ -105,10 +111,7 @@ def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
     size, fx, fy, cx, cy = (getattr(options, name) for name in _IMAGE_OPTIONS)
     if size is None or fx is None:
         raise InputError("--image and --fx", "both or neither", "one without the other")
-    match = re.fullmatch(r"(\d+)[x×](\d+)", size)
-    if match is None:
-        raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(size))
-    width, height = int(match[1]), int(match[2])
+    width, height = _size(size)
     with errors_of_options({"width": "image", "height": "image"} | dict.fromkeys(_IMAGE_OPTIONS)):
         return CameraIntrinsics(
             width,
@@ -120,12 +123,32 @@ def _pinhole(options: argparse.Namespace) -> CameraIntrinsics:
         )
 
 
+def _size(text: str) -> tuple[int, int]:
+    from focus_planner.core.rig.camera import MAX_PIXELS
+    from focus_planner.core.validation import check_whole
+
+    match = re.fullmatch(r"(\d{1,12})[x×](\d{1,12})", text)
+    if match is None:
+        raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(text))
+    width, height = (
+        check_whole(f"image.{name}", int(digits), 1, MAX_PIXELS)
+        for name, digits in zip(("width", "height"), match.groups(), strict=True)
+    )
+    return width, height
+
+
 def add_lens_options(parser: Any) -> None:
     """Add the options of the cameras' lens."""
     lens = parser.add_argument_group("lens")
     for name, settings in _LENS_OPTIONS.items():
         flag = f"--{name.replace('_', '-')}"
         lens.add_argument(flag, **{"type": float, "metavar": "X"} | settings)
+
+
+def lens_values(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what the options say of the lens, by name."""
+    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def lens_of(options: argparse.Namespace) -> Lens:
@@ -137,12 +160,7 @@ def lens_of(options: argparse.Namespace) -> Lens:
     from focus_planner.io.rigs import lens_from_values
 
     with errors_of_options(dict.fromkeys(_LENS_OPTIONS)):
-        return lens_from_values("lens options", _given_lens(options))
-
-
-def _given_lens(options: argparse.Namespace) -> dict[str, Any]:
-    given = {name: getattr(options, name) for name in _LENS_OPTIONS}
-    return {name: value for name, value in given.items() if value is not None}
+        return lens_from_values("lens options", lens_values(options))
 
 
 @contextmanager
@@ -169,23 +187,30 @@ def errors_of_options(names: Mapping[str, str | None]) -> Iterator[None]:
 
 
 def print_rig(rig: Rig, options: argparse.Namespace) -> int:
-    """Print a rig, and what nothing tells of it: its lenses, and images that it has assumed."""
+    """Print a rig whose lenses nothing but the options tells, and what nothing tells of it."""
     from dataclasses import replace
 
-    from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
-    from focus_planner.io.rigs import rig_to_yaml
+    from focus_planner.core.rig.defaults import assumed_values, keys_of
 
-    of_lens = assumed_values(_given_lens(options), {}) & keys_of("lens")
+    of_lens = assumed_values(lens_values(options), {}) & keys_of("lens")
     assumed = {
         camera.name: of_lens | rig.assumed.get(camera.name, frozenset()) for camera in rig.cameras
     }
+    return print_made(replace(rig, assumed=assumed), options)
+
+
+def print_made(rig: Rig, options: argparse.Namespace) -> int:
+    """Print a rig, and what nothing tells of its lenses and images."""
+    from focus_planner.core.rig.defaults import notes_on_defaults
+    from focus_planner.io.rigs import rig_to_yaml
+
     defaults = notes_on_defaults(
-        assumed.values(),
+        rig.assumed.values(),
         "use --focal-length, and --f-number with --circle-of-confusion, or --hyperfocal-distance,"
         " or edit the rig's file",
         "use --camera-info, or --image with --fx, or edit the rig's file",
     )
-    rig, on_circles = _with_own_circles(replace(rig, assumed=assumed), options)
+    rig, on_circles = _with_own_circles(rig, options)
     for note in (*rig.notes, *defaults, *on_circles):
         show_note(note.text)
     sys.stdout.write(rig_to_yaml(rig))
@@ -200,18 +225,21 @@ def _with_own_circles(rig: Rig, options: argparse.Namespace) -> tuple[Rig, tuple
     from focus_planner.core.rig.defaults import FOCAL_LENGTH
     from focus_planner.core.rig.optics import lens_of_aperture
 
-    given = _given_lens(options)
+    given = lens_values(options)
     if "f_number" not in given or "circle_of_confusion" in given:
         return rig, ()
     circles, cameras = [], []
     for camera in rig.cameras:
-        told = FOCAL_LENGTH not in rig.assumed[camera.name]
+        told = FOCAL_LENGTH not in rig.assumed.get(camera.name, ())
         image, lens = camera.intrinsics, camera.lens
         circles.append(assumed_circle(image, lens.focal_length, focal_length_told=told))
         with errors_of_options(dict.fromkeys(_LENS_OPTIONS)):
             lens = lens_of_aperture(lens, given["f_number"], None, image, focal_length_told=told)
         cameras.append(replace(camera, lens=lens))
-    assumed = {name: keys | {CIRCLE} for name, keys in rig.assumed.items()}
+    assumed = {
+        camera.name: frozenset({CIRCLE, *rig.assumed.get(camera.name, ())})
+        for camera in rig.cameras
+    }
     remedy = "use --circle-of-confusion, or give circle_of_confusion under lens in the rig's file"
     return (
         replace(rig, cameras=tuple(cameras), assumed=assumed),

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import re
+import unicodedata
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 
+from focus_planner.core.rig.names import as_camera_name
 from focus_planner.core.validation import InputError
 
 _MAX_PATH = 4096  # characters, as in Linux
-_SEPARATORS = re.compile(r"[^A-Za-z0-9]+")
 
 
 def camera_names(what: str, paths: Sequence[str]) -> list[str]:
     """Return a camera name for each path.
 
     Leading and trailing parts that all paths have in common are dropped: ``cam01/0001`` and
-    ``cam02/0001`` become ``cam01`` and ``cam02``. Every run of other characters than letters and
-    digits becomes an underscore, and names that do not start with a letter get the prefix
-    ``cam_``.
+    ``cam02/0001`` become ``cam01`` and ``cam02``. The rest becomes a name as
+    :func:`~focus_planner.core.rig.names.as_camera_name` says.
 
     Parameters
     ----------
@@ -40,11 +40,17 @@ def camera_names(what: str, paths: Sequence[str]) -> list[str]:
             raise InputError(
                 what,
                 "names that differ in letters and digits, to name cameras by",
-                f"{first[name]!r} and {path!r}, both of which make {name}",
-                "rename one, or choose fewer",
+                f"{_told(first[name], path)}, both of which make {name}",
+                "rename one there, or leave it out with --cameras",
             )
         first[name] = path
     return names
+
+
+def matches(name: str, pattern: str) -> bool:
+    """Return whether a name matches a pattern, however letters with marks are encoded in either."""
+    name, pattern = (unicodedata.normalize("NFC", text) for text in (name, pattern))
+    return fnmatchcase(name, pattern)
 
 
 def _without_common_ends(paths: Sequence[str]) -> list[str]:
@@ -60,8 +66,15 @@ def _all_share(parts: list[list[str]], end: int) -> bool:
     return all(len(part) > 1 for part in parts) and len({part[end] for part in parts}) == 1
 
 
+def _told(one: str, other: str) -> str:
+    """Return two names that differ for a reader too, if they do."""
+    same = unicodedata.normalize("NFC", one) == unicodedata.normalize("NFC", other)
+    quoted = ascii if same and one != other else repr
+    return f"{quoted(one)} and {quoted(other)}"
+
+
 def _name(what: str, path: str) -> str:
-    name = _SEPARATORS.sub("_", path).strip("_")
+    name = as_camera_name(path)
     if not name:
-        raise InputError(what, "names with a letter or digit", repr(path))
-    return name if name[0].isalpha() else f"cam_{name}"
+        raise InputError(what, "names with a letter or digit from A to Z", repr(path))
+    return name

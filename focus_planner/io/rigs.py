@@ -116,6 +116,7 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     with errors_within(str(path)):  # so that a shared error is not blamed on the first camera
         CameraIntrinsics(**shared.image)
         lens_from_values(f"{path}: lens", shared.lens)
+    _check_names(f"{path}: cameras", entries)
     read = [_camera(str(path), i, each, shared) for i, each in enumerate(entries)]
     frame_id = top.get("frame_id", "world")
     if not isinstance(frame_id, str):
@@ -233,6 +234,19 @@ def lens_from_values(
     return lens_of_aperture(lens, f_number, circle, image, focal_length_told=told)
 
 
+def _check_names(where: str, entries: list[Any]) -> None:
+    """Raise if a camera cannot be called what it is, with a name that no other has."""
+    named = [(i, each["name"]) for i, each in enumerate(entries) if _has_name(each)]
+    taken = {name for _, name in named if isinstance(name, str)}
+    for i, name in named:
+        with errors_within(f"{where}[{i}]"):
+            check_camera_name(name, taken)
+
+
+def _has_name(entry: Any) -> bool:
+    return isinstance(entry, dict) and "name" in entry
+
+
 def _camera(path: str, index: int, entry: Any, shared: _Optics) -> tuple[Camera, _Optics]:
     """Return a camera, and the values given for its image and lens."""
     where = f"{path}: cameras[{index}]"
@@ -255,7 +269,6 @@ def _camera(path: str, index: int, entry: Any, shared: _Optics) -> tuple[Camera,
     optics = _Optics(image, lens, doubted)
     name = data["name"]
     with errors_within(where):
-        check_camera_name(name)
         x, y, z = vector(f"{where}.position", data["position"], 3)
         qx, qy, qz, qw = vector(f"{where}.orientation", data["orientation"], 4)
     with errors_within(path), errors_within(f"camera {name}"):

@@ -306,8 +306,7 @@ def _own_image(message: Message) -> CameraIntrinsics | None:
 
 
 def camera_from_message(message: Message, optics: Optics) -> Camera:
-    """Return the camera, completed from ``optics``."""
-    check_camera_name(message.name)
+    """Return the camera, whose name has been checked, completed from ``optics``."""
     with _named(f"camera {message.name}: "):
         intrinsics = _own_image(message.camera_info) or optics.intrinsics
         if message.lens.focal_length:
@@ -336,6 +335,9 @@ def rig_from_message(
     """Return the rig, its cameras completed from ``optics``."""
     pose = pose_of_message(message.header, frame_id, heard)
     rows, columns = message.grid_rows, message.grid_columns
+    names = [camera.name for camera in message.cameras]
+    for name in names:
+        check_camera_name(name, names)
     cameras = _moved((camera_from_message(camera, optics) for camera in message.cameras), pose)
     grid = Grid(rows, columns) if rows or columns else None
     lacking = [

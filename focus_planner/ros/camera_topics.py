@@ -10,7 +10,7 @@ from focus_planner_msgs.msg import CameraFocus, FocusPlan
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
-from focus_planner.core.rig.camera import MAX_NAME
+from focus_planner.core.rig.names import MAX_NAME
 from focus_planner.ros.qos import LATCHED
 from focus_planner.runtime.input_reader import check_length
 

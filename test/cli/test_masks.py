@@ -17,8 +17,9 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
+from focus_planner.io.rig_files.found import ImportOptions
+from focus_planner.io.rig_files.nerfstudio import load_nerfstudio
 from focus_planner.io.rigs import save_rig
-from focus_planner.io.transforms import load_transforms
 from testing.problems import around
 from testing.runs import TORUS, record
 
@@ -164,7 +165,7 @@ def test_nerfstudio_gets_the_rig_and_its_masks(run_path: Path, tmp_path: Path) -
     ]
     for frame in data["frames"]:
         assert (tmp_path / frame["mask_path"]).is_file()
-    rig, _ = load_transforms(tmp_path / "transforms.json", scale=1.0)
+    rig, _ = load_nerfstudio(tmp_path / "transforms.json", ImportOptions(scale=1.0))
     for camera, planned in zip(rig.cameras, rig_of().cameras, strict=True):
         assert camera.name in (planned.name, f"images_{planned.name}")
         np.testing.assert_allclose(camera.position, planned.position, atol=1e-12)

@@ -14,6 +14,13 @@ from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.io.rigs import load_rig, save_rig
+from testing.calibrations import (
+    SCALE,
+    write_kalibr,
+    write_metashape,
+    write_nerfstudio,
+    write_realitycapture,
+)
 
 LENS = Lens(0.035, 5.0)
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05, lens=LENS)
@@ -159,6 +166,78 @@ def test_a_model_can_be_aligned(here: Path, capsys: Any) -> None:
         np.testing.assert_allclose(own.position, (1 - y, 2 + x, 3 + z), atol=1e-12)
     about_z = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     np.testing.assert_allclose(camera_rotations(rig), about_z @ camera_rotations(RIG), atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["nerfstudio", "transforms"])
+def test_frames_of_images_are_read_in_one_way(here: Path, capsys: Any, kind: str) -> None:
+    write_nerfstudio(Path("transforms.json"))
+    options = [kind, "transforms.json", "--scale", str(SCALE), *LENS_OPTIONS]
+    rig, notes = made(capsys, *options, "--cameras", "images/cam0*")
+    told = "frames of images: read as by focus_planner rig nerfstudio, which has more options"
+    assert notes == f"focus_planner: note: {told}\n" * (kind == "transforms")
+    assert [camera.name for camera in rig.cameras] == [f"cam0{i}" for i in range(1, 10)]
+    assert rig.cameras[0].position == pytest.approx((1.2, 0, 0.1))
+    assert rig.frame_id == "world"
+
+
+def test_rigs_of_other_programs_plan(here: Path, capsys: Any) -> None:
+    larger = BALL.copy()
+    larger.apply_scale([1, 1, 2]).apply_translation([0, 0, -0.9])
+    larger.export("ball.ply")
+    aperture = ["--f-number", "8", "--circle-of-confusion", "2e-5"]
+    write_metashape(Path("cameras.xml"))
+    rig, notes = made(capsys, "metashape", "cameras.xml", *aperture)
+    lens, unaligned = notes.splitlines()
+    assert lens == (
+        "focus_planner: note: focal length 50 mm for 12 of 12 cameras, from the focal_length of"
+        " their sensors; --focal-length replaces it"
+    )
+    assert unaligned == (
+        "focus_planner: note: left out 1 of 13 cameras, not aligned: Kamera (13).JPG; align them"
+        " in Metashape, and export again"
+    )
+    assert (rig.notes, rig.cameras[0].name) == ((), "Kamera_1")
+    assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(0.05**2 / 8 / 2e-5)
+    assert cost(capsys, "made.yaml") < 900
+    write_realitycapture(Path("scan"))
+    rig, notes = made(capsys, "realitycapture", "scan/cameras.csv", *aperture, "--scale", "1")
+    assert notes.startswith("focus_planner: note: focal length 50 mm for 13 of 13 cameras")
+    assert (rig.cameras[0].intrinsics.width, rig.cameras[0].intrinsics.fx) == (400, 800)
+    assert cost(capsys, "made.yaml") < 900
+    rig, _ = made(capsys, "realityscan", "scan/cameras.csv", "--image", "4000x6000")
+    assert (rig.cameras[0].intrinsics.width, rig.cameras[0].intrinsics.fx) == (4000, 8000)
+    write_kalibr(Path("camchain.yaml"))
+    Path("pose.txt").write_text("0 0 1 1.5\n1 0 0 0\n0 1 0 0.9\n0 0 0 1\n")
+    rig, notes = made(capsys, "kalibr", "camchain.yaml", "--transform", "pose.txt", *LENS_OPTIONS)
+    assert (notes, rig.frame_id, len(rig)) == ("", "world", 4)
+    assert rig.cameras[0].position == (1.5, 0, 0.9)
+
+
+@pytest.mark.parametrize("kind", ["nerfstudio", "metashape", "realitycapture", "kalibr"])
+def test_other_files_are_refused_in_a_line(here: Path, capsys: Any, kind: str) -> None:
+    write_transforms(Path("tf.txt"))
+    fails(capsys, "tf.txt: ", kind, "tf.txt", "--scale", "1")
+    fails(capsys, "none", kind, "none")
+    fails(capsys, "--scale: expected a number above 0, got -1", *good_file(kind), "--scale", "-1")
+    fails(capsys, "tf.txt: expected 16 numbers", *good_file(kind), "--transform", "tf.txt")
+    fails(capsys, "some that match zzz", *good_file(kind), "--cameras", "zzz")
+    if kind in ("metashape", "kalibr"):
+        fails(capsys, "--image and --fx: expected both", *good_file(kind), "--image", "4x3")
+    else:
+        fails(capsys, "--image: expected WIDTHxHEIGHT", *good_file(kind), "--image", "4")
+
+
+def good_file(kind: str) -> list[str]:
+    """Write a good file of a kind, unless it is there, and return the arguments that read it."""
+    write, path = {
+        "nerfstudio": (write_nerfstudio, "transforms.json"),
+        "metashape": (write_metashape, "cameras.xml"),
+        "realitycapture": (write_realitycapture, "scan"),
+        "kalibr": (write_kalibr, "camchain.yaml"),
+    }[kind]
+    if not Path(path).exists():
+        write(Path(path))
+    return [kind, f"{path}/cameras.csv" if kind == "realitycapture" else path]
 
 
 def test_guesses_are_told(here: Path, capsys: Any) -> None:

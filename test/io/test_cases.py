@@ -10,9 +10,10 @@ import pytest
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.core.validation import InputError
-from focus_planner.io.colmap import load_colmap
+from focus_planner.io.rig_files.colmap import load_colmap
+from focus_planner.io.rig_files.found import ImportOptions
+from focus_planner.io.rig_files.nerfstudio import load_nerfstudio
 from focus_planner.io.surfaces import load_surface
-from focus_planner.io.transforms import load_transforms
 
 CASES = Path(__file__).parent / "cases"
 POINTS = 4000
@@ -132,7 +133,8 @@ def test_an_extension_that_cannot_be_read_is_named() -> None:
 
 
 def test_frames_of_images_become_cameras() -> None:
-    rig, _ = load_transforms(CASES / "11_nerfstudio_transforms/transforms.json")
+    path = CASES / "11_nerfstudio_transforms/transforms.json"
+    rig, _ = load_nerfstudio(path, ImportOptions())
     assert [camera.name for camera in rig.cameras] == ["cam_a", "cam_b"]
     assert [camera.intrinsics.fx for camera in rig.cameras] == [1190.7, 1195.2]
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.names import camera_names
+from focus_planner.io.names import camera_names, matches
 
 
 @pytest.mark.parametrize(
@@ -18,7 +18,7 @@ from focus_planner.io.names import camera_names
         (["cam01/0001"], ["cam01_0001"]),
         (["IMG_0001", "IMG_0002"], ["IMG_0001", "IMG_0002"]),
         (["0/a", "1"], ["cam_0_a", "cam_1"]),
-        (["left side (1)", "Süd"], ["left_side_1", "S_d"]),
+        (["left side (1)", "Süd", "Nu\u0308rnberg"], ["left_side_1", "Sud", "Nurnberg"]),
         ([], []),
     ],
 )
@@ -31,13 +31,20 @@ def test_names_are_short_and_fit_for_topics(paths: list[str], names: list[str]) 
     [
         (
             ["a-b", "a b"],
-            "got 'a-b' and 'a b', both of which make a_b; rename one, or choose fewer",
+            "'a-b' and 'a b', both of which make a_b; rename one there, or leave it out with --cam",
         ),
         (["a/1", "a/1"], "'a/1' and 'a/1', both of which make cam_1"),
-        (["a", "—"], "images: expected names with a letter or digit, got '—'"),
-        ([""], "images: expected names with a letter or digit, got ''"),
+        (["Süd", "Su\u0308d"], r"got 'S\xfcd' and 'Su\u0308d', both of which make Sud"),
+        (["a", "—"], "images: expected names with a letter or digit from A to Z, got '—'"),
+        ([""], "images: expected names with a letter or digit from A to Z, got ''"),
     ],
 )
 def test_what_names_no_camera_is_refused(paths: list[str], telling: str) -> None:
     with pytest.raises(InputError, match=re.escape(telling)):
         camera_names("images", paths)
+
+
+def test_letters_match_however_they_are_encoded() -> None:
+    assert matches("left/Su\u0308d.jpg", "*/S\xfcd*")
+    assert matches("left/S\xfcd.jpg", "*/Su\u0308d*")
+    assert not matches("left/Sud.jpg", "*/S\xfcd*")

@@ -314,7 +314,15 @@ def test_a_camera_overrides_what_its_lens_takes(
         (f"zoom: 1\ncameras: [{CAMERA}]", "zoom: expected one of the keys .*, got an unknown one$"),
         ("cameras: [{name: a}]", r"cameras\[0\]\.position: expected a value, got none"),
         ("cameras: [a]", r"cameras\[0\]: expected keys and values: name"),
-        (f"cameras: [{CAMERA}, {CAMERA}]", "unique camera names, got 'a' 2 times"),
+        (
+            f"cameras: [{CAMERA}, {CAMERA}]",
+            "unique camera names, got 'a' 2 times; name one of them a_2$",
+        ),
+        (
+            f"cameras: [{CAMERA}, {CAMERA.replace('name: a', 'name: ä')}]",
+            r"cameras\[1\]: camera name: expected letters, .* got 'ä'; name it a_2$",
+        ),
+        (f"cameras: [{CAMERA.replace('name: a', 'name: 7')}]", "got 7; name it cam_7$"),
         (
             f"cameras: [{CAMERA.replace('[0, 0, 0, 1]', '[0, 0, 0, 0]')}]",
             r"yaml: camera a: orientation: expected a unit quaternion .*never set",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.lens import Lens
+from focus_planner.core.rig.names import MAX_NAME, is_camera_name, proposed_name
 from focus_planner.core.rig.plausible import check_sensor
 from focus_planner.core.validation import (
     MAX_COORDINATE,
@@ -21,13 +21,7 @@ from focus_planner.core.validation import (
     shown,
 )
 
-# Camera names become ROS topic tokens: ~/cameras/<name>/focus.
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-
 _UNIT_TOLERANCE = 1e-3
-
-#: Characters of a camera's name: topics that contain it are limited to 247.
-MAX_NAME = 100
 
 #: The numbers of coefficients that each distortion model may have; names as in CameraInfo.
 DISTORTION_COUNTS = {
@@ -257,19 +251,27 @@ def _check_sensor(camera: Camera) -> None:
     check_sensor(f"camera {camera.name}: lens.focal_length", f, diagonal)
 
 
-def check_camera_name(name: object) -> None:
+def check_camera_name(name: object, taken: Collection[str] = ()) -> None:
     """Raise unless a camera can have this name.
+
+    Parameters
+    ----------
+    name : object
+    taken : collection of str
+        The names of the rig's other cameras, for the name that the error proposes.
 
     Raises
     ------
     InputError
-        If it cannot be part of a topic's name.
+        If it cannot be part of a topic's name; proposes one that can.
     """
-    if not isinstance(name, str) or not _NAME.match(name):
+    if not isinstance(name, str) or not is_camera_name(name):
+        text = name if isinstance(name, str) else shown(name) if type(name) is int else None
         raise InputError(
             "camera name",
             "letters, digits and underscores, starting with a letter (it names a topic)",
             shown(name),
+            "" if text is None else f"name it {proposed_name(text, taken)}",
         )
     if len(name) > MAX_NAME:
         raise InputError(

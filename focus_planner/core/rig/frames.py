@@ -84,6 +84,8 @@ class Similarity:
 
 #: REP 103: body frames are x forward, y left, z up; optical frames z forward, x right, y down.
 BODY_FROM_OPTICAL = Similarity(Rotation.from_quat([-0.5, 0.5, -0.5, 0.5]))
+#: Cameras of OpenGL and of photogrammetry are x right, y up, z back.
+OPENGL_FROM_OPTICAL = Similarity(Rotation.from_quat([1.0, 0.0, 0.0, 0.0]))
 
 
 def similarity_from_pose(

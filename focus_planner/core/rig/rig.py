@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import Camera
+from focus_planner.core.rig.names import proposed_name
 from focus_planner.core.validation import InputError, check_whole
 
 #: kernels/k_view.py stores a camera's index in 18 bits.
@@ -73,7 +74,12 @@ class Rig:
         names = [camera.name for camera in self.cameras]
         repeated, times = Counter(names).most_common(1)[0]
         if times > 1:
-            raise InputError("rig", "unique camera names", f"{repeated!r} {times} times")
+            raise InputError(
+                "rig",
+                "unique camera names",
+                f"{repeated!r} {times} times",
+                f"name one of them {proposed_name(repeated, {*names})}",
+            )
         if self.grid is not None and self.grid.rows * self.grid.columns != len(self.cameras):
             raise InputError(
                 "rig.grid",

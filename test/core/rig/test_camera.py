@@ -129,10 +129,26 @@ def test_a_camera_normalises_its_quaternion():
     assert all(type(x) is float for x in (*almost.orientation, *almost.position))
 
 
-@pytest.mark.parametrize("name", ["", "1a", "_a", "a-b", "a b", "ä", "a\n", None, 3])
-def test_names_that_are_no_topic(name):
-    with pytest.raises(InputError, match="camera name: expected letters, digits and underscores"):
+@pytest.mark.parametrize(
+    ("name", "proposed"),
+    [
+        ("", "cam_1"),
+        ("1a", "cam_1a"),
+        ("_a", "a"),
+        ("a-b", "a_b"),
+        ("Kamera (1)", "Kamera_1"),
+        ("ä", "a"),
+        ("a\n", "a"),
+        (3, "cam_3"),
+        (None, None),
+        (True, None),
+    ],
+)
+def test_names_that_are_no_topic(name, proposed):
+    telling = "camera name: expected letters, digits and underscores"
+    with pytest.raises(InputError, match=telling) as caught:
         camera(name)
+    assert caught.value.remedy == ("" if proposed is None else f"name it {proposed}")
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
-from focus_planner.io.colmap import load_alignment, load_colmap
+from focus_planner.io.rig_files.alignment import load_alignment
+from focus_planner.io.rig_files.colmap import load_colmap
 
 # The numbers and the counts of parameters are those of COLMAP's documentation.
 MODELS = {

@@ -34,8 +34,8 @@ from focus_planner.io.camera_frames import (
 )
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
-from focus_planner.io.nerfstudio import nerfstudio_frames, rig_of_frames
 from focus_planner.io.quoting import abbreviated, key_name, kind_of
+from focus_planner.io.rig_files.nerfstudio import nerfstudio_frames
 from focus_planner.io.yaml_values import (
     errors_within,
     number,
@@ -43,7 +43,7 @@ from focus_planner.io.yaml_values import (
     value_at,
 )
 
-_EXPECTED = "a list of transforms"
+EXPECTED = "a list of transforms"
 _MAX_BYTES = 16 << 20  # 100,000 transforms
 _PUBLISHER = "static_transform_publisher"
 _FLAGS = {
@@ -74,13 +74,12 @@ def load_transforms(
         ``TransformStamped`` messages as YAML or JSON: a list, or the output of ``ros2 topic echo
         /tf_static``. Or text with one transform per line: ``x y z qx qy qz qw parent child``,
         ``x y z yaw pitch roll parent child``, or the arguments of ``static_transform_publisher``;
-        metres and radians. Or nerfstudio's ``transforms.json``, whose frames are images.
+        metres and radians.
     root : str
         The frame of the rig; by default the only frame without a parent.
     cameras : str
-        A pattern for the cameras' frames, such as ``cam*_optical_frame``, or for paths of images.
-        By default the frames without children, restricted to those named like optical frames if
-        there are any.
+        A pattern for the cameras' frames, such as ``cam*_optical_frame``. By default the frames
+        without children, restricted to those named like optical frames if there are any.
     convention : str
         The orientation of the cameras' frames: ``"optical"`` (z forward, x right, y down) or
         ``"body"`` (x forward, y left, z up). By default, as in REP 103, frames whose names end in
@@ -88,8 +87,7 @@ def load_transforms(
     scale : float, optional
         Metres per unit of translation. By default 1, but cameras far apart are rejected.
     intrinsics_of : callable, optional
-        A function from a camera's name to its intrinsics; by default those of
-        ``transforms.json``, or else the paper's.
+        A function from a camera's name to its intrinsics; by default the paper's.
     lens : Lens, optional
         Shared by all cameras.
     frame_id : str
@@ -109,21 +107,10 @@ def load_transforms(
         If the file cannot be read, its frames do not form a tree, or a frame does not exist.
     """
     path = Path(path)
-    text = read_text(path, _EXPECTED, _MAX_BYTES)
-    frames_of_images = nerfstudio_frames(text)
-    if frames_of_images is not None:
-        if root or convention:
-            got = "frames of images, which have neither"
-            raise InputError(str(path), "a tree of frames for --root and --convention", got)
-        return rig_of_frames(
-            str(path),
-            frames_of_images,
-            cameras=cameras,
-            scale=scale,
-            intrinsics_of=intrinsics_of,
-            lens=lens,
-            frame_id=frame_id,
-        )
+    text = read_text(path, EXPECTED, _MAX_BYTES)
+    if nerfstudio_frames(text) is not None:
+        got = "frames of images, as nerfstudio has them"
+        raise InputError(str(path), EXPECTED, got, "read them with focus_planner rig nerfstudio")
     notes: list[str] = []
     with errors_within(str(path)):
         tree = FrameTree(_transforms(path, text))
@@ -243,7 +230,7 @@ def _transforms(path: Path, text: str) -> list[FrameTransform]:
         _transform_of_message(f"{path}: transforms[{i}]", entry) for i, entry in enumerate(entries)
     ]
     if not transforms:
-        raise InputError(str(path), _EXPECTED, "none")
+        raise InputError(str(path), EXPECTED, "none")
     return transforms
 
 
@@ -260,7 +247,7 @@ def _entries(path: Path, documents: Sequence[Any]) -> Iterator[Any]:
         if messages is None:  # after the last ---
             continue
         if not isinstance(messages, list):
-            raise InputError(f"{path}: transforms", _EXPECTED, kind_of(messages))
+            raise InputError(f"{path}: transforms", EXPECTED, kind_of(messages))
         yield from messages
 
 

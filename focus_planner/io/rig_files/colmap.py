@@ -10,7 +10,6 @@ import math
 import re
 import struct
 from collections.abc import Iterator, Sequence
-from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +18,7 @@ import numpy as np
 
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
-from focus_planner.core.rig.frames import Similarity, similarity_from_matrix, similarity_from_pose
+from focus_planner.core.rig.frames import Similarity, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
@@ -33,8 +32,9 @@ from focus_planner.io.files import (
     unfinished_line,
     unreadable,
 )
-from focus_planner.io.names import camera_names
+from focus_planner.io.names import camera_names, matches
 from focus_planner.io.quoting import key_name, word
+from focus_planner.io.rig_files.alignment import finite_numbers
 from focus_planner.io.yaml_values import errors_within
 
 
@@ -153,28 +153,12 @@ def load_colmap(
 
 def _matching(where: str, posed_images: list[_PosedImage], pattern: str) -> list[_PosedImage]:
     """Return the images whose names match, sorted by name."""
-    chosen = [image for image in posed_images if fnmatchcase(image.name, pattern)]
+    chosen = [image for image in posed_images if matches(image.name, pattern)]
     if not chosen:
         example = f", for example {posed_images[0].name}" if posed_images else ""
         got = f"none among {len(posed_images)}{example}"
         raise InputError(f"{where}: images", f"some that match {pattern}", got)
     return sorted(chosen, key=lambda image: image.name)
-
-
-def load_alignment(path: Path) -> Similarity:
-    """Read ``rig_from_model``, a 4 × 4 matrix: 16 numbers, row by row.
-
-    Raises
-    ------
-    InputError
-        If there are not 16 numbers, or they do not form a similarity transform.
-    """
-    expected = "16 numbers, a 4 × 4 matrix row by row"
-    words = re.split(r"[\s,;]+", read_text(path, expected).strip())
-    if len(words) != 16:
-        raise InputError(str(path), expected, f"{len(words)}")
-    numbers = _numbers(str(path), words)
-    return similarity_from_matrix(str(path), [numbers[i : i + 4] for i in range(0, 16, 4)])
 
 
 def _read(folder: Path) -> _Contents:
@@ -321,7 +305,7 @@ def _cameras_of_text(path: Path) -> Iterator[tuple[int, CameraIntrinsics]]:
         model = _MODEL_BY_NAME.get(words[1])
         if model is None:
             raise InputError(where, "a camera model of COLMAP", key_name(words[1]))
-        parameters = _numbers(where, words[4:])
+        parameters = finite_numbers(where, words[4:])
         _check_count(where, model, len(parameters))
         width, height = _integer(where, words[2]), _integer(where, words[3])
         yield _integer(where, words[0]), _intrinsics(where, model, width, height, parameters)
@@ -338,7 +322,9 @@ def _images_of_text(path: Path) -> Iterator[_PosedImage]:
             expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
             raise InputError(where, expected, f"{len(words)} words")
         name = words[9].strip()
-        yield _posed_image(name, _integer(where, words[8]), where, _numbers(where, words[1:8]))
+        yield _posed_image(
+            name, _integer(where, words[8]), where, finite_numbers(where, words[1:8])
+        )
         _, points = next(lines, (0, ""))
         _check_points(f"{path}: line {number + 1}", name, points)
 
@@ -367,20 +353,6 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
 def _posed_image(name: str, camera: int, where: str, values: list[float]) -> _PosedImage:
     w, x, y, z, *translation = values
     return _PosedImage(name, camera, similarity_from_pose(where, translation, (x, y, z, w)))
-
-
-def _numbers(where: str, words: list[str]) -> list[float]:
-    values = [_number(where, text) for text in words]
-    if not all(map(math.isfinite, values)):
-        raise InputError(where, "finite numbers", " ".join(f"{value:g}" for value in values))
-    return values
-
-
-def _number(where: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(where, "numbers", word(text)) from None
 
 
 def _integer(where: str, text: str) -> int:

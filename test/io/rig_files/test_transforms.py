@@ -17,7 +17,7 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
-from focus_planner.io.transforms import load_transforms
+from focus_planner.io.rig_files.transforms import load_transforms
 
 RIG = cylinder_rig(2, 6)
 HALF = math.sqrt(0.5)

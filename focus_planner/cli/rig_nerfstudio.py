@@ -1,0 +1,48 @@
+"""``focus_planner rig nerfstudio``: the frames of a transforms.json as cameras."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from focus_planner.cli.rig_imports import add_image_folder, add_import, run_import
+
+
+def add(kinds: Any) -> None:
+    """Add the kind of rig."""
+    parser = add_import(
+        kinds,
+        "nerfstudio",
+        summary="the frames of a transforms.json of nerfstudio or instant-ngp as cameras",
+        description="Print the rig.yaml of a transforms.json, as nerfstudio, instant-ngp and"
+        " Blender's synthetic scenes have it: every frame is a camera, with the pose and the"
+        " intrinsics that the file gives it, named after its image.",
+        file="transforms.json; or transforms_train.json",
+        cameras="whose images' paths match, such as 'images/left*'",
+        unit_of="the poses, which mostly have none",
+    )
+    add_image_folder(parser)
+    parser.set_defaults(command=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the rig."""
+    from focus_planner.io.rig_files.nerfstudio import load_nerfstudio
+
+    return run_import(options, load_nerfstudio)
+
+
+def is_file_of_it(path: Path) -> bool:
+    """Return whether a file has frames of images.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    from focus_planner.io.files import read_text
+    from focus_planner.io.rig_files.nerfstudio import nerfstudio_frames
+    from focus_planner.io.rig_files.transforms import EXPECTED
+
+    return nerfstudio_frames(read_text(path, EXPECTED)) is not None

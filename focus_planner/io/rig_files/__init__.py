@@ -1,0 +1,1 @@
+"""Rigs from the files of other programs: one module per program."""
