@@ -43,7 +43,9 @@ PARAMETERS = {
 ATTRIBUTES = {
     "launch": set(),
     "arg": {"name", "default", "description"},
-    "group": set(),
+    "choice": {"value"},
+    "group": {"if", "scoped"},
+    "let": {"name", "value"},
     "set_env": {"name", "value"},
     "node": {
         *("if", "unless", "pkg", "exec", "name", "namespace", "output"),
@@ -99,12 +101,19 @@ def test_every_argument_of_the_launch_file_is_explained_and_used():
     assert len(declared) == len(set(declared))
     assert used == set(declared)
     assert all(len(arg.get("description")) > 20 for arg in LAUNCH.iter("arg"))
-    assert all("default" in arg.attrib for arg in LAUNCH.iter("arg"))
+    # Without a default only where it is needed, in a group with a condition.
+    assert [arg.get("name") for arg in LAUNCH.iter("arg") if "default" not in arg.attrib] == [
+        arg.get("name")
+        for group in LAUNCH.iter("group")
+        if group.get("if")
+        for arg in group
+        if arg.tag == "arg"
+    ]
 
 
 def test_every_substitution_of_the_launch_file_is_one_of_launch():
     kinds = {kind for text in texts() for kind in SUBSTITUTION.findall(text)}
-    assert kinds == {"var", "env", "find-pkg-share", "equals"}
+    assert kinds == {"var", "env", "find-pkg-share", "equals", "or", "file-content"}
     assert all(text.count("(") == text.count(")") for text in texts())
 
 
@@ -160,6 +169,117 @@ def test_a_killed_node_is_started_again_soon():
         assert 0 < float(node.get("respawn_delay")) <= 1
     (respawn,) = (arg for arg in LAUNCH.iter("arg") if arg.get("name") == "respawn")
     assert respawn.get("default") == "true"
+
+
+INNERMOST = re.compile(r"\$\(([^\s$()]+) ?([^$()]*)\)")
+
+
+class LaunchEnded(Exception):  # noqa: N818 - named for what happened
+    """What ends a launch; its text is what launch logs, as far as it is known from its source."""
+
+
+class Launch:
+    """Does with the launch file what Jazzy's launch and launch_xml do, by their sources.
+
+    Those are ``launch/actions/{declare_launch_argument,set_launch_configuration}.py``, the files of
+    ``launch/substitutions`` and, for the conditions of groups, ``launch/action.py``: an exception
+    of any of them ends the launch with status 1 (``LaunchService.run_async``).
+    """
+
+    def __init__(self, **arguments):
+        self.values, self.nodes = dict(arguments), []
+
+    def run(self, element=LAUNCH):
+        for each in element:
+            if self._applies(each):
+                getattr(self, f"_{each.tag}")(each)
+        return [node.get("exec") for node in self.nodes]
+
+    _group = run
+
+    def _applies(self, element):
+        wanted, unwanted = (self._text(element.get(name)) for name in ("if", "unless"))
+        return (wanted or "true").lower() == "true" and (unwanted or "false").lower() == "false"
+
+    def _text(self, text):
+        while text and (found := INNERMOST.search(text)):
+            value = self._substituted(found[1], found[2].split(" "))
+            text = text[: found.start()] + value + text[found.end() :]
+        return text
+
+    def _substituted(self, kind, words):
+        if kind == "var":
+            return self.values[words[0]]
+        if kind == "env":
+            return os.environ.get(words[0], words[1])
+        if kind == "find-pkg-share":
+            return str(REPOSITORY)
+        if kind == "equals":
+            return str(words[0] == words[1]).lower()
+        if kind == "or":
+            return str(any(word.lower() == "true" for word in words)).lower()
+        try:
+            return Path(words[0]).read_text(encoding="utf-8").translate({36: None, 40: None})
+        except FileNotFoundError:
+            raise LaunchEnded(f"File not found: {words[0]}") from None
+
+    def _arg(self, arg):
+        name = arg.get("name")
+        if name not in self.values:
+            if "default" not in arg.attrib:
+                raise LaunchEnded(f'Required launch argument "{name}" was not provided.')
+            self.values[name] = self._text(arg.get("default"))
+        choices = [choice.get("value") for choice in arg]
+        if choices and self.values[name] not in choices:
+            raise LaunchEnded(f'Argument "{name}" provided value "{self.values[name]}"')
+
+    def _let(self, let):
+        self.values[let.get("name")] = self._text(let.get("value"))
+
+    def _set_env(self, element):
+        self._text(element.get("value"))
+
+    def _node(self, node):
+        self.nodes.append(node)
+        for param in node:
+            self._text(param.get("from") or param.get("value"))
+
+
+LENSES = {"lens_params_file": str(REPOSITORY / "config" / "lens_adapter.yaml")}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "nodes"),
+    [
+        ({}, ["planner_node"]),
+        ({"record_directory": "runs"}, ["planner_node"]),
+        ({"lens_params_file": "none.yaml"}, ["planner_node"]),
+        ({"lens_adapter": "true", **LENSES}, ["planner_node", "lens_adapter"]),
+        ({"simulated_lenses": "True", **LENSES}, ["planner_node", "simulated_lens"]),
+    ],
+)
+def test_what_is_launched(arguments, nodes):
+    assert Launch(**arguments).run() == nodes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ({"params_file": "mine.yml"}, "File not found: mine.yml"),
+        ({"lens_adapter": "true"}, 'Required launch argument "lens_params_file"'),
+        ({"simulated_lenses": "true"}, 'Required launch argument "lens_params_file"'),
+        ({"lens_adapter": "true", "lens_params_file": "x.yml"}, "File not found: x.yml"),
+        ({"lens_adapter": "ture"}, 'Argument "lens_adapter" provided value "ture"'),
+        ({"simulated_lenses": "1"}, 'Argument "simulated_lenses" provided value "1"'),
+        ({"respawn": "no"}, 'Argument "respawn" provided value "no"'),
+        ({"discovery_range": "LOCAL"}, 'Argument "discovery_range" provided value "LOCAL"'),
+    ],
+)
+def test_a_mistake_ends_the_launch_before_any_node_is_started(arguments, why):
+    launch = Launch(**arguments)
+    with pytest.raises(LaunchEnded, match=re.escape(why)):
+        launch.run()
+    assert launch.nodes == []
 
 
 def test_the_file_that_the_launch_file_names_is_installed(installed):

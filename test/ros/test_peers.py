@@ -65,7 +65,6 @@ def test_a_peer_can_do_what_the_page_says(planner, client, peer, body, rig):
     # Read the scan.
     scans = []
     peer.node.create_subscription(Mesh, f"{planner.name}/mesh", scans.append, 1)
-    until(lambda: peer.node.count_publishers(f"{planner.name}/mesh") > 0)
     client.publish_rig(rig)
     client.publish_mesh(body)
     peer.until(lambda: scans or client.publish_mesh(body))
