@@ -229,7 +229,11 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         ("colmap model --scale big", "argument --scale: invalid float value: 'big'"),
         ("colmap model --transform tf.txt", "tf.txt: expected 16 numbers"),
         ("colmap model --images x", "images: expected some that match x"),
-        ("colmap model --f-number 8", "lens: expected both f_number and circle_of_confusion"),
+        (
+            "colmap model --f-number 8 --hyperfocal-distance 9",
+            "lens options: expected either --hyperfocal-distance or --f-number, got both",
+        ),
+        ("colmap model --focal-length 50", "got 50; 50 is probably in millimetres: write 0.05"),
         ("colmap", "the following arguments are required: FOLDER"),
         ("transforms none", "none: expected a list of transforms, got no such file"),
         ("transforms tf.txt --root x", "tf.txt: root: expected one of hall, "),
@@ -237,11 +241,11 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         ("transforms tf.txt --image 4x3", "--image and --fx: expected both or neither"),
         ("transforms tf.txt --fx 3", "--image and --fx: expected both or neither"),
         ("transforms tf.txt --image 4 --fx 3", "--image: expected WIDTHxHEIGHT in pixels, such as"),
-        ("transforms tf.txt --image 4x0 --fx 3", "image.height: expected a whole number of at"),
+        ("transforms tf.txt --image 4x0 --fx 3", "--image: expected a whole number of at"),
         ("transforms tf.txt --camera-info x --fx 3", "--camera-info: expected it, or --image and"),
         ("transforms tf.txt --camera-info none", "none: expected the YAML of a camera_calibration"),
         ("transforms tf.txt --camera-info model", "model: expected cam_0_00.yaml, a file per"),
-        ("transforms tf.txt --colour red", "unrecognized arguments: --colour red"),
+        ("transforms tf.txt --colours red", "unrecognized arguments: --colours red"),
     ],
 )
 def test_it_refuses(here: Path, capsys: Any, options: str, telling: str) -> None:
