@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -206,6 +207,27 @@ def test_what_was_told_is_never_assumed_even_if_it_is_the_default(
     rig, notes = made(capsys, *layout.split(), *lens_told, *image_told)
     assert (notes, rig.notes) == ("", ())
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
+
+
+@pytest.mark.parametrize("layout", ["cylinder --rows 1 --columns 3", "transforms tf.txt"])
+def test_an_f_number_takes_a_circle_by_each_cameras_image(
+    here: Path, capsys: Any, layout: str
+) -> None:
+    write_transforms(Path("tf.txt"))
+    aperture = ["--focal-length", "0.05", "--f-number", "8"]
+    rig, told = made(capsys, *layout.split(), *aperture, "--image", "6000x4000", "--fx", "8333")
+    circle = 2 * 0.05 / 8333
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(circle, rel=1e-15)
+    assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(0.05**2 / (8 * circle))
+    assert "cameras: 12 µm is assumed, two pixels; the depth of field is" in told
+    assert "use --circle-of-confusion, or give circle_of_confusion under lens in" in told
+    assert "f_number: 8.0" in Path("made.yaml").read_text()
+    (note,) = rig.notes  # read again, it is still a guess
+    assert "12 µm is assumed, two pixels" in note.text
+    rig, told = made(capsys, *layout.split(), *aperture)
+    diagonal = 0.05 * math.hypot(580, 870) / 1190.732
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(diagonal / 1500)
+    assert "29.3 µm is assumed, the sensor's diagonal / 1500" in told
 
 
 def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:

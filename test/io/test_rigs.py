@@ -447,6 +447,10 @@ def test_what_differs_from_the_others_is_written_with_its_camera() -> None:
 FULL_FRAME = "image: {width: 6000, height: 4000, fx: 8333, fy: 8333, cx: 2999.5, cy: 1999.5}"
 
 
+ONE = f"cameras: [{CAMERA}]"
+DOUBTED = "defaults: [lens.focal_length]"
+
+
 def loaded(folder: Path, text: str) -> Rig:
     return load_rig(write(folder, text))
 
@@ -468,8 +472,7 @@ def test_an_f_number_takes_two_pixels_and_says_so(tmp_path: Path) -> None:
     [
         (f"{FULL_FRAME}\nlens: {{f_number: 8}}", 0.05, ["default_lens"] * 2),
         (
-            f"{FULL_FRAME}\nlens: {{focal_length: 0.05, f_number: 8}}\ndefaults:"
-            " [lens.focal_length]",
+            f"{FULL_FRAME}\nlens: {{focal_length: 0.05, f_number: 8}}\n{DOUBTED}",
             0.05,
             ["default_lens"] * 2,
         ),
@@ -528,8 +531,7 @@ def test_a_circle_that_was_assumed_stays_one_in_files(tmp_path: Path) -> None:
             "rig.yaml: camera a: lens.focal_length: .* write 0.00155$",
         ),
         (
-            "lens: {table: {unit: s, distances: [300, 3000], values: [0, 9]}}\n"
-            f"cameras: [{CAMERA}]",
+            f"lens: {{table: {{unit: s, distances: [300, 900], values: [0, 9]}}}}\n{ONE}",
             r"rig.yaml: lens.table.*distances \(the nearest\): .* write 0.3$",
         ),
         (f"defaults: [lense]\ncameras: [{CAMERA}]", r"a list of 1; did you mean lens\?"),
