@@ -367,7 +367,7 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     out, err = capsys.readouterr()
     assert err == ""
     assert out.splitlines()[0] == "good planned"
-    assert "note: the recording has no circle of confusion: " in out
+    assert "note: nothing tells the circle of confusion of 8 of 8 cameras: " in out
     rows = {
         cells[1].strip(): [cell.strip() for cell in cells[2:-1]]
         for cells in (line.split("│") for line in out.splitlines() if line.startswith("│"))

@@ -355,7 +355,8 @@ def test_an_f_number_of_the_parameters_is_that_of_every_cameras_own_image():
     rig = rig_of([full_frame(), told], optics)
     assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(2 * 0.05001 / 0.05 * 6e-6)
     assert rig.cameras[1].lens.circle_of_confusion == 2e-5
-    assert [note.text for note in rig.notes][0].startswith(ABOUT_CIRCLES)
+    (note,) = rig.notes
+    assert note.text.startswith(ABOUT_CIRCLES)
     posed = poses_from_message(message(WORLD | {"poses": [AT_THE_ORIGIN]}), optics, "world")
     image = CameraIntrinsics()
     diagonal = 0.05001 * math.hypot(image.width / image.fx, image.height / image.fy)
