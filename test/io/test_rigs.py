@@ -507,7 +507,10 @@ def test_a_circle_that_was_assumed_stays_one_in_files(tmp_path: Path) -> None:
         assert again.assumed == {camera.name: rig.assumed[camera.name] for camera in part.cameras}
         assert rig_to_yaml(again) == written
         assert any("circle of confusion" in note.text for note in again.notes)
-    assert "lens: {focal_length: 0.05, f_number: 8.0, min_focus: 0.4}" in rig_to_yaml(rig)
+    assert (
+        "lens: {focal_length: 0.05, f_number: 8.0, min_focus: 0.4}   # metres; circle_of_confusion"
+        " is assumed: add yours\n"
+    ) in rig_to_yaml(rig)
 
 
 @pytest.mark.parametrize(
