@@ -46,6 +46,7 @@ _DEFAULTS = {
     **{kind: keys_of(kind) for kind in KINDS},
     **{key: frozenset([key]) for kind in KINDS for key in sorted(keys_of(kind))},
 }
+_ASSUMED_CIRCLE = "; circle_of_confusion is assumed: add yours"
 # What to do about values that a program wrote and somebody has checked.
 _DELETE = ", or, if that is right, delete it under defaults there"
 _CAMERA_KEYS = ("name", "position", "orientation", "image", "lens", "defaults")
@@ -161,7 +162,8 @@ def rig_to_yaml(rig: Rig) -> str:
     lines = [
         f"frame_id: {scalar(rig.frame_id)}",
         f"image: {flow(_image_values(intrinsics))}   # pixels",
-        f"lens: {flow(optics | _written(lens, vars(Lens()) | optics))}   # metres",
+        f"lens: {flow(optics | _written(lens, vars(Lens()) | optics))}   # metres"
+        + _ASSUMED_CIRCLE * ("f_number" in lens),
     ]
     assumed = [rig.assumed.get(camera.name, frozenset[str]()) - {CIRCLE} for camera in rig.cameras]
     doubted = Counter(assumed).most_common(1)[0][0]

@@ -7,7 +7,7 @@ bad values raises :class:`InputError` and no other exception, whatever it contai
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -21,12 +21,8 @@ from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.circles import (
-    CIRCLE,
-    AssumedCircle,
     assumed_circle,
-    note_on_circles,
 )
-from focus_planner.core.rig.defaults import assumed_values, keys_of, notes_on_defaults
 from focus_planner.core.rig.frames import Similarity, similarity_from_pose
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -42,6 +38,7 @@ from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.cdr import read_mesh
 from focus_planner.messages.frames import HeardFrames, pose_of_message
 from focus_planner.messages.limits import Limits
+from focus_planner.messages.untold import circle_of, noted
 
 #: A message as an object of any library, with the attributes that its definition names.
 Message = Any
@@ -214,7 +211,7 @@ def poses_from_message(
         told = optics.focal_length_told
         circle = assumed_circle(optics.intrinsics, lens.focal_length, focal_length_told=told)
         circles = {camera.name: circle for camera in cameras}
-    return optics.complete(_noted(Rig(cameras, frame_id), optics, lacking, circles))
+    return optics.complete(noted(Rig(cameras, frame_id), optics, lacking, circles))
 
 
 def lens_table_from_message(message: Message) -> LensTable | None:
@@ -261,13 +258,6 @@ def lens_from_message(
         lens.circle_of_confusion,
         intrinsics or CameraIntrinsics(),
         focal_length_told=focal_length_told,
-    )
-
-
-def lacks_circle(message: Message) -> bool:
-    """Return whether a lens is told by its f-number, without a circle of confusion."""
-    return bool(message.f_number) and not (
-        message.hyperfocal_distance or message.circle_of_confusion
     )
 
 
@@ -346,96 +336,9 @@ def rig_from_message(
     circles = {
         camera.name: circle
         for camera, sent in zip(cameras, message.cameras, strict=True)
-        if (circle := _circle_of(camera, sent, optics)) is not None
+        if (circle := circle_of(camera, sent, optics)) is not None
     }
-    return optics.complete(_noted(Rig(cameras, frame_id, grid), optics, lacking, circles))
-
-
-def _circle_of(camera: Camera, message: Message, optics: Optics) -> AssumedCircle | None:
-    """Return the circle of confusion that was assumed for a camera; None if it was told."""
-    own = bool(message.lens.focal_length)
-    if not (lacks_circle(message.lens) if own else optics.f_number):
-        return None
-    told = own or optics.focal_length_told
-    return assumed_circle(camera.intrinsics, camera.lens.focal_length, focal_length_told=told)
-
-
-def _noted(
-    rig: Rig,
-    optics: Optics,
-    lacking: list[tuple[bool, bool]],
-    circles: Mapping[str, AssumedCircle],
-) -> Rig:
-    """Return the rig with notes on what nothing told of it.
-
-    Parameters
-    ----------
-    rig : Rig
-    optics : Optics
-    lacking : list
-        Per camera, whether the message lacks its image, and its lens.
-    circles : mapping of str to AssumedCircle
-        The circles of confusion that were assumed, by camera.
-    """
-    remedy = (
-        "publish each lens's circle_of_confusion on ~/rig, or set the parameter"
-        " lens.circle_of_confusion"
-    )
-    notes = (
-        *_notes(optics, lacking),
-        *note_on_circles(list(circles.values()), len(rig), remedy),
-        *_note_on_f_number(optics, sum(lens for _, lens in lacking)),
-    )
-    return replace(rig, notes=notes, assumed={name: frozenset({CIRCLE}) for name in circles})
-
-
-def _note_on_f_number(optics: Optics, cameras: int) -> Iterator[Note]:
-    """Yield a note on an f-number without effect, if there are cameras that it would be of."""
-    if optics.unused_f_number and cameras:
-        yield Note(
-            "default_lens",
-            f"lens.f_number {optics.unused_f_number:g} is not used, because"
-            f" lens.hyperfocal_distance is {optics.lens.hyperfocal_distance:g} m; set that to 0",
-        )
-
-
-_SET_TO_DEFAULT = "set to their defaults, they count as not set"
-
-
-def _notes(optics: Optics, lacking: list[tuple[bool, bool]]) -> tuple[Note, ...]:
-    """Return the notes on the parameters that stand in for what a message lacks.
-
-    Whether somebody has set a parameter to its default cannot be known, so that says nothing.
-
-    Parameters
-    ----------
-    optics : Optics
-    lacking : list
-        Per camera, whether the message lacks its image, and its lens.
-    """
-    image, lens = vars(optics.intrinsics), vars(optics.lens)
-    assumed = {
-        each: assumed_values(
-            lens,
-            image,
-            frozenset[str]().union(
-                *(
-                    keys_of(kind)
-                    for kind, lacks in zip(("image", "lens"), each, strict=True)
-                    if lacks
-                )
-            ),
-        )
-        for each in set(lacking)
-    }
-    return notes_on_defaults(
-        (assumed[each] for each in lacking),
-        "publish each camera's lens on ~/rig, or set the parameters lens.focal_length, and"
-        " lens.f_number with lens.circle_of_confusion, or lens.hyperfocal_distance"
-        f" ({_SET_TO_DEFAULT})",
-        "publish each camera's CameraInfo on ~/rig, or set the parameters image.width, ..."
-        f" ({_SET_TO_DEFAULT})",
-    )
+    return optics.complete(noted(Rig(cameras, frame_id, grid), optics, lacking, circles))
 
 
 def shot_from_message(message: Message, device_value: float | None = None) -> Shot:

@@ -17,8 +17,9 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.lens_tables import LensTables, lens_tables_from_yaml, load_lens_tables
 from focus_planner.messages.limits import Limits
-from focus_planner.messages.reading import Optics, lacks_circle, lens_from_message
+from focus_planner.messages.reading import Optics, lens_from_message
 from focus_planner.messages.requests import request_from_values
+from focus_planner.messages.untold import lacks_circle
 from focus_planner.parameters.camera_frames import CameraFrames
 from focus_planner.parameters.declaration import Value, group, with_defaults
 from focus_planner.parameters.planner import ACCESSES, ANY_DISTANCE, DECLARATIONS, OVERLAPS

@@ -20,7 +20,7 @@ from focus_planner.core.rig.circles import (
 from focus_planner.core.rig.defaults import FOCAL_LENGTH, KINDS, keys_of, told_by
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import hyperfocal_distance
-from focus_planner.core.rig.plausible import check_focal_length
+from focus_planner.core.rig.plausible import check_circle, check_focal_length
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
@@ -225,9 +225,13 @@ def _changed_lens(
             raise InputError(
                 "--set", "either hyperfocal_distance or f_number and circle_of_confusion", "both"
             )
-        f_number = _f_number(lens, circle()) if f_number is None else f_number
-        blur = circle() if given_circle is None else given_circle
-        changes["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, blur)
+        if f_number is None:
+            blur = check_circle(CIRCLE, given_circle)
+            distance = lens.hyperfocal_distance * (focal_length / lens.focal_length) ** 2
+            changes["hyperfocal_distance"] = distance * (circle() / blur)
+        else:
+            blur = circle() if given_circle is None else given_circle
+            changes["hyperfocal_distance"] = hyperfocal_distance(focal_length, f_number, blur)
         changes["circle_of_confusion"] = blur
     elif "hyperfocal_distance" not in changes:
         # Keep the f-number and the circle of confusion.
@@ -240,7 +244,3 @@ def _changed_lens(
     if "focus_steps" in changes:
         changes["focus_steps"] = changes["focus_steps"] or None
     return replace(lens, **changes)
-
-
-def _f_number(lens: Lens, circle: float) -> float:
-    return float(lens.focal_length**2 / (lens.hyperfocal_distance * circle))

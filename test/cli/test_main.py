@@ -129,20 +129,44 @@ def test_rig_cylinder_takes_a_lens_of_certain_distances(
 @pytest.mark.parametrize(
     ("options", "telling"),
     [
-        ("--rows 0", "rows: expected a whole number of at least 1, got 0"),
+        ("--rows 0", "error: --rows: expected a whole number of at least 1, got 0"),
         ("--rows many", "argument --rows: invalid int value: 'many'"),
         ("--radius -1", "radius: expected a number above 0"),
-        ("--bottom 2 --top 1", "top: expected at least bottom"),
+        ("--bottom 2 --top 1", "error: --top: expected at least --bottom"),
         ("--radius nan", "radius: expected a number"),
-        ("--f-number 8", "lens: expected both f_number and circle_of_confusion"),
+        (
+            "--radius 750",
+            "--radius: expected metres, usually 0.02 to 100, at most 200, got 750; 750",
+        ),
+        (
+            "--top 1700",
+            "--top: expected metres, usually 0.02 to 100, at most 200, got 1700; 1700 is",
+        ),
+        ("--radius 750", "is probably in millimetres: write 0.75"),
         (
             "--f-number 8 --circle-of-confusion 3e-5 --hyperfocal-distance 9",
-            "circle_of_confusion, got both",
+            "lens options: expected either --hyperfocal-distance or --f-number, got both",
         ),
-        ("--min-focus 3 --max-focus 2", "lens.min_focus: expected at most max_focus"),
+        ("--min-focus 3 --max-focus 2", "error: --min-focus: expected at most --max-focus (2 m)"),
         (
             "--hiatus 12",
-            "lens.hiatus: expected above -4 focal lengths (-0.2 m) and at most 1 m, got",
+            "error: --hiatus: expected above -4 focal lengths (-0.2 m) and at most 1 m, got 12 m;",
+        ),
+        (
+            "--focal-length 50",
+            "error: --focal-length: expected metres, usually 0.001 to 1, at most 2, got 50; 50 is",
+        ),
+        (
+            "--focal-length 0.05 --f-number 8 --circle-of-confusion 0.03",
+            "at most 0.001, got 0.03; 0.03 is probably in millimetres: write 3e-05",
+        ),
+        ("--f-number 8 --circle-of-confusion 20", "20 is probably in micrometres: write 2e-05"),
+        ("--min-focus 350", "--min-focus: expected metres, usually 0.01 to 20, at most 100, got"),
+        ("--focus-distances 400 900", "400 is probably in millimetres: write 0.4"),
+        ("--hyperfocal-distance 10000", "10000 is probably in millimetres: write 10"),
+        (
+            "--focal-length 0.002 --f-number 8 --circle-of-confusion 1e-3",
+            "error: --focal-length, --f-number, --circle-of-confusion: expected those of one lens",
         ),
         ("--colour red", "unrecognized arguments: --colour; did you mean --columns?"),
     ],
@@ -420,7 +444,7 @@ def test_what_is_no_surface_is_refused(
 @pytest.mark.parametrize(
     ("text", "telling"),
     [
-        (with_camera(orientation=[0, 0, 0, 0]), "cameras[1]: camera cam_0_01: orientation"),
+        (with_camera(orientation=[0, 0, 0, 0]), "bad.yaml: camera cam_0_01: orientation"),
         (with_camera(orientation=[0, 0, 0, float("nan")]), "expected a unit quaternion"),
         (with_camera(position=[0, 0, float("nan")]), "position: expected finite coordinates"),
         (with_camera(position=[0.0, 0.0, 0.9]), "1 of 12 inside it (cam_0_01)"),

@@ -374,7 +374,7 @@ def test_what_if_is_compared(here: Path, capsys: Any) -> None:
     out, err = capsys.readouterr()
     assert err == ""
     assert out.splitlines()[0] == "good planned"
-    assert "note: the recording has no circle of confusion: " in out
+    assert "note: nothing tells the circle of confusion of 8 of 8 cameras: " in out
     rows = cells_of(out)
     assert rows["method"] == ["em", "k_view"]
     assert rows["samples"] == ["300", "400"]

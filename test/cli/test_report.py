@@ -346,7 +346,7 @@ def test_a_what_if_is_shown_beside_the_recorded_plan(
 def test_what_a_what_if_assumes_is_told(run: Path, here: Path, told: list[ReportContent]) -> None:
     assert replay(str(run), "--set", "f_number=8", "--report", "r.html") == 0
     changed = dict(told[0].facts)["changed"]
-    assert changed.startswith("f_number=8; the recording has no circle of confusion: assumed 0.")
+    assert changed.startswith("f_number=8; nothing tells the circle of confusion of ")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -287,6 +288,27 @@ def test_what_was_told_is_never_assumed_even_if_it_is_the_default(
     assert rig.cameras[0].intrinsics == CameraIntrinsics()
 
 
+@pytest.mark.parametrize("layout", ["cylinder --rows 1 --columns 3", "transforms tf.txt"])
+def test_an_f_number_takes_a_circle_by_each_cameras_image(
+    here: Path, capsys: Any, layout: str
+) -> None:
+    write_transforms(Path("tf.txt"))
+    aperture = ["--focal-length", "0.05", "--f-number", "8"]
+    rig, told = made(capsys, *layout.split(), *aperture, "--image", "6000x4000", "--fx", "8333")
+    circle = 2 * 0.05 / 8333
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(circle, rel=1e-15)
+    assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(0.05**2 / (8 * circle))
+    assert "cameras: 12 µm is assumed, two pixels; the depth of field is" in told
+    assert "use --circle-of-confusion, or give circle_of_confusion under lens in" in told
+    assert "f_number: 8.0" in Path("made.yaml").read_text()
+    (note,) = rig.notes  # read again, it is still a guess
+    assert "12 µm is assumed, two pixels" in note.text
+    rig, told = made(capsys, *layout.split(), *aperture)
+    diagonal = 0.05 * math.hypot(580, 870) / 1190.732
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(diagonal / 1500)
+    assert "29.3 µm is assumed, the sensor's diagonal / 1500" in told
+
+
 def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
     write_transforms(Path("tf.txt"))
     Path("info").mkdir()
@@ -308,7 +330,11 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         ("colmap model --scale big", "argument --scale: invalid float value: 'big'"),
         ("colmap model --transform tf.txt", "tf.txt: expected 16 numbers"),
         ("colmap model --images x", "images: expected some that match x"),
-        ("colmap model --f-number 8", "lens: expected both f_number and circle_of_confusion"),
+        (
+            "colmap model --f-number 8 --hyperfocal-distance 9",
+            "lens options: expected either --hyperfocal-distance or --f-number, got both",
+        ),
+        ("colmap model --focal-length 50", "got 50; 50 is probably in millimetres: write 0.05"),
         ("colmap", "the following arguments are required: FOLDER"),
         ("transforms none", "none: expected a list of transforms, got no such file"),
         ("transforms tf.txt --root x", "tf.txt: root: expected one of hall, "),
@@ -316,11 +342,11 @@ def test_each_camera_has_its_own_calibration(here: Path, capsys: Any) -> None:
         ("transforms tf.txt --image 4x3", "--image and --fx: expected both or neither"),
         ("transforms tf.txt --fx 3", "--image and --fx: expected both or neither"),
         ("transforms tf.txt --image 4 --fx 3", "--image: expected WIDTHxHEIGHT in pixels, such as"),
-        ("transforms tf.txt --image 4x0 --fx 3", "image.height: expected a whole number of at"),
+        ("transforms tf.txt --image 4x0 --fx 3", "--image: expected a whole number of at"),
         ("transforms tf.txt --camera-info x --fx 3", "--camera-info: expected it, or --image and"),
         ("transforms tf.txt --camera-info none", "none: expected the YAML of a camera_calibration"),
         ("transforms tf.txt --camera-info model", "model: expected cam_0_00.yaml, a file per"),
-        ("transforms tf.txt --colour red", "unrecognized arguments: --colour red"),
+        ("transforms tf.txt --colours red", "unrecognized arguments: --colours red"),
     ],
 )
 def test_it_refuses(here: Path, capsys: Any, options: str, telling: str) -> None:

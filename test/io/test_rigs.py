@@ -448,3 +448,106 @@ def test_what_differs_from_the_others_is_written_with_its_camera() -> None:
         "lens: {table: {unit: steps, distances: [0.4, 2.0], values: [900.0, 0.0]}}}"
     )
     assert sum(bool(re.search("image|lens", line)) for line in lines) == 3
+
+
+# --- circles of confusion that were assumed ----------------------------------------------------
+
+FULL_FRAME = "image: {width: 6000, height: 4000, fx: 8333, fy: 8333, cx: 2999.5, cy: 1999.5}"
+
+
+ONE = f"cameras: [{CAMERA}]"
+DOUBTED = "defaults: [lens.focal_length]"
+
+
+def loaded(folder: Path, text: str) -> Rig:
+    return load_rig(write(folder, text))
+
+
+def test_an_f_number_takes_two_pixels_and_says_so(tmp_path: Path) -> None:
+    lens = "lens: {focal_length: 0.05, f_number: 8}"
+    rig = loaded(tmp_path, f"{FULL_FRAME}\n{lens}\ncameras: [{CAMERA}]")
+    circle = 2 * 0.05 / 8333
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(circle, rel=1e-15)
+    assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(0.05**2 / (8 * circle))
+    (note,) = rig.notes
+    assert note.code == "default_lens"
+    assert "of 1 of 1 cameras: 12 µm is assumed, two pixels;" in note.text
+    assert note.text.endswith(f"as circle_of_confusion under lens in {tmp_path / 'rig.yaml'}")
+
+
+@pytest.mark.parametrize(
+    ("text", "focal_length", "codes"),
+    [
+        (f"{FULL_FRAME}\nlens: {{f_number: 8}}", 0.05, ["default_lens"] * 2),
+        (
+            f"{FULL_FRAME}\nlens: {{focal_length: 0.05, f_number: 8}}\n{DOUBTED}",
+            0.05,
+            ["default_lens"] * 2,
+        ),
+        ("lens: {focal_length: 0.035, f_number: 8}", 0.035, ["default_image", "default_lens"]),
+    ],
+)
+def test_of_unknown_pixels_it_takes_a_part_of_the_diagonal(
+    tmp_path: Path, text: str, focal_length: float, codes: list[str]
+) -> None:
+    rig = loaded(tmp_path, f"{text}\ncameras: [{CAMERA}]")
+    image = rig.cameras[0].intrinsics
+    diagonal = focal_length * math.hypot(image.width / image.fx, image.height / image.fy)
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(diagonal / 1500, rel=1e-12)
+    assert [note.code for note in rig.notes] == codes
+    assert "assumed, the sensor's diagonal / 1500;" in rig.notes[-1].text
+
+
+def test_a_circle_that_was_assumed_stays_one_in_files(tmp_path: Path) -> None:
+    own = camera_with(lens="{hyperfocal_distance: 7, circle_of_confusion: 2e-5}")
+    other = camera_with(image="{fx: 9000}", lens="{f_number: 5.6}")
+    text = (
+        f"{FULL_FRAME}\nlens: {{focal_length: 0.05, f_number: 8, min_focus: 0.4}}\n"
+        f"cameras: [{CAMERA}, {own.replace('a,', 'b,')}, {other.replace('a,', 'c,')}]"
+    )
+    rig = loaded(tmp_path, text)
+    assert rig.assumed["b"] == frozenset()
+    for some in (slice(0, 3), slice(1, 3), slice(0, 1), slice(2, 3)):
+        part = replace(rig, cameras=rig.cameras[some])
+        written = rig_to_yaml(part)
+        again = loaded(tmp_path, written)
+        assert again == part
+        assert again.assumed == {camera.name: rig.assumed[camera.name] for camera in part.cameras}
+        assert rig_to_yaml(again) == written
+        assert any("circle of confusion" in note.text for note in again.notes)
+    assert (
+        "lens: {focal_length: 0.05, f_number: 8.0, min_focus: 0.4}   # metres; circle_of_confusion"
+        " is assumed: add yours\n"
+    ) in rig_to_yaml(rig)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (f"lens: {{focal_length: 50}}\ncameras: [{CAMERA}]", "rig.yaml: lens.focal_length: "),
+        (
+            "cameras: [" + camera_with(lens="{focal_length: 50}") + "]",
+            "rig.yaml: camera a: lens.focal_length: expected metres, .* write 0.05$",
+        ),
+        (
+            "cameras: [" + camera_with(lens="{f_number: 8, circle_of_confusion: 0.03}") + "]",
+            "rig.yaml: camera a: lens.circle_of_confusion: .* write 3e-05$",
+        ),
+        (
+            "cameras: [" + camera_with(lens="{f_number: 0.125}") + "]",
+            "rig.yaml: camera a: lens.f_number: .* for 1/8 write 8$",
+        ),
+        (
+            "cameras: [" + camera_with(lens="{focal_length: 1.55}", image="{fx: 500}") + "]",
+            "rig.yaml: camera a: lens.focal_length: .* write 0.00155$",
+        ),
+        (
+            f"lens: {{table: {{unit: s, distances: [300, 900], values: [0, 9]}}}}\n{ONE}",
+            r"rig.yaml: lens.table.*distances \(the nearest\): .* write 0.3$",
+        ),
+        (f"defaults: [lense]\ncameras: [{CAMERA}]", r"a list of 1; did you mean lens\?"),
+    ],
+)
+def test_an_error_names_file_camera_and_value(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        loaded(tmp_path, text)

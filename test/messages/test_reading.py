@@ -27,6 +27,7 @@ from focus_planner.messages.reading import (
 )
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.writing import cloud_to_fields
+from focus_planner.parameters.planner_settings import Settings
 from testing.messages import (
     BAD_CLOUDS,
     EMPTY_CAMERA,
@@ -310,6 +311,99 @@ def test_errors_of_a_camera_name_it():
     lens = EMPTY_LENS | {"focal_length": -0.05, "hyperfocal_distance": 1.0}
     with pytest.raises(InputError, match=r"camera left: lens\.focal_length"):
         camera_from_message(camera_message(name="left", lens=lens), OPTICS)
+
+
+def full_frame(**lens):
+    """A camera of 24 megapixels of 6 µm."""
+    f = 0.05 / 6e-6
+    info = EMPTY_INFO | {"width": 6000, "height": 4000, "k": [f, 0, 2999.5, 0, f, 1999.5, 0, 0, 1]}
+    fields = EMPTY_LENS | {"focal_length": 0.05} | lens if lens else EMPTY_LENS
+    return EMPTY_CAMERA | {"camera_info": info, "lens": fields, "pose": AT_THE_ORIGIN}
+
+
+AT_THE_ORIGIN = EMPTY_POSE | {"orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+ABOUT_CIRCLES = (
+    "nothing tells the circle of confusion of 1 of 2 cameras: 12 µm is assumed, two pixels;"
+)
+
+
+def rig_of(cameras, optics):
+    named = [camera | {"name": f"cam_{i}"} for i, camera in enumerate(cameras)]
+    fields = WORLD | {"cameras": named, "grid_rows": 0, "grid_columns": 0}
+    return rig_from_message(message(fields), optics, "world")
+
+
+def test_an_f_number_on_a_topic_takes_two_pixels_and_says_so():
+    told = full_frame(f_number=8.0, circle_of_confusion=2e-5)
+    rig = rig_of([full_frame(f_number=8.0), told], OPTICS)
+    assert [camera.lens.circle_of_confusion for camera in rig.cameras] == [
+        pytest.approx(12e-6),
+        2e-5,
+    ]
+    assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(0.05**2 / (8 * 12e-6))
+    (note,) = rig.notes
+    assert note.code == "default_lens"
+    assert note.text.startswith(ABOUT_CIRCLES)
+    assert note.text.endswith("or set the parameter lens.circle_of_confusion")
+    assert rig.assumed == {"cam_0": {"lens.circle_of_confusion"}}
+
+
+def test_an_f_number_of_the_parameters_is_that_of_every_cameras_own_image():
+    values = {"lens.focal_length": 0.05001, "lens.hyperfocal_distance": 0.0, "lens.f_number": 8.0}
+    optics = Settings.from_values(values).optics
+    told = full_frame(f_number=8.0, circle_of_confusion=2e-5)
+    rig = rig_of([full_frame(), told], optics)
+    assert rig.cameras[0].lens.circle_of_confusion == pytest.approx(2 * 0.05001 / 0.05 * 6e-6)
+    assert rig.cameras[1].lens.circle_of_confusion == 2e-5
+    (note,) = rig.notes
+    assert note.text.startswith(ABOUT_CIRCLES)
+    posed = poses_from_message(message(WORLD | {"poses": [AT_THE_ORIGIN]}), optics, "world")
+    image = CameraIntrinsics()
+    diagonal = 0.05001 * math.hypot(image.width / image.fx, image.height / image.fy)
+    assert posed.cameras[0].lens.circle_of_confusion == pytest.approx(diagonal / 1500)
+    texts = [note.text for note in posed.notes if note.code == "default_lens"]
+    assert ["the sensor's diagonal / 1500" in text for text in texts] == [True]
+
+
+def test_an_f_number_without_effect_is_told():
+    optics = Settings.from_values({"lens.f_number": 8.0, "lens.hyperfocal_distance": 7.0}).optics
+    rig = rig_of([full_frame()], optics)
+    assert rig.cameras[0].lens.hyperfocal_distance == 7.0
+    assert rig.notes[-1].text == (
+        "lens.f_number 8 is not used, because lens.hyperfocal_distance is 7 m; set that to 0"
+    )
+    assert rig_of([full_frame(hyperfocal_distance=9.0)], optics).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("lens", "told"),
+    [
+        ({"focal_length": 50.0, "hyperfocal_distance": 9.0}, "lens.focal_length: .* write 0.05$"),
+        ({"focal_length": 50.0, "f_number": 8.0}, "lens.focal_length: .* write 0.05$"),
+        ({"f_number": 8.0, "circle_of_confusion": 0.03}, "circle_of_confusion: .* write 3e-05$"),
+        ({"hyperfocal_distance": 9.0, "min_focus": 350.0}, "lens.min_focus: .* write 0.35$"),
+        ({"f_number": -8.0}, "lens.f_number: expected a number above 0, got -8$"),
+    ],
+)
+def test_a_lens_in_millimetres_on_a_topic_names_its_camera(lens, told):
+    with pytest.raises(InputError, match=f"^camera cam_0: .*{told}"):
+        rig_of([full_frame(**lens)], OPTICS)
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({"lens.focal_length": 50.0}, "^lens.focal_length: .* write 0.05$"),
+        ({"lens.circle_of_confusion": 0.03}, "^lens.circle_of_confusion: .* write 3e-05$"),
+        (
+            {"lens.hyperfocal_distance": 0.0, "lens.f_number": 8.0, "lens.focal_length": 35.0},
+            "^lens.focal_length: .* write 0.035$",
+        ),
+    ],
+)
+def test_parameters_in_millimetres_are_told(values, told):
+    with pytest.raises(InputError, match=told):
+        Settings.from_values(values)
 
 
 INFO = EMPTY_INFO | {"width": 64, "height": 48, "k": [50, 0, 31.5, 0, 51, 23.5, 0, 0, 1]}

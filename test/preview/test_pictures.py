@@ -59,11 +59,11 @@ def test_thumbnails_are_webp_in_the_rigs_order(subject):
 def test_what_is_assumed_of_the_blur_is_told(subject):
     rig = subject.rig
     assert note_on_circles(rig).startswith(
-        "nothing tells the circle of confusion of the lenses: 0."
+        "nothing tells the circle of confusion of 6 of 6 cameras: "
     )
     known = replace(rig.cameras[0], lens=Lens(circle_of_confusion=2e-5))
     mixed = Rig((known, *rig.cameras[1:]))
-    assert "of 5 of 6 lenses" in note_on_circles(mixed)
+    assert "of 5 of 6 cameras" in note_on_circles(mixed)
     assert note_on_circles(Rig((known,))) == ""
 
 

@@ -235,7 +235,7 @@ def test_the_cost_is_changed(run):
         (["f_number=0"], "f_number: expected a number above 0"),
         (["f_number=nan"], "f_number: expected a number above 0"),
         (["circle_of_confusion=0"], "circle_of_confusion: expected a number above 0"),
-        (["hyperfocal_distance=inf"], "hyperfocal_distance: expected a number above"),
+        (["hyperfocal_distance=inf"], "hyperfocal_distance: expected a number, got inf"),
         (["gap=nan"], "gap: expected a number of at least 0"),
         (["focal_length=0"], "focal_length: expected a number above 0"),
         (["hyperfocal_distance=-1"], "hyperfocal_distance: expected a number above"),
@@ -244,7 +244,20 @@ def test_the_cost_is_changed(run):
             "expected either hyperfocal_distance or f_number",
         ),
         (["circle_of_confusion=3e-5", "hyperfocal_distance=5"], "got both"),
-        (["focus_steps=5"], "expected a number above focal_length"),
+        (
+            ["focus_steps=5"],
+            r"^--set lens.focus_steps: expected lens.min_focus to be a number above focal_length",
+        ),
+        (
+            ["focal_length=50"],
+            r"^--set lens.focal_length: .* got 50; 50 is probably in millimetres: write 0.05$",
+        ),
+        (
+            ["f_number=8", "circle_of_confusion=0.03"],
+            r"^--set lens.circle_of_confusion: .*, got 0.03; 0.03 is .* write 3e-05$",
+        ),
+        (["f_number=0.125"], r"^--set lens.f_number: .* got 0.125; for 1/8 write 8$"),
+        (["min_focus=350"], r"^--set lens.min_focus: .* in millimetres: write 0.35$"),
         (["focus_distances=0.5,1", "focus_steps=5", "min_focus=0.2"], "got both"),
     ],
 )
@@ -355,8 +368,14 @@ def test_an_f_number_takes_the_usual_circle_of_the_sensor_and_says_so(run):
     for lens in lenses_of(after.run):
         assert lens.hyperfocal_distance == pytest.approx(expected, rel=1e-12)
     (note,) = after.notes
-    assert f"assumed {1000 * diagonal / 1500:.4f} mm, the sensor's diagonal / 1500" in note
+    assert f": {1e6 * diagonal / 1500:.3g} µm is assumed, the sensor's diagonal / 1500" in note
     assert "--set circle_of_confusion=" in note
+    # Its plan has it too, and so has what is made of that one.
+    assert after.run.beginning.input_notes == (Note("default_lens", note),)
+    again = changed(after.run, "f_number=11")
+    assert again.run.beginning.input_notes == after.run.beginning.input_notes
+    told = changed(after.run, "circle_of_confusion=3e-5")
+    assert told.run.beginning.input_notes == ()
 
 
 def test_what_was_assumed_is_no_longer_said_of_what_was_changed(run):
@@ -368,11 +387,13 @@ def test_what_was_assumed_is_no_longer_said_of_what_was_changed(run):
 
     assert notes("samples=100") == (lens, image, other)
     half, *rest = notes("f_number=8")
-    assert rest == [image, other]
+    assert rest[:2] == [image, other]
+    assert rest[2].text.startswith("nothing tells the circle of confusion of ")
     assert half.code == "default_lens"
     assert "10 m" not in half.text
     assert "not changed" in half.text
-    assert notes("f_number=8", "focal_length=0.035") == (image, other)
+    both = ("f_number=8", "focal_length=0.035")
+    assert notes(*both, "circle_of_confusion=3e-5") == (image, other)
     assert [note.text for note in notes("image.width=500")][::2] == ["10 m", "z"]
 
 

@@ -10,8 +10,9 @@ pictures are to be drawn of a lens that is given by its hyperfocal distance alon
   diagonal follows from the angle of view, that is from the image's size in focal lengths, and the
   focal length: of either what is told, or else the paper's.
 
-Pixels are those of the image's full resolution. An image with the default's fx counts as told by
-nobody: the paper's images are reduced, and say nothing of a sensor.
+Pixels are those of the image's full resolution. They are not known to be the sensor's where nobody
+told fx (an image with the default's fx counts as such: the paper's images are reduced), nor where
+they would be larger than 50 µm, which no camera's are: the image is a reduced one.
 """
 
 from __future__ import annotations
@@ -22,11 +23,13 @@ from typing import NamedTuple
 
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.rig.plausible import CIRCLE_OF_CONFUSION
 
 #: Stands for the circle of confusion among what is assumed of a camera.
 CIRCLE = "lens.circle_of_confusion"
 
 _PIXELS = 2
+_LARGEST_PIXEL = 50e-6  # metres
 _CIRCLES_PER_DIAGONAL = 1500
 _BEGINNING = "nothing tells the circle of confusion of "
 
@@ -58,12 +61,15 @@ def assumed_circle(
     focal_length_told : bool
         Whether somebody gave the focal length; else it is the default.
     """
-    if focal_length_told and intrinsics.fx != CameraIntrinsics().fx:
-        return AssumedCircle(_PIXELS * focal_length / intrinsics.fx, "two pixels")
+    pixel = focal_length / intrinsics.fx
+    if focal_length_told and pixel <= _LARGEST_PIXEL and intrinsics.fx != CameraIntrinsics().fx:
+        return AssumedCircle(max(_PIXELS * pixel, CIRCLE_OF_CONFUSION.least), "two pixels")
     across, down = intrinsics.width / intrinsics.fx, intrinsics.height / intrinsics.fy
     diagonal = focal_length * math.sqrt(across * across + down * down)
+    low, high = CIRCLE_OF_CONFUSION.least, CIRCLE_OF_CONFUSION.most
     return AssumedCircle(
-        diagonal / _CIRCLES_PER_DIAGONAL, f"the sensor's diagonal / {_CIRCLES_PER_DIAGONAL}"
+        min(max(diagonal / _CIRCLES_PER_DIAGONAL, low), high),
+        f"the sensor's diagonal / {_CIRCLES_PER_DIAGONAL}",
     )
 
 

@@ -239,7 +239,7 @@ class LensTable:
             found = np.interp(np.asarray(values, np.float64), known[order], dioptres[order])
             between = np.clip(np.divide(1.0, found), self.nearest, self.farthest)
         # Entries are returned as given: 1 / (1 / d) need not be d.
-        entry = np.searchsorted(dioptres, found)
+        entry = np.minimum(np.searchsorted(dioptres, found), len(dioptres) - 1)
         exact: _Array = np.where(dioptres[entry] == found, distances[entry], between)
         return exact
 

@@ -23,6 +23,7 @@ from focus_planner.core.rig.plausible import (
 )
 from focus_planner.core.validation import InputError
 
+_CIRCLE = "lens.circle_of_confusion"
 # Rounding may leave an f-number so many neighbouring numbers away.
 _ULPS = 4
 _DIGITS = 17
@@ -110,13 +111,20 @@ def lens_of_aperture(
         As :func:`hyperfocal_distance`.
     """
     f = lens.focal_length
-    if circle is None:
-        circle = assumed_circle(intrinsics, f, focal_length_told=focal_length_told).metres
-    return replace(
-        lens,
-        hyperfocal_distance=hyperfocal_distance(f, f_number, circle),
-        circle_of_confusion=circle,
-    )
+    assumed = assumed_circle(intrinsics, f, focal_length_told=focal_length_told)
+    blur = assumed.metres if circle is None else circle
+    try:
+        distance = hyperfocal_distance(f, f_number, blur)
+    except InputError as error:
+        if circle is not None or not error.argument.endswith(_CIRCLE):
+            raise
+        raise InputError(
+            error.argument.removesuffix(_CIRCLE).removesuffix(", "),
+            error.expected,
+            error.got,
+            f"give {_CIRCLE}, for which {blur:.3g} m is assumed, {assumed.how}",
+        ) from None
+    return replace(lens, hyperfocal_distance=distance, circle_of_confusion=blur)
 
 
 def f_number_of(lens: Lens) -> float | None:

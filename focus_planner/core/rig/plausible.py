@@ -15,10 +15,10 @@ from focus_planner.core.validation import InputError, check_number
 _SMALLEST = 1e-12
 _UNITS = (("millimetres", 1e-3), ("micrometres", 1e-6))
 
-#: The fastest lenses ever built had f/0.7; beyond the largest there is only a pinhole.
+#: No lens in air is faster than f/0.5; beyond the largest there is only a pinhole.
 F_NUMBERS = (0.5, 1000.0)
-# Metres: the least f-number times the least circle of confusion, that of the smallest pixels.
-_LEAST_BLUR = 0.5 * 5e-7
+# Metres: the f-number of the fastest lenses ever built times the smallest pixels.
+_LEAST_BLUR = 0.7 * 5e-7
 # Metres: a hyperfocal distance that may be meant, whatever the lens.
 _ANY_HYPERFOCAL = 1000.0
 

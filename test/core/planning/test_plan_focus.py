@@ -144,7 +144,7 @@ class TestStatuses:
         [
             (Lens(0.05, 10.0, 3.0, 4.0), 3.0),
             (Lens(0.05, 10.0, 0.2, 0.3), 0.3),
-            (Lens(0.8, 100.0), 1.6),
+            (Lens(0.5, 100.0), 1.0),
         ],
     )
     def test_as_far_as_its_lens_goes(self, lens, expected):
@@ -169,7 +169,7 @@ class TestStatuses:
 
     def test_limits_between_which_nothing_comes_into_focus_are_an_error(self):
         blind = tuple(
-            Camera(c.name, c.position, c.orientation, c.intrinsics, Lens(0.05, 10.0, 300.0))
+            Camera(c.name, c.position, c.orientation, c.intrinsics, Lens(0.05, 10.0, 90.0))
             for c in RIG.cameras
         )
         with pytest.raises(InputError, match=r"max_focus: .* none of it, at depths .* not in met"):

@@ -94,7 +94,7 @@ def test_a_table_that_allows_every_distance_changes_no_plan():
 
 
 def test_tables_with_nothing_in_reach_are_an_error():
-    table = LensTable("steps", True, (400.0, 500.0), (0, 10))
+    table = LensTable("steps", True, (40.0, 50.0), (0, 10))
     rig = around(6, 1.0, lens=Lens(table=table))
     with pytest.raises(InputError, match=r"^lens.table, lens.min_focus, .* none of it, at depths"):
         plan_focus(SCENE, rig, PlanRequest(samples=300))
@@ -123,6 +123,6 @@ def test_a_list_with_nothing_in_reach_leaves_a_camera_out_of_focus():
 
 
 def test_lists_with_nothing_in_reach_are_an_error():
-    rig = around(6, 1.0, lens=Lens(focus_distances=(400.0, 500.0)))
+    rig = around(6, 1.0, lens=Lens(focus_distances=(40.0, 50.0)))
     with pytest.raises(InputError, match=r"^lens.focus_distances, .* none of it, at depths from"):
         plan_focus(SCENE, rig, PlanRequest(samples=300))

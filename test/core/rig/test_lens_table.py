@@ -255,3 +255,9 @@ def test_as_many_steps_as_a_motor_may_have():
     table = LensTable("steps", True, (0.3, 2.0), (0, MAX_FOCUS_STEPS - 1))
     assert len(table.settable_distances) == MAX_FOCUS_STEPS
     assert (table.settable_distances[0], table.settable_distances[-1]) == (0.3, 2.0)
+
+
+def test_a_table_that_ends_in_rounding_is_read_to_its_end():
+    table = LensTable("steps", True, (0.3448275862068966, 1.0), (7.368578588116083e-149, -107.5))
+    assert (np.diff(table.settable_distances) > 0).all()
+    assert table.settable_distances[0] >= 0.3448275862068966
