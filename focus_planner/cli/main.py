@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
+from focus_planner.cli.progress import shown
 
 # Modules of focus_planner.ros: what they do, and their executables.
 _NODES = {
@@ -109,7 +110,9 @@ def _node(command: str, *arguments: str) -> int:
 
 def _demo(options: argparse.Namespace) -> int:
     try:
-        from focus_planner.demo import run
+        with shown(quiet=False) as tell:
+            tell("loading the demonstration")
+            from focus_planner.demo import run
     except ImportError as error:
         return _fail(f"demo needs ROS 2 (rclpy) and focus_planner_msgs: {error}")
     with ctrl_c.immediate():
