@@ -124,11 +124,11 @@ def run(
         return 1
     _show(console, rig, results)
     with _status(console) as tell, computing():
-        tell("drawing, and writing a report")
+        tell("drawing the plans")
         drawn = [results[method].plan for method in _DRAWN]
         plans, scene = {title_of(plan): plan for plan in drawn}, Scene(mesh)
         draw_plans(scene, rig, plans, output_directory / _PLANS)
-        _write_report(scene, rig, results, output_directory / _REPORT, runs, path.name)
+        _write_report(scene, rig, results, output_directory / _REPORT, runs, path.name, tell)
     save_rig(rig, output_directory / _RIG)
     best = results[_BEST].plan
     save_plan(best, output_directory / _PLAN)
@@ -274,6 +274,7 @@ def _write_report(
     path: Path,
     runs: Path,
     surface: str,
+    tell: Callable[[str], object],
 ) -> None:
     """Write a report of the best plan, beside those of all other methods."""
     best = results[_BEST].plan
@@ -282,7 +283,9 @@ def _write_report(
     compared = [ComparedPlan(title_of(plan), called(plan.method), plan, rig) for plan in others]
     provenance = replace(_provenance(runs, best), surface=surface, rig=_RIG)
     now = datetime.now().astimezone()
-    content = assemble(subject, compared, provenance, pictures=camera_pictures(rig), made=now)
+    pictures = camera_pictures(rig)
+    content = assemble(subject, compared, provenance, pictures=pictures, made=now, tell=tell)
+    tell("writing the report")
     write_report(content, path)
 
 
