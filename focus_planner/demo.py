@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import TextIO
 
@@ -53,6 +55,8 @@ _BODY = "arms_out"
 _BEST = "k_view"
 _DRAWN = ("closest", "average", "em", "k_view")  # the optimum looks like k_view's plan
 _REPORT = "report.html"
+_PLANS, _PLAN, _SHEET, _RIG, _LOG = "plans.png", "plan.json", "sheet.html", "rig.yaml", "node.log"
+_RUNS = "runs"
 _CELL = 5  # characters
 _SECONDS_TO_START = 60.0
 _SECONDS_TO_STOP = 30.0
@@ -84,8 +88,8 @@ def run(
     Parameters
     ----------
     output_directory : Path
-        For the report, the picture, the best plan, its lens sheet, the rig, the recorded runs and
-        the node's log.
+        For the report, the picture, the best plan, its lens sheet, the rig and the node's log,
+        which replace those of an earlier demonstration, and for the recorded runs, which do not.
     computing : callable
         Makes the context in which this process computes, rather than waiting for the node.
     show : bool
@@ -99,38 +103,78 @@ def run(
     Raises
     ------
     InputError
-        If the folder cannot be made or written to.
+        If the folder cannot be made or written to, or has files of these names that are no
+        demonstration's.
     """
     console = Console(highlight=False, markup=False, emoji=False)
     check_folder_writable(made_folder(output_directory))
+    _check_own(output_directory)
     _keep_to_this_machine()
     path = body(_BODY)
     mesh, rig = load_surface(path), cylinder_rig()
     assert isinstance(mesh, Mesh)
-    log = output_directory / "node.log"
+    log, runs = output_directory / _LOG, _new_runs(output_directory)
     try:
-        with _status(console, "starting the node; the first time, it compiles for a minute"):
-            results = _run_node(log, mesh, rig, output_directory / "runs")
+        with _status(console) as tell:
+            results = _run_node(log, mesh, rig, runs, tell)
     except _NodeFailed as error:
         console.print(printable(f"{error}; its log is {log} and ends with:"), style="red")
         for line in log.read_text(errors="replace").splitlines()[-5:]:
             console.print(printable(line))
         return 1
     _show(console, rig, results)
-    with _status(console, "drawing, and writing a report"), computing():
+    with _status(console) as tell, computing():
+        tell("drawing the plans")
         drawn = [results[method].plan for method in _DRAWN]
         plans, scene = {title_of(plan): plan for plan in drawn}, Scene(mesh)
-        draw_plans(scene, rig, plans, output_directory / "plans.png")
-        _write_report(scene, rig, results, output_directory, path.name)
-    save_rig(rig, output_directory / "rig.yaml")
+        draw_plans(scene, rig, plans, output_directory / _PLANS)
+        _write_report(scene, rig, results, output_directory / _REPORT, runs, path.name, tell)
+    save_rig(rig, output_directory / _RIG)
     best = results[_BEST].plan
-    save_plan(best, output_directory / "plan.json")
-    sheet = lens_sheet(best, rig, surface=path.name, rig_file="rig.yaml")
-    save_lens_sheet(sheet, output_directory / "sheet.html")
-    _show_next_steps(console, output_directory, path)
+    save_plan(best, output_directory / _PLAN)
+    sheet = lens_sheet(best, rig, surface=path.name, rig_file=_RIG)
+    save_lens_sheet(sheet, output_directory / _SHEET)
+    _show_next_steps(console, output_directory, runs, path)
     if show:
         open_report(output_directory / _REPORT)
     return 0
+
+
+# --- where to ----------------------------------------------------------------------------------
+
+
+def _check_own(directory: Path) -> None:
+    """Raise if a demonstration would replace what none has written: all leave a log."""
+    if (directory / _LOG).exists():
+        return
+    for name in (_REPORT, _PLANS, _PLAN, _SHEET, _RIG):
+        if (directory / name).exists():
+            raise InputError(
+                str(directory),
+                "a new folder, or that of an earlier demonstration",
+                f"one with a {name} that is no demonstration's",
+                "name another with --output",
+            )
+
+
+def _new_runs(directory: Path) -> Path:
+    """Make and return a folder for this demonstration's runs: earlier ones stay as they are."""
+    for number in count(1):
+        folder = directory / (_RUNS if number == 1 else f"{_RUNS}_{number}")
+        with suppress(FileExistsError):
+            folder.mkdir()
+            return folder
+    raise AssertionError
+
+
+def _earlier_runs(directory: Path, runs: Path) -> list[Path]:
+    """Return the folders of earlier demonstrations' runs."""
+    own = re.compile(rf"{_RUNS}(_\d+)?")
+    return [
+        each
+        for each in directory.iterdir()
+        if own.fullmatch(each.name) and each.is_dir() and each != runs
+    ]
 
 
 # --- the node ----------------------------------------------------------------------------------
@@ -176,11 +220,14 @@ def _stop(process: subprocess.Popen[bytes]) -> int:
         return process.wait()
 
 
-def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]:
+def _run_node(
+    log: Path, mesh: Mesh, rig: Rig, runs: Path, tell: Callable[[str], object]
+) -> dict[str, _Result]:
     """Start the node, publish the body and the rig, and request a plan by every method.
 
-    The requests are recorded, and replace the recorded runs of an earlier demonstration.
+    The requests are recorded.
     """
+    tell("starting the node; the first time, it compiles for a minute")
     with (
         log.open("w") as stream,
         _node(stream, runs) as (process, name),
@@ -190,8 +237,14 @@ def _run_node(log: Path, mesh: Mesh, rig: Rig, runs: Path) -> dict[str, _Result]
         client.publish_mesh(mesh)
         client.publish_rig(rig)
         # The first request also waits for the inputs to arrive, and is not timed.
+        tell("sending the body and the rig")
         client.plan(method="closest", samples=100)
-        return {method: _plan(client, method) for method in METHODS}
+        results = {}
+        for number, method in enumerate(METHODS, 1):
+            tell(f"planning with {method}, {number} of {len(METHODS)}")
+            results[method] = _plan(client, method)
+        tell("stopping the node")
+        return results
 
 
 def _wait_for(client: PlannerClient, process: subprocess.Popen[bytes]) -> None:
@@ -215,18 +268,25 @@ def _plan(client: PlannerClient, method: str) -> _Result:
 
 
 def _write_report(
-    scene: Scene, rig: Rig, results: Mapping[str, _Result], directory: Path, surface: str
+    scene: Scene,
+    rig: Rig,
+    results: Mapping[str, _Result],
+    path: Path,
+    runs: Path,
+    surface: str,
+    tell: Callable[[str], object],
 ) -> None:
     """Write a report of the best plan, beside those of all other methods."""
     best = results[_BEST].plan
     subject = PlannedSubject(scene, rig, requested(best, scene), best)
     others = [result.plan for method, result in results.items() if method != _BEST]
     compared = [ComparedPlan(title_of(plan), called(plan.method), plan, rig) for plan in others]
-    provenance = _provenance(directory / "runs", best)
-    provenance = replace(provenance, surface=surface, rig="rig.yaml")
+    provenance = replace(_provenance(runs, best), surface=surface, rig=_RIG)
     now = datetime.now().astimezone()
-    content = assemble(subject, compared, provenance, pictures=camera_pictures(rig), made=now)
-    write_report(content, directory / _REPORT)
+    pictures = camera_pictures(rig)
+    content = assemble(subject, compared, provenance, pictures=pictures, made=now, tell=tell)
+    tell("writing the report")
+    write_report(content, path)
 
 
 def _provenance(runs: Path, plan: FocusPlan) -> Provenance:
@@ -243,14 +303,20 @@ def _provenance(runs: Path, plan: FocusPlan) -> Provenance:
 # --- what is shown -----------------------------------------------------------------------------
 
 
-def _status(console: Console, doing: str) -> AbstractContextManager[object]:
-    """Show what is being done, and for how long, on a terminal."""
+@contextmanager
+def _status(console: Console) -> Iterator[Callable[[str], object]]:
+    """Yield what shows what is being done, on a terminal also for how long."""
     if not console.is_terminal:
-        return nullcontext()
+        yield lambda doing: console.print(f"{doing} ...")
+        return
     columns = SpinnerColumn(style="cyan"), TextColumn("{task.description}"), TimeElapsedColumn()
-    progress = Progress(*columns, console=console, transient=True)
-    progress.add_task(doing, total=None)
-    return progress
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("", total=None)
+
+        def tell(doing: str) -> None:
+            progress.reset(task, description=doing)
+
+        yield tell
 
 
 def _compare(results: Mapping[str, _Result]) -> Table:
@@ -341,20 +407,22 @@ def _measured(plan: FocusPlan) -> str:
     return f"{text}; from the sensor, as focus rings are marked, they are {least} to {most} more."
 
 
-def _show_next_steps(console: Console, directory: Path, path: Path) -> None:
+def _show_next_steps(console: Console, directory: Path, runs: Path, path: Path) -> None:
     program = Path(sys.argv[0])
-    directory = Path(printable(str(directory)))
+    earlier = len(_earlier_runs(directory, runs))
+    kept = f"; those of {earlier} earlier demonstration{'s' * (earlier > 1)} are kept beside them"
+    directory, runs = Path(printable(str(directory))), Path(printable(str(runs)))
     command = os.path.relpath(program) if program.name == "focus_planner" else "focus_planner"
     console.print(
         f"\nThe report:  {directory / _REPORT}, for your browser: the body in 3D, every camera"
-        f"\nThe picture: {directory / 'plans.png'}"
-        f"\nThe plan:    {directory / 'plan.json'}, for the rig {directory / 'rig.yaml'}"
-        f"\nThe sheet:   {directory / 'sheet.html'}, to set the lenses by hand"
-        f"\nThe runs:    {directory / 'runs'}"
+        f"\nThe picture: {directory / _PLANS}"
+        f"\nThe plan:    {directory / _PLAN}, for the rig {directory / _RIG}"
+        f"\nThe sheet:   {directory / _SHEET}, to set the lenses by hand"
+        f"\nThe runs:    {runs}{kept if earlier else ''}"
         "\n\nNext, without ROS:"
-        f"\n  {command} plan {os.path.relpath(path)} --rig {directory / 'rig.yaml'} --method k_view"
-        f"\n  {command} replay {directory / 'runs'}"
-        f"\n  {command} replay {directory / 'runs'} --set f_number=8"
+        f"\n  {command} plan {os.path.relpath(path)} --rig {directory / _RIG} --method k_view"
+        f"\n  {command} replay {runs}"
+        f"\n  {command} replay {runs} --set f_number=8"
         "\nor start the node, publish a surface on /focus_planner/mesh and a rig on"
         " /focus_planner/rig, and call it:"
         f"\n  {command} node"

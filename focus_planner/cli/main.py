@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 from focus_planner.cli.executables import what_is_missing
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
 from focus_planner.cli.legible import make_legible
+from focus_planner.cli.progress import shown
 from focus_planner.runtime.cores import share_cores
 
 # Modules of focus_planner.ros: what they do, and their executables.
@@ -128,13 +129,13 @@ def _node(command: str, *arguments: str) -> int:
 def _demo(options: argparse.Namespace) -> int:
     if sys.platform != "linux":
         return _only_on_linux("demo")
-    from focus_planner.cli.compiling import compile_first
-    from focus_planner.cli.progress import shown
-    from focus_planner.core.planning.precompile import ALL
-    from focus_planner.demo import run
+    with shown(quiet=False) as tell:
+        tell("loading the demonstration")
+        from focus_planner.cli.compiling import compile_first
+        from focus_planner.core.planning.precompile import ALL
+        from focus_planner.demo import run
 
-    with shown(quiet=False) as tell:  # or its node would, for longer than it is waited for
-        compile_first(tell, ALL)
+        compile_first(tell, ALL)  # or its node would, for longer than it is waited for
     with ctrl_c.immediate():
         return run(options.output, ctrl_c.deferred, show=options.open) or 0
 

@@ -60,8 +60,8 @@ def costs(content: ReportContent) -> str:
     return f"""<section id="costs" aria-labelledby="costs-title">
 <h2 id="costs-title">Cost</h2>
 <p class="about">Of 1000, as a mean over the surface{weights}; 0 is perfect, 1000 is seen by no
-camera. Filled bars: on fresh samples, which no plan was made on, with their standard error.{compare}
-</p>
+camera. Filled bars: on fresh samples, which no plan was made on, with their standard
+error.{compare}</p>
 <div class="scroll" tabindex="0" role="region" aria-label="Costs"><table class="costs">
 <thead><tr><th scope="col">plan</th><th scope="col"><span class="hidden">bar</span></th>
 <th scope="col" class="number">fresh cost</th><th scope="col" class="number">change</th>

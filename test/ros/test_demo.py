@@ -36,6 +36,31 @@ def test_a_folder_that_cannot_be_is_told_before_the_node_starts(tmp_path, monkey
         demo.run(tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    "name", ["report.html", "plans.png", "plan.json", "sheet.html", "rig.yaml"]
+)
+def test_what_no_demonstration_wrote_is_not_replaced(tmp_path, monkeypatch, name):
+    monkeypatch.setattr(demo, "_run_node", None)
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError, match=f"{name} that is no demonstration's; name another with -"):
+        demo.run(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_runs_of_every_demonstration_have_a_folder_of_their_own(tmp_path):
+    made = [demo._new_runs(tmp_path) for _ in range(3)]
+    assert [path.name for path in made] == ["runs", "runs_2", "runs_3"]
+    assert sorted(demo._earlier_runs(tmp_path, made[1])) == [made[0], made[2]]
+
+
+def test_what_is_being_done_is_told_without_a_terminal_too(capsys):
+    console = demo.Console(force_terminal=False)
+    with demo._status(console) as tell:
+        tell("planning with em, 3 of 5")
+    assert capsys.readouterr().out == "planning with em, 3 of 5 ...\n"
+
+
 @pytest.mark.processes
 def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     drawn, reported, opened = {}, {}, []
@@ -49,7 +74,13 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     )
     monkeypatch.setattr(demo, "open_report", opened.append)
     monkeypatch.setattr(demo, "camera_pictures", lambda rig: None)  # as slow as drawing
+    earlier = tmp_path / "new" / "runs" / "a run"
+    earlier.mkdir(parents=True)
+    (tmp_path / "new" / "runs_of_mine").mkdir()
+    (tmp_path / "new" / "node.log").write_text("of an earlier demonstration")
+    (tmp_path / "new" / "rig.yaml").write_text("of an earlier demonstration")
     assert demo.run(tmp_path / "new", show=True) == 0
+    assert earlier.is_dir()
     shown = capsys.readouterr().out
     assert "closest (autofocus)" in shown
     assert "optimal (proven)" in shown
@@ -59,7 +90,8 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     assert len(load_rig(tmp_path / "new" / "rig.yaml")) == len(plan.cameras) == 168
     assert plan.cost < drawn["closest (autofocus)"].cost
     assert f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f}" in shown
-    runs = [read_run(run) for run in sorted((tmp_path / "new" / "runs").iterdir())]
+    runs = [read_run(run) for run in sorted((tmp_path / "new" / "runs_2").iterdir())]
+    assert "runs_2; those of 1 earlier demonstration are kept beside them\n" in shown
     assert [run.ending.plan.method for run in runs] == list(METHODS)
     assert [run.ending.plan for run in runs if run.ending.plan.method == plan.method] == [plan]
     ((path, report),) = reported.items()
