@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import sys
+import time
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.precompile import Compiled, Work
 
 _NOT_KEPT = 1
+# Of a log, for who wonders whether an installation still goes on.
+_SECONDS_BETWEEN_LINES = 10.0
 
 
 def compile_first(tell: Tell, works: Collection[Work], place: str = "") -> Compiled:
@@ -67,7 +71,9 @@ def run(options: argparse.Namespace) -> int:
     from focus_planner.core.planning.precompile import ALL, PLANS
 
     with shown(options.quiet) as tell:
-        compiled = compile_first(tell, PLANS if options.purpose == "plans" else ALL)
+        is_log = not options.quiet and not sys.stderr.isatty()
+        works = PLANS if options.purpose == "plans" else ALL
+        compiled = compile_first(_now_and_then(tell) if is_log else tell, works)
     is_lost = compiled.kernels > 0 and compiled.folder is None
     if not options.quiet and not is_lost:  # which has been said
         print(compiled)
@@ -75,3 +81,17 @@ def run(options: argparse.Namespace) -> int:
         for module, seconds in sorted(compiled.seconds.items()):
             print(f"{seconds:6.1f} s  {module}")
     return _NOT_KEPT if is_lost else 0
+
+
+def _now_and_then(tell: Tell) -> Tell:
+    """Return a callback that also prints what it is told, unless it has just done so."""
+    due = time.monotonic()
+
+    def say(text: str) -> None:
+        nonlocal due
+        tell(text)
+        if time.monotonic() >= due:
+            due = time.monotonic() + _SECONDS_BETWEEN_LINES
+            print("focus_planner:", text, file=sys.stderr, flush=True)
+
+    return say

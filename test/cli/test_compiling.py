@@ -13,11 +13,12 @@ from focus_planner.core.planning.precompile import Compiled
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.io.rigs import save_rig
+from testing.clock import Clock, StoppedTime
 
 KEPT = Path("/cache/kernels-0123")
 NOT_KEPT = (
-    "compiled 139 kernels in 92 s; no other process will find them, since no folder for them can be"
-    " written to: set NUMBA_CACHE_DIR to one that can"
+    "compiled 139 kernels in 92.4 s; no other process will find them, since no folder for them can"
+    " be written to: set NUMBA_CACHE_DIR to one that can"
 )
 
 
@@ -44,12 +45,27 @@ def compiles(monkeypatch):
         (
             Compiled({"em": 2.0, "cells": 12.0}, 139, 92.4, KEPT),
             0,
-            f"compiled 139 kernels in 92 s; they are kept in {KEPT}\n",
-            "",
+            f"compiled 139 kernels in 92.4 s; they are kept in {KEPT}\n",
+            "focus_planner: loading kernels\n",
         ),
-        (Compiled({}, 0, 0.0, KEPT), 0, "all kernels are compiled\n", ""),
-        (Compiled({}, 0, 0.0, None), 0, "all kernels are compiled\n", ""),
-        (Compiled({}, 139, 92.4, None), 1, "", f"focus_planner: note: {NOT_KEPT}\n"),
+        (
+            Compiled({}, 0, 0.0, KEPT),
+            0,
+            "all kernels are compiled\n",
+            "focus_planner: loading kernels\n",
+        ),
+        (
+            Compiled({}, 0, 0.0, None),
+            0,
+            "all kernels are compiled\n",
+            "focus_planner: loading kernels\n",
+        ),
+        (
+            Compiled({}, 139, 92.4, None),
+            1,
+            "",
+            f"focus_planner: loading kernels\nfocus_planner: note: {NOT_KEPT}\n",
+        ),
     ],
 )
 def test_warm_up_says_what_it_did(compiles, capsys, compiled, status, said, noted):
@@ -57,6 +73,28 @@ def test_warm_up_says_what_it_did(compiles, capsys, compiled, status, said, note
     assert main(["warm-up"]) == status
     assert capsys.readouterr() == (said, noted)
     assert asked == [planning.ALL]
+
+
+def test_where_there_is_no_terminal_a_line_now_and_then_tells_where_it_is(monkeypatch, capsys):
+    clock = Clock()
+    monkeypatch.setattr("focus_planner.cli.compiling.time", StoppedTime(clock.now))
+    monkeypatch.setattr("focus_planner.core.progress.time_spent", lambda *_: "TIME")
+
+    def precompile(_, on_progress):
+        from focus_planner.cli.compiling import time  # noqa: PLC0415 - the one that stands still
+
+        for number in range(50):
+            time.advance(0.5)
+            on_progress(Progress("compiling", number, math.nan, share=number / 50, expected=90.0))
+        return Compiled({}, 50, 25.0, KEPT)
+
+    monkeypatch.setattr(planning, "precompile", precompile)
+    assert main(["warm-up"]) == 0
+    assert capsys.readouterr().err.splitlines() == [
+        "focus_planner: loading kernels",
+        "focus_planner: compiling, once, about 90 s, 38%, TIME",
+        "focus_planner: compiling, once, about 90 s, 78%, TIME",
+    ]
 
 
 def test_warm_up_for_the_node_leaves_pictures_out(compiles, capsys):

@@ -2,9 +2,9 @@
 
 Numba keeps it in one folder only, which has to be writable even to read from, and it takes note of
 changes of a kernel's own file only, but kernels call those of others. Here each state of the
-sources, under each version of Numba, has a folder of its own, in any of three places: the one that
-NUMBA_CACHE_DIR names, beside the sources, and the user's. All are read, so that an image's kernels
-serve every user of it; the first that can be written to is written to.
+sources, under each version of Numba, has a folder of its own, in either of two places: the one that
+NUMBA_CACHE_DIR names, or else beside the sources; and the user's. Both are read, so that an image's
+kernels serve every user of it; the first that can be written to is written to.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _UNREADABLE = (OSError, *_CUT_SHORT)
 
 def folders() -> tuple[Path, ...]:
     """Return where the code of exactly these sources may be, in the order of preference."""
-    places = [Path(config.CACHE_DIR)] if config.CACHE_DIR else []
-    places += [_HERE / "__pycache__", Path(AppDirs("focus_planner", False).user_cache_dir)]
+    given = Path(config.CACHE_DIR) if config.CACHE_DIR else _HERE / "__pycache__"
+    places = given, Path(AppDirs("focus_planner", False).user_cache_dir)
     # There are users without a home.
     return tuple(place / _version() for place in places if "~" not in place.parts)
 

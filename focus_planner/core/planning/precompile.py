@@ -27,7 +27,7 @@ from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.request import SCOPES, TUPLES, PlanRequest
 from focus_planner.core.planning.solving import solve
 from focus_planner.core.problem.gains import gains_of
-from focus_planner.core.progress import COMPILING, COMPILING_IN_VAIN, Progress
+from focus_planner.core.progress import COMPILING, COMPILING_IN_VAIN, Progress, time_spent
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -108,7 +108,8 @@ class Compiled:
     def __str__(self) -> str:
         if not self.kernels:
             return "all kernels are compiled"
-        done = f"compiled {self.kernels} kernels in {self.elapsed:.0f} s"
+        kernel = "kernel" if self.kernels == 1 else "kernels"
+        done = f"compiled {self.kernels} {kernel} in {time_spent(self.elapsed)}"
         return f"{done}; they are kept in {self.folder}" if self.folder else f"{done}; {NOT_KEPT}"
 
 

@@ -105,17 +105,19 @@ def test_code_for_another_processor_is_none(places, monkeypatch):
 
 
 def test_the_users_folders_are_searched(monkeypatch):
-    monkeypatch.setattr(kept.config, "CACHE_DIR", "/given")
+    monkeypatch.setattr(kept.config, "CACHE_DIR", "")
     monkeypatch.setenv("XDG_CACHE_HOME", "/home/of/mine")
-    (given, beside, mine) = kept.folders()
-    assert given.parent.as_posix() == "/given"
+    (beside, mine) = kept.folders()
     assert beside.parent.parts[-2:] == ("kernels", "__pycache__")
+    monkeypatch.setattr(kept.config, "CACHE_DIR", "/given")
+    (given, _) = kept.folders()
+    assert given.parent.as_posix() == "/given"
     assert given.name == beside.name == mine.name
     if sys.platform == "linux":
         assert mine.parent.as_posix() == "/home/of/mine/focus_planner"
     # A user without a home is not given a folder named "~".
     monkeypatch.setenv("XDG_CACHE_HOME", "~/.cache")
-    assert kept.folders() == (given, beside)
+    assert kept.folders() == (given,)
 
 
 def test_other_threads_are_told_nothing(places):

@@ -221,7 +221,7 @@ def test_the_stage_tells_what_is_done_and_what_the_whole_takes(cold):
     done = of.compiled()
     assert (done.kernels, done.elapsed, done.folder) == (2, 40.0, Path("/kept"))
     assert done.seconds == {"shading": pytest.approx(40.0)}
-    assert str(done) == "compiled 2 kernels in 40 s; they are kept in /kept"
+    assert str(done) == "compiled 2 kernels in 40.0 s; they are kept in /kept"
 
 
 def test_what_was_loaded_counts_as_done_and_not_as_compiled(cold):
@@ -245,7 +245,7 @@ def test_it_claims_no_more_than_it_knows(cold, monkeypatch):
     of(cold[0], True)
     assert {p.stage for p in told} == {"compiling, not kept"}
     assert str(of.compiled()) == (
-        "compiled 1 kernels in 0 s; no other process will find them, since no folder for them"
+        "compiled 1 kernel in 0.0 s; no other process will find them, since no folder for them"
         " can be written to: set NUMBA_CACHE_DIR to one that can"
     )
     assert str(stage(told, Clock()).compiled()) == "all kernels are compiled"
