@@ -15,7 +15,6 @@ setup(
     long_description_content_type="text/markdown",
     author="focus_planner developers",
     license="Apache-2.0",
-    license_files=["LICENSE"],
     keywords=[
         "camera",
         "coverage",
