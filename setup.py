@@ -12,11 +12,11 @@ setup(
     name=NAME,
     version="0.2.0",
     description="Plans the focus distances of a multi-camera capture rig",
-    long_description=Path(__file__).with_name("README.md").read_text(encoding="utf-8"),
+    # colcon build --symlink-install runs a link to this file, elsewhere.
+    long_description=Path(__file__).resolve().with_name("README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     author="focus_planner developers",
     license="Apache-2.0",
-    license_files=["LICENSE"],
     keywords=[
         "camera",
         "coverage",

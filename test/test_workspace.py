@@ -138,6 +138,13 @@ def test_the_line_is_the_same_wherever_it_is_told():
     assert all(f"--base-paths {BASE_PATHS}" in text for text in told)
 
 
+def test_colcon_may_run_setup_by_a_link_in_another_folder(tmp_path, arguments):
+    (tmp_path / "setup.py").symlink_to(ROOT / "setup.py")
+    with patch("setuptools.setup") as setup:
+        runpy.run_path(str(tmp_path / "setup.py"))
+    assert setup.call_args.kwargs["long_description"] == arguments["long_description"]
+
+
 def test_executables_are_where_ros2_run_looks():
     settings = (ROOT / "setup.cfg").read_text("utf-8")
     assert settings.count("=$base/lib/focus_planner") == 2
