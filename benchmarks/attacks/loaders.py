@@ -188,8 +188,12 @@ def _transform(kind: str, folder: Path) -> Iterator[Ran]:
     yield _run("rig", "colmap", folder, "--transform", hostile_files.write(kind, folder / "t.txt"))
 
 
-def _transforms(kind: str, folder: Path, name: str = "tf.yaml") -> Iterator[Ran]:
-    yield _run("rig", "transforms", hostile_files.write(kind, folder / name))
+def _transforms(kind: str, folder: Path) -> Iterator[Ran]:
+    yield _run("rig", "transforms", hostile_files.write(kind, folder / "tf.yaml"))
+
+
+def _of_program(program: str, name: str, kind: str, folder: Path) -> Iterator[Ran]:
+    yield _run("rig", program, hostile_files.write(kind, folder / name))
 
 
 def _camera_info(kind: str, folder: Path) -> Iterator[Ran]:
@@ -231,7 +235,10 @@ READERS: dict[str, Callable[[str, Path], Iterator[Ran]]] = {
     "COLMAP's cameras.bin": partial(_colmap, "cameras.bin"),
     "--transform": _transform,
     "tf2 transforms": _transforms,
-    "nerfstudio's transforms.json": partial(_transforms, name="transforms.json"),
+    "nerfstudio's transforms.json": partial(_of_program, "nerfstudio", "transforms.json"),
+    "Metashape's cameras.xml": partial(_of_program, "metashape", "cameras.xml"),
+    "RealityScan's cameras.csv": partial(_of_program, "realitycapture", "cameras.csv"),
+    "Kalibr's camchain.yaml": partial(_of_program, "kalibr", "camchain.yaml"),
     "--camera-info": _camera_info,
     "a run's MCAP file": _replay,
     "a run's metadata.yaml": _metadata,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ from focus_planner.cli.rig_options import (
     print_made,
 )
 from focus_planner.cli.terminal import show_note
+from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
     from focus_planner.core.rig.rig import Rig
@@ -122,9 +124,24 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
     )
 
 
-def run_import(options: argparse.Namespace, load: Load) -> int:
-    """Read a file, and print its rig and what was noticed."""
-    with shown(quiet=False) as tell:
+@contextmanager
+def naming_the_kind(path: Path, kind: str) -> Iterator[None]:
+    """Have the error of a file that is one of another kind of rig say which."""
+    try:
+        yield
+    except InputError as error:
+        from focus_planner.io.rig_files.recognition import probable_kind_of_file
+
+        other = probable_kind_of_file(path)
+        if not other or other == kind:
+            raise
+        remedy = f"it looks like a file for focus_planner rig {other}"
+        raise InputError(error.argument, error.expected, error.got, remedy) from None
+
+
+def run_import(options: argparse.Namespace, load: Load, kind: str) -> int:
+    """Read a file of a kind, and print its rig and what was noticed."""
+    with shown(quiet=False) as tell, naming_the_kind(options.file, kind):
         tell(f"reading {options.file}")
         rig, notes = load(options.file, import_options(options))
     for note in notes:

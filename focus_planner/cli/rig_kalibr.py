@@ -26,4 +26,4 @@ def add(kinds: Any) -> None:
 def _kalibr(options: argparse.Namespace) -> int:
     from focus_planner.io.rig_files.kalibr import load_kalibr
 
-    return run_import(options, load_kalibr)
+    return run_import(options, load_kalibr, "kalibr")

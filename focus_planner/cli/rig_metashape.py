@@ -28,4 +28,4 @@ def add(kinds: Any) -> None:
 def _metashape(options: argparse.Namespace) -> int:
     from focus_planner.io.rig_files.metashape import load_metashape
 
-    return run_import(options, load_metashape)
+    return run_import(options, load_metashape, "metashape")

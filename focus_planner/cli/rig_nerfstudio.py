@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the rig."""
     from focus_planner.io.rig_files.nerfstudio import load_nerfstudio
 
-    return run_import(options, load_nerfstudio)
+    return run_import(options, load_nerfstudio, "nerfstudio")
 
 
 def is_file_of_it(path: Path) -> bool:

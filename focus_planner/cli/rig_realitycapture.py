@@ -30,4 +30,4 @@ def add(kinds: Any) -> None:
 def _realitycapture(options: argparse.Namespace) -> int:
     from focus_planner.io.rig_files.realitycapture import load_realitycapture
 
-    return run_import(options, load_realitycapture)
+    return run_import(options, load_realitycapture, "realitycapture")

@@ -8,6 +8,7 @@ from typing import Any
 
 from focus_planner.cli import rig_nerfstudio
 from focus_planner.cli.progress import shown
+from focus_planner.cli.rig_imports import naming_the_kind
 from focus_planner.cli.rig_options import (
     add_image_options,
     add_lens_options,
@@ -72,7 +73,7 @@ def _transforms(options: argparse.Namespace) -> int:
 
     if rig_nerfstudio.is_file_of_it(options.file):
         return _frames_of_images(options)
-    with shown(quiet=False) as tell:
+    with shown(quiet=False) as tell, naming_the_kind(options.file, "transforms"):
         tell(f"reading {options.file}")
         rig, notes = load_transforms(
             options.file,

@@ -24,23 +24,25 @@ from focus_planner.core.rig.optics import f_number_of, lens_of_aperture
 from focus_planner.core.rig.rig import Grid, Rig
 from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import atomic_write
+from focus_planner.io.files import atomic_write, read_text
 from focus_planner.io.lens_tables import lens_table_from_values, lens_table_values
 from focus_planner.io.quoting import abbreviated, key_name, kind_of
+from focus_planner.io.rig_files.recognition import probable_kind
 from focus_planner.io.yaml_values import (
     Values,
     errors_within,
     flow,
-    load_yaml,
     mapping,
     number,
     numbers,
+    read_yaml,
     scalar,
     vector,
 )
 
 _Reader = Callable[[str, Any], Any]
 
+_WHAT = "a rig.yaml"
 _RIG_KEYS = ("frame_id", "image", "lens", "defaults", "grid", "cameras")
 _DEFAULTS = {
     **{kind: keys_of(kind) for kind in KINDS},
@@ -104,7 +106,11 @@ def load_rig(path: str | PathLike[str]) -> Rig:
         If the file is invalid; names the file, the camera, the key, and the key probably meant.
     """
     path = Path(path)
-    data = load_yaml(path, "a rig.yaml")
+    text = read_text(path, _WHAT)
+    if kind := probable_kind(text):
+        remedy = f"make one of it with focus_planner rig {kind} {path}"
+        raise InputError(str(path), _WHAT, "another program's cameras", remedy)
+    data = read_yaml(str(path), text)
     top = mapping(str(path), data, _RIG_KEYS, prefix=f"{path}: ")
     entries = top.get("cameras")
     if not isinstance(entries, list):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from focus_planner.core.rig.camera import check_camera_name
 from focus_planner.core.validation import InputError, check_choice
 from focus_planner.io.yaml_values import read_yaml
 from focus_planner.lenses.profiles import (
@@ -245,4 +246,6 @@ def _cameras(names: Sequence[str]) -> Sequence[str]:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError("cameras", "each name once", f"{twice[0]!r} twice")
+    for name in names:
+        check_camera_name(name, names)
     return names

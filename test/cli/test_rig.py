@@ -14,6 +14,7 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import camera_rotations
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
+from focus_planner.core.validation import InputError
 from focus_planner.io.rigs import load_rig, save_rig
 from testing.calibrations import (
     SCALE,
@@ -22,6 +23,7 @@ from testing.calibrations import (
     write_nerfstudio,
     write_realitycapture,
 )
+from testing.calibrations import write_transforms as write_transforms_of_ros
 
 LENS = Lens(0.035, 5.0)
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05, lens=LENS)
@@ -226,6 +228,26 @@ def test_other_files_are_refused_in_a_line(here: Path, capsys: Any, kind: str) -
         fails(capsys, "--image and --fx: expected both", *good_file(kind), "--image", "4x3")
     else:
         fails(capsys, "--image: expected WIDTHxHEIGHT", *good_file(kind), "--image", "4")
+
+
+KINDS = ["nerfstudio", "metashape", "realitycapture", "kalibr"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_file_of_another_kind_is_recognised(here: Path, capsys: Any, kind: str) -> None:
+    _, path = good_file(kind)
+    other = KINDS[KINDS.index(kind) - 1]
+    fails(capsys, f"; it looks like a file for focus_planner rig {kind}\n", other, path)
+    if kind != "nerfstudio":
+        fails(capsys, f"; it looks like a file for focus_planner rig {kind}\n", "transforms", path)
+    write_transforms_of_ros(Path("tf.yaml"))
+    fails(capsys, "; it looks like a file for focus_planner rig transforms\n", kind, "tf.yaml")
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    assert str(caught.value) == (
+        f"{path}: expected a rig.yaml, got another program's cameras; make one of it with"
+        f" focus_planner rig {kind} {path}"
+    )
 
 
 def good_file(kind: str) -> list[str]:

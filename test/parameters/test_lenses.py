@@ -149,6 +149,13 @@ def test_simulated_travel_depends_on_the_driver():
         ),
         ({"cameras": ["a", "a"]}, "cameras: expected each name once, got 'a' twice"),
         (
+            {"cameras": ["a", "Kamera (1)"]},
+            (
+                "camera name: expected letters, digits and underscores, starting with a letter (it"
+                " names a topic), got 'Kamera (1)'; name it Kamera_1"
+            ),
+        ),
+        (
             {"driver_node": "/camera"},
             (
                 "driver_node: expected a node of its own for each camera, or a parameter, got"

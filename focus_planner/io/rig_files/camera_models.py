@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.camera import CameraIntrinsics
@@ -22,7 +23,8 @@ from focus_planner.core.validation import InputError
 PIXEL_CENTRE = 0.5
 #: Of the larger side of an image: how far off an approximation may be.
 _TOLERABLE = 1e-3
-_DIRECTIONS, _RINGS, _FITTED = 64, 512, 256
+_DIRECTIONS, _RINGS, _FITTED = 128, 512, 256
+_MARGIN = 1.05  # of the image
 _WIDEST = math.radians(89.0)
 _LARGEST = 1e12  # of a coefficient that means something
 
@@ -200,33 +202,42 @@ def _fitted(camera: BrownCamera) -> CameraIntrinsics | None:
     return _intrinsics(camera, "rational_polynomial", (k1, k2, p1, p2, k3, k4, k5, k6))
 
 
-def _rays(camera: BrownCamera) -> tuple[FloatArray, FloatArray]:
-    """Return rays (x, y, 1) that the image shows: up to where distortion folds back."""
+def _grid() -> tuple[FloatArray, FloatArray]:
+    """Return rays (x, y, 1) in rings around the axis, a direction per column."""
     angles = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     away = np.tan(np.linspace(0.0, _WIDEST, _RINGS))[:, None]
-    x, y = away * np.cos(angles), away * np.sin(angles)
-    u, v = camera.project(x, y)
-    reach = np.hypot((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy)
+    return away * np.cos(angles), away * np.sin(angles)
+
+
+def _shown(size: BrownCamera | CameraIntrinsics, u: FloatArray, v: FloatArray) -> NDArray[np.bool_]:
+    """Return which rays of the grid an image shows: up to where distortion folds back.
+
+    Those a little outside count too, as the grid does not reach into every corner.
+    """
+    reach = np.hypot((u - size.cx) / size.fx, (v - size.cy) / size.fy)
     grows = np.cumprod(np.diff(reach, axis=0, prepend=-1.0) > 0, axis=0).astype(bool)
-    inside = (abs(2 * u + 1 - camera.width) <= camera.width) & (
-        abs(2 * v + 1 - camera.height) <= camera.height
+    shown: NDArray[np.bool_] = (
+        grows
+        & (abs(2 * u + 1 - size.width) <= _MARGIN * size.width)
+        & (abs(2 * v + 1 - size.height) <= _MARGIN * size.height)
     )
-    shown = grows & inside
-    return x[shown], y[shown]
+    return shown
 
 
 def _largest_square(camera: BrownCamera) -> float:
-    x, y = _rays(camera)
-    return float((x**2 + y**2).max(initial=1e-6))
+    """Return the largest x² + y² of a ray that the image shows."""
+    x, y = _grid()
+    shown = _shown(camera, *camera.project(x, y))
+    return float((x**2 + y**2)[shown].max(initial=1e-6))
 
 
 def _largest_difference(camera: BrownCamera, intrinsics: CameraIntrinsics) -> float:
-    x, y = _rays(camera)
-    if not len(x):
-        return math.inf
-    u, v = camera.project(x, y)
-    other_u, other_v = projected(intrinsics, x, y)
-    return float(np.hypot(u - other_u, v - other_v).max())
+    """Return how far apart, pixels, two cameras image a ray that either shows."""
+    x, y = _grid()
+    one, other = camera.project(x, y), projected(intrinsics, x, y)
+    shown = _shown(camera, *one) | _shown(intrinsics, *other)
+    apart = np.hypot(one[0] - other[0], one[1] - other[1])
+    return float(apart[shown].max(initial=0.0)) if shown.any() else math.inf
 
 
 def projected(

@@ -1,0 +1,36 @@
+"""Which program's cameras a file probably holds, to say so where it is given for another."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from focus_planner.core.validation import InputError
+from focus_planner.io.files import MAX_TEXT, read_text
+
+# By the kind of rig: what only its files have, and near their beginning.
+_SIGNS = {
+    "metashape": r"\A\s*<(\?xml|document|chunk)\b",
+    "nerfstudio": r"\A\s*\{.*\"transform_matrix\"",
+    "realitycapture": r"^#\s*name,x,y,",
+    "kalibr": r"^cam0:\s*$|\A\s*\{?\"?cam0\"?:",
+    "transforms": r"child_frame_id\"?:|static_transform_publisher",
+}
+_START = 20_000  # characters
+
+
+def probable_kind(text: str) -> str:
+    """Return the kind of rig, as ``focus_planner rig`` calls it, of a file's text; "" if none."""
+    start = text[:_START]
+    for kind, sign in _SIGNS.items():
+        if re.search(sign, start, re.MULTILINE | re.DOTALL):
+            return kind
+    return ""
+
+
+def probable_kind_of_file(path: Path) -> str:
+    """Return the kind of rig of a file; "" if it is of none, or cannot be read as text."""
+    try:
+        return probable_kind(read_text(path, "text", MAX_TEXT))
+    except InputError:
+        return ""

@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+from focus_planner.core.validation import InputError
+from focus_planner.io.rig_files.camera_models import BrownCamera, closest_intrinsics, projected
+from testing.projection import imaged
+
+PLAIN = BrownCamera(1200, 900, 1400.0, 1390.0, 603.0, 441.0)
+BENT = replace(PLAIN, radial=(-0.2, 0.06, -0.01, 0.0), tangential=(0.002, -0.001, 0.0, 0.0))
+RAYS = np.random.default_rng(5).uniform(-1, 1, (500, 2)) * [0.42, 0.31]
+FAR = {
+    "eighth power": replace(BENT, radial=(-0.2, 0.06, -0.01, 0.004)),
+    "skew": replace(BENT, skew=0.7),
+    "both": replace(BENT, radial=(-0.2, 0.06, -0.01, 0.004), skew=-0.7),
+    "higher": replace(BENT, tangential=(0.002, -0.001, 0.3, 0.1)),
+    "fisheye": replace(BENT, tangential=(2e-4, 3e-4, 0.0, 0.0), is_fisheye=True),
+}
+
+
+def by_opencv(intrinsics: CameraIntrinsics) -> np.ndarray:
+    camera = Camera("a", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), intrinsics)
+    return imaged(camera, np.column_stack([RAYS, np.ones(len(RAYS))]))
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [PLAIN, BENT, replace(PLAIN, radial=(-0.02, 0.01, -0.003, 0.001), is_fisheye=True)],
+    ids=["pinhole", "distorted", "fisheye"],
+)
+def test_what_has_a_place_is_the_same(camera: BrownCamera) -> None:
+    closest = closest_intrinsics("here", camera)
+    assert (closest.error, closest.without, closest.note) == (0.0, (), "")
+    expected = np.column_stack(camera.project(*RAYS.T))
+    np.testing.assert_allclose(by_opencv(closest.intrinsics), expected, atol=1e-9)
+    found = np.column_stack(projected(closest.intrinsics, *RAYS.T))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("camera", FAR.values(), ids=FAR.keys())
+def test_no_ray_is_farther_off_than_is_told(camera: BrownCamera) -> None:
+    closest = closest_intrinsics("here", camera)
+    expected = np.column_stack(camera.project(*RAYS.T))
+    off = np.linalg.norm(by_opencv(closest.intrinsics) - expected, axis=1)
+    inside = ((expected > -0.5) & (expected < [1199.5, 899.5])).all(axis=1)
+    assert 0 < off[inside].max() <= closest.error < 1.2
+    assert closest.note.endswith(f"approximated to within {closest.error:.2g} pixels")
+
+
+def test_a_fit_is_much_closer_than_no_term_at_all() -> None:
+    fitted = closest_intrinsics("here", FAR["eighth power"])
+    assert fitted.intrinsics.distortion_model == "rational_polynomial"
+    assert fitted.error < 0.01
+
+
+@pytest.mark.parametrize("skew", [9.0, 1e30, -1e300])
+def test_what_is_too_far_off_is_refused(skew: float) -> None:
+    with pytest.raises(InputError, match=r"here: expected a camera .* within 1\.2 pixels"):
+        closest_intrinsics("here", replace(PLAIN, skew=skew))
