@@ -128,19 +128,6 @@ def test_what_runs_on_linux_only_says_so(
     )
 
 
-def test_a_library_that_cannot_be_loaded_is_told_in_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def run(_: list[str]) -> int:
-        raise ImportError("libGL.so.1: cannot open shared object file")
-
-    monkeypatch.setattr(cli, "_run", run)
-    assert cli.main(["plan"]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("focus_planner: error: a library cannot be loaded: libGL.so.1: cannot")
-    assert (REPOSITORY / "docs" / "systems.md").read_text("utf-8").startswith("# Other systems\n")
-
-
 # --- text ----------------------------------------------------------------------------------------
 
 

@@ -69,10 +69,6 @@ def _guarded(argv: list[str]) -> int:
         return _fail(str(error))
     except MemoryError as error:
         return _fail(f"not enough memory; plan on fewer samples ({error})")
-    except ImportError as error:  # Open3D and Numba need libraries of the system
-        return _fail(
-            f"a library cannot be loaded: {error} (see Other systems in the documentation)"
-        )
     except SystemExit as exit_:  # argparse's, which has reported why
         return exit_.code if isinstance(exit_.code, int) else 0
     except BrokenPipeError:
