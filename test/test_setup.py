@@ -375,8 +375,8 @@ def test_set_up_on_a_machine_without_wheels_says_so(tmp_path):
     assert "the glibc of this machine is 2.31." in done.stderr
 
 
-def test_set_up_where_ros_has_no_wheels_leaves_it_out_and_says_so(tmp_path):
-    """Every program that set-up would run with the new environment is a stub that succeeds."""
+def on_aarch64(tmp_path, *, libraries):
+    """Return the settings of a machine on which all that set-up starts is a stub that succeeds."""
     python = tmp_path / "python3.12"
     python.write_text(
         f"""#!/bin/sh
@@ -391,13 +391,31 @@ esac
     python.chmod(0o755)
     path = on(
         tmp_path,
-        uname={"-s": "Linux", "-m": "aarch64"},
-        getconf={"GNU_LIBC_VERSION": "glibc 2.39"},
+        **{"uname": {"-s": "Linux", "-m": "aarch64"}, "apt-get": {}, "sudo": {}, "cc": {}},
+        **{"c++": {}, "getconf": {"GNU_LIBC_VERSION": "glibc 2.39"}},
+        ldconfig={"-p": " ".join(f"{name} (libc6)" for name in libraries)},
     )
-    done = set_up(tmp_path / "here", PATH=path, PYTHON=str(python))
+    return {"PATH": path, "PYTHON": str(python)}
+
+
+ON_AARCH64 = (
+    *("libGL.so.1", "libEGL.so.1", "libX11.so.6", "libidn2.so.0", "libgomp.so.1"),
+    "libgfortran.so.5",
+)
+
+
+def test_set_up_where_ros_has_no_wheels_leaves_it_out_and_says_so(tmp_path):
+    done = set_up(tmp_path / "here", **on_aarch64(tmp_path, libraries=ON_AARCH64))
     assert done.returncode == 0, done.stderr
     assert "ROS interfaces" not in done.stderr
     assert done.stderr.endswith(
         "\nWithout ROS, of which there are no wheels for aarch64: everything but the nodes works.\n"
         "For the nodes, build this in a sourced ROS 2 Jazzy; see CONTRIBUTING.md.\n"
     )
+
+
+def test_set_up_asks_for_the_libraries_of_this_machines_wheels(tmp_path):
+    done = set_up(tmp_path / "here", **on_aarch64(tmp_path, libraries=ON_AARCH64[:-1]))
+    assert done.returncode == 1
+    assert "apt-get installs libgfortran5" in done.stderr
+    assert done.stderr.endswith("apt-get succeeded, and yet these are missing:\nlibgfortran5\n")

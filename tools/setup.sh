@@ -34,14 +34,18 @@ unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH PYTHONHOME PYTHONPATH VIRTUAL_ENV
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 # What the wheels of Open3D and Numba expect of the system: library and Debian package.
-declare -rA library_packages=(
-  [libusb-1.0.so.0]=libusb-1.0-0
+declare -A library_packages=(
   [libGL.so.1]=libgl1
   [libEGL.so.1]=libegl1
   [libX11.so.6]=libx11-6
   [libidn2.so.0]=libidn2-0
   [libgomp.so.1]=libgomp1
 )
+case $machine in  # which Open3D's wheels for it expect besides
+  x86_64) library_packages[libusb-1.0.so.0]=libusb-1.0-0 ;;
+  aarch64 | arm64) library_packages[libgfortran.so.5]=libgfortran5 ;;
+esac
+readonly library_packages
 
 exec 3>&2  # a stage's own output goes to the log; what the user must read goes here
 
