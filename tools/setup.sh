@@ -16,7 +16,8 @@ readonly system=$(uname -s) machine=$(uname -m)
 if [[ $system != Linux ]]; then
   printf '%s\n' >&2 "Set-up is for Linux; this is $system. What needs no ROS runs here as well:" "" \
     "  python3 -m venv .venv" \
-    "  .venv/bin/pip install '.[formats,pdf,picture]'      # on Windows: .venv\\Scripts\\pip" "" \
+    "  .venv/bin/pip install '.[formats,pdf,picture]'    # on Windows: .venv\\Scripts\\pip" \
+    "  brew install libusb                               # on macOS only: Open3D opens it" "" \
     "and then .venv/bin/focus_planner plan, report and the others; see docs/systems.md."
   exit 1
 fi
