@@ -312,36 +312,6 @@ def set_up(tmp_path, **settings):
     )
 
 
-def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):
-    chosen = shim(tmp_path / "python3.12")
-    done = set_up(tmp_path, PYTHON=str(chosen))
-    assert done.returncode == 1
-    assert (
-        f"PYTHON={chosen}: it does not run: pyenv: python3.12: command not found.\n" in done.stderr
-    )
-    assert "make setup PYTHON=/path/to/python3.12" in done.stderr
-    assert "++" not in done.stderr  # as the shell traces commands
-
-
-def test_a_failed_stage_shows_its_cause_and_keeps_to_the_folder_that_was_named(tmp_path):
-    broken = tmp_path / "broken"
-    broken.write_text(
-        f"""#!/bin/sh
-[ "$1" = -m ] || exec printf '3.12.4\\t{broken}\\t\\n'
-echo 'error: no space is left' >&2
-for line in $(seq 40); do echo "line $line"; done
-exit 1
-"""
-    )
-    broken.chmod(0o755)
-    done = set_up(tmp_path, PYTHON=str(broken), VENV=".venv-2")
-    assert done.returncode == 1
-    assert f"\nPython 3.12.4 ({broken})\nvirtual environment" in done.stderr
-    assert "failed\n\n  error: no space is left\n\nSet-up stopped at: virtual env" in done.stderr
-    assert "line 40" in (tmp_path / ".venv-2" / ".setup" / "setup.log").read_text()
-    assert not (tmp_path / ".venv").exists()
-
-
 LINUX = {"-s": "Linux", "-m": "aarch64"}
 
 
@@ -419,3 +389,33 @@ def test_set_up_asks_for_the_libraries_of_this_machines_wheels(tmp_path):
     assert done.returncode == 1
     assert "apt-get installs libgfortran5" in done.stderr
     assert done.stderr.endswith("apt-get succeeded, and yet these are missing:\nlibgfortran5\n")
+
+
+def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):
+    chosen = shim(tmp_path / "python3.12")
+    done = set_up(tmp_path, PYTHON=str(chosen))
+    assert done.returncode == 1
+    assert (
+        f"PYTHON={chosen}: it does not run: pyenv: python3.12: command not found.\n" in done.stderr
+    )
+    assert "make setup PYTHON=/path/to/python3.12" in done.stderr
+    assert "++" not in done.stderr  # as the shell traces commands
+
+
+def test_a_failed_stage_shows_its_cause_and_keeps_to_the_folder_that_was_named(tmp_path):
+    broken = tmp_path / "broken"
+    broken.write_text(
+        f"""#!/bin/sh
+[ "$1" = -m ] || exec printf '3.12.4\\t{broken}\\t\\n'
+echo 'error: no space is left' >&2
+for line in $(seq 40); do echo "line $line"; done
+exit 1
+"""
+    )
+    broken.chmod(0o755)
+    done = set_up(tmp_path, PYTHON=str(broken), VENV=".venv-2")
+    assert done.returncode == 1
+    assert f"\nPython 3.12.4 ({broken})\nvirtual environment" in done.stderr
+    assert "failed\n\n  error: no space is left\n\nSet-up stopped at: virtual env" in done.stderr
+    assert "line 40" in (tmp_path / ".venv-2" / ".setup" / "setup.log").read_text()
+    assert not (tmp_path / ".venv").exists()

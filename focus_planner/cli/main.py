@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from focus_planner.cli.interrupts import ctrl_c
-from focus_planner.cli.legible import make_legible
 
 # Modules of focus_planner.ros: what they do, and their executables.
 _NODES = {
@@ -24,6 +23,8 @@ _NODES = {
     "lens_adapter": ("run the ROS 2 node that sends planned focus to lens drivers", "lens_adapter"),
     "simulated_lens": ("run ROS 2 driver nodes with simulated lenses", "simulated_lens"),
 }
+# They fork processes, and hold them by handles that only Linux has.
+_ON_LINUX = [[command] for command in (*_NODES, "demo")]
 _EPILOG = """\
 "focus_planner COMMAND --help" explains a command. For completion in bash and zsh:
   eval "$(register-python-argcomplete focus_planner)"
@@ -45,6 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, reported in one
         line on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
+    from focus_planner.cli.legible import make_legible
+
     for stream in (sys.stdout, sys.stderr):
         make_legible(stream)
     try:
@@ -79,7 +82,13 @@ def _guarded(argv: list[str]) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    if argv and argv[0] in _NODES and argv[1:] not in (["-h"], ["--help"]):
+    asks = argv[1:] in (["-h"], ["--help"])
+    if sys.platform != "linux" and argv[:1] in _ON_LINUX and not asks:
+        return _fail(
+            f"{argv[0]} runs on Linux, with ROS 2; this is {sys.platform}, where all commands run"
+            " that need no ROS (see focus_planner --help)"
+        )
+    if argv and argv[0] in _NODES and not asks:
         return _node(*argv)
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
@@ -101,16 +110,7 @@ def _fail(message: str) -> int:
 # --- commands ----------------------------------------------------------------------------------
 
 
-def _only_on_linux(command: str) -> int:
-    return _fail(
-        f"{command} runs on Linux, with ROS 2; this is {sys.platform}, where all commands run that"
-        " need no ROS (see focus_planner --help)"
-    )
-
-
 def _node(command: str, *arguments: str) -> int:
-    if sys.platform != "linux":  # its planning process is forked, and held by a handle of Linux
-        return _only_on_linux(command)
     try:
         module = import_module(f"focus_planner.ros.{command}")
     except ImportError as error:
@@ -120,8 +120,6 @@ def _node(command: str, *arguments: str) -> int:
 
 
 def _demo(options: argparse.Namespace) -> int:
-    if sys.platform != "linux":
-        return _only_on_linux("demo")
     try:
         from focus_planner.demo import run
     except ImportError as error:
