@@ -57,7 +57,7 @@ def test_no_module_but_the_nodes_imports_what_only_posix_has() -> None:
 
 @pytest.mark.processes
 def test_all_that_needs_no_ros_runs_without_posix_and_plans_the_same(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     trimesh.Trimesh(TORUS.vertices, TORUS.triangles, process=False).export(tmp_path / "torus.ply")
     cylinder = ["rig", "cylinder", "--rows", "2", "--columns", "3", "--radius", "2.5"]
@@ -105,15 +105,14 @@ def test_all_that_needs_no_ros_runs_without_posix_and_plans_the_same(
     assert {"report.html", "plan.html", "plan.png", "preview", "masks", "sheet.csv"} <= {
         path.name for path in tmp_path.iterdir()
     }
-    here = [str(tmp_path / word) if "." in word else word for word in plan]
-    assert cli.main([*here, "--output", str(tmp_path / "here.json")]) == 0
-    there, here_ = (
-        json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8"))
-        for name in ("plan", "here")
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*plan, "--output", "here.json"]) == 0
+    there, here = (
+        json.loads(Path(f"{name}.json").read_text(encoding="utf-8")) for name in ("plan", "here")
     )
     for seconds in ("solve_seconds", "total_seconds"):
-        del there[seconds], here_[seconds]
-    assert there == here_
+        del there[seconds], here[seconds]
+    assert there == here
 
 
 @pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens", "demo"])

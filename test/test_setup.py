@@ -291,6 +291,17 @@ def test_the_cause_of_a_failed_stage_is_found_in_its_log(tmp_path, log, cause):
 # --- set-up itself ---------------------------------------------------------------------------
 
 
+def on(tmp_path, **answers):
+    """Return a PATH on which programs give answers as those of another machine would."""
+    for name, answer in answers.items():
+        case = "".join(f'[ "$1" = "{word}" ] && echo "{said}"\n' for word, said in answer.items())
+        path = tmp_path / "stubs" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(f"#!/bin/sh\n{case}true\n")
+        path.chmod(0o755)
+    return f"{tmp_path / 'stubs'}:{os.environ['PATH']}"
+
+
 def set_up(tmp_path, **settings):
     """Set up in a copy of the repository."""
     copy_repository(tmp_path)
@@ -310,6 +321,85 @@ def copy_repository(tmp_path):
     (tmp_path / "focus_planner" / "core").mkdir(parents=True)
     for name in ("requirements.lock", "setup.py", "setup.cfg"):
         shutil.copy(REPOSITORY / name, tmp_path)
+
+
+LINUX = {"-s": "Linux", "-m": "aarch64"}
+
+
+def test_set_up_on_another_system_says_what_to_type_instead(tmp_path):
+    for system in ("Darwin", "MINGW64_NT-10.0-22631"):
+        path = on(tmp_path, uname={"-s": system, "-m": "arm64"})
+        done = set_up(tmp_path / system, PATH=path)
+        assert done.returncode == 1
+        assert done.stderr.startswith(f"Set-up is for Linux; this is {system}. ")
+        assert "\n  .venv/bin/pip install '.[formats,pdf,picture]'" in done.stderr
+        assert "docs/systems.md" in done.stderr
+        assert not (tmp_path / system / ".venv").exists()
+    assert (REPOSITORY / "docs" / "systems.md").exists()
+
+
+def test_what_comes_before_that_runs_in_the_bash_of_macos():
+    first, _, rest = (TOOLS / "setup.sh").read_text().partition("\nreadonly name=")
+    assert rest
+    for newer in ("declare -A", "declare -rA", "mapfile", "readarray", "EPOCHREALTIME", "${x,,}"):
+        assert newer not in first
+
+
+def test_set_up_on_a_machine_without_wheels_says_so(tmp_path):
+    done = set_up(tmp_path / "a", PATH=on(tmp_path, uname={**LINUX, "-m": "riscv64"}))
+    assert done.returncode != 0
+    assert "Open3D and Numba for x86-64 and aarch64; this machine is riscv64." in done.stderr
+    old = on(tmp_path, uname=LINUX, getconf={"GNU_LIBC_VERSION": "glibc 2.31"})
+    done = set_up(tmp_path / "b", PATH=old)
+    assert done.returncode == 1
+    assert "for glibc 2.35 or newer" in done.stderr
+    assert "the glibc of this machine is 2.31." in done.stderr
+
+
+def on_aarch64(tmp_path, *, libraries):
+    """Return the settings of a machine on which all that set-up starts is a stub that succeeds."""
+    python = tmp_path / "python3.12"
+    python.write_text(
+        f"""#!/bin/sh
+case "$*" in
+  *"-m pip --version") [ "$0" != {python} ] ;;
+  "-m venv "*) mkdir -p "$3/bin" && cp "$0" "$3/bin/python" ;;
+  *rclpy*) echo "there is no ROS here" >&2; exit 1 ;;
+  -SEc*) printf '3.12.4\\t%s\\t\\n' "$0" ;;
+esac
+"""
+    )
+    python.chmod(0o755)
+    path = on(
+        tmp_path,
+        **{"uname": {"-s": "Linux", "-m": "aarch64"}, "apt-get": {}, "sudo": {}, "cc": {}},
+        **{"c++": {}, "getconf": {"GNU_LIBC_VERSION": "glibc 2.39"}},
+        ldconfig={"-p": " ".join(f"{name} (libc6)" for name in libraries)},
+    )
+    return {"PATH": path, "PYTHON": str(python)}
+
+
+ON_AARCH64 = (
+    *("libGL.so.1", "libEGL.so.1", "libX11.so.6", "libidn2.so.0", "libgomp.so.1"),
+    "libgfortran.so.5",
+)
+
+
+def test_set_up_where_ros_has_no_wheels_leaves_it_out_and_says_so(tmp_path):
+    done = set_up(tmp_path / "here", **on_aarch64(tmp_path, libraries=ON_AARCH64))
+    assert done.returncode == 0, done.stderr
+    assert "ROS interfaces" not in done.stderr
+    assert done.stderr.endswith(
+        "\nWithout ROS, of which there are no wheels for aarch64: everything but the nodes works.\n"
+        "For the nodes, build this in a sourced ROS 2 Jazzy; see CONTRIBUTING.md.\n"
+    )
+
+
+def test_set_up_asks_for_the_libraries_of_this_machines_wheels(tmp_path):
+    done = set_up(tmp_path / "here", **on_aarch64(tmp_path, libraries=ON_AARCH64[:-1]))
+    assert done.returncode == 1
+    assert "apt-get installs libgfortran5" in done.stderr
+    assert done.stderr.endswith("apt-get succeeded, and yet these are missing:\nlibgfortran5\n")
 
 
 def test_set_up_stops_at_a_python_that_does_not_work_and_says_why(tmp_path):

@@ -12,6 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 readonly systems=(
   x86_64-manylinux_2_35 aarch64-manylinux_2_35 aarch64-apple-darwin x86_64-pc-windows-msvc
 )
+export MACOSX_DEPLOYMENT_TARGET=13.0
 readonly pythons=(3.10 3.11 3.12 3.13)
 # Pure Python, of which there is only the source.
 readonly only_sources=empy

@@ -6,9 +6,21 @@
 # Works in stages. A stage whose inputs have not changed since it last succeeded is skipped, so
 # that a repeated or interrupted set-up does only what is left. PYTHON=... chooses the Python that
 # makes a new .venv, as in tools/find_python.sh; VENV=... another folder than .venv. All state is in
-# .venv/.setup: `rm -r .venv` starts afresh. Everything but the nodes works without the interfaces.
+# .venv/.setup: `rm -r .venv` starts afresh. Everything but the nodes works without the interfaces,
+# which are left out where ROS has no wheels.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# Up to here this runs in the bash of macOS and of Git for Windows too.
+readonly system=$(uname -s) machine=$(uname -m)
+if [[ $system != Linux ]]; then
+  printf '%s\n' >&2 "Set-up is for Linux; this is $system. What needs no ROS runs here as well:" "" \
+    "  python3 -m venv .venv" \
+    "  .venv/bin/pip install '.[formats,pdf,picture]'    # on Windows: .venv\\Scripts\\pip" \
+    "  brew install libusb                               # on macOS only: Open3D opens it" "" \
+    "and then .venv/bin/focus_planner plan, report and the others; see docs/systems.md."
+  exit 1
+fi
 
 readonly name=${VENV:-.venv}
 venv=$name
@@ -22,14 +34,18 @@ unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH PYTHONHOME PYTHONPATH VIRTUAL_ENV
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 # What the wheels of Open3D and Numba expect of the system: library and Debian package.
-declare -rA library_packages=(
-  [libusb-1.0.so.0]=libusb-1.0-0
+declare -A library_packages=(
   [libGL.so.1]=libgl1
   [libEGL.so.1]=libegl1
   [libX11.so.6]=libx11-6
   [libidn2.so.0]=libidn2-0
   [libgomp.so.1]=libgomp1
 )
+case $machine in  # which Open3D's wheels for it expect besides
+  x86_64) library_packages[libusb-1.0.so.0]=libusb-1.0-0 ;;
+  aarch64 | arm64) library_packages[libgfortran.so.5]=libgfortran5 ;;
+esac
+readonly library_packages
 
 exec 3>&2  # a stage's own output goes to the log; what the user must read goes here
 
@@ -103,8 +119,15 @@ missing_packages() {
   [[ -z $packages ]] || printf '%s\n' $packages
 }
 
+# Debian 12 and Ubuntu 22.04 have it.
+readonly least_glibc=2.35
+
 stage_system() {
-  local packages sudo='' as_root=()
+  local packages sudo='' as_root=() glibc
+  glibc=$(getconf GNU_LIBC_VERSION | cut -d ' ' -f 2) || glibc=none
+  [[ $(printf '%s\n' "$least_glibc" "$glibc" | sort -V | head -n 1) == "$least_glibc" ]] ||
+    stop "Open3D, which casts the rays, has wheels for glibc $least_glibc or newer, of Debian 12 and" \
+      "Ubuntu 22.04; the glibc of this machine is $glibc."
   if ! find_python && { [[ ${PYTHON-} ]] || command -v python3; }; then
     stop "$( (set +x; find_python 2>&1) 2>/dev/null)" \
       "Choose one that works, by version or path: make setup PYTHON=/path/to/python3.12"
@@ -265,11 +288,11 @@ stage_check() {
   "$python" -m pip check
   "$python" - <<'PYTHON'
 import hypothesis, matplotlib.pyplot, numba, open3d, pytest, rich.console, rich.table, yaml
-import rclpy.action
 import scipy.optimize, scipy.sparse, scipy.spatial
 
 assert numba.njit(lambda: 1)() == 1
 PYTHON
+  [[ $ros == no ]] || "$python" -c 'import rclpy.action'
 }
 
 interfaces=yes
@@ -277,6 +300,12 @@ case ${1-} in
   '') ;;
   --without-interfaces) interfaces=no ;;
   *) stop "tools/setup.sh: expected no argument or --without-interfaces, got: $*" ;;
+esac
+
+case $machine in
+  x86_64) ros=yes ;;
+  aarch64 | arm64) ros=no interfaces=no ;;
+  *) stop "There are wheels of Open3D and Numba for x86-64 and aarch64; this machine is $machine." ;;
 esac
 
 # Scripts in a .venv name its folder: one that was moved, or whose Python is gone, is useless.
@@ -308,4 +337,7 @@ stage package "focus_planner" requirements.lock setup.py setup.cfg
 stage check "check" requirements.lock setup.py setup.cfg
 if ((${#done_stages[@]})); then
   printf '%-34s%s\n' "ready: $name" "$(seconds_since "$began")" >&3
+  [[ $ros == yes ]] ||
+    say "Without ROS, of which there are no wheels for $machine: everything but the nodes works." \
+      "For the nodes, build this in a sourced ROS 2 Jazzy; see CONTRIBUTING.md."
 fi

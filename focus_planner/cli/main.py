@@ -18,7 +18,6 @@ from typing import Any, NoReturn
 
 from focus_planner.cli.executables import what_is_missing
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
-from focus_planner.cli.legible import make_legible
 from focus_planner.cli.progress import shown
 from focus_planner.runtime.cores import share_cores
 
@@ -28,6 +27,8 @@ _NODES = {
     "lens_adapter": ("run the ROS 2 node that sends planned focus to lens drivers", "lens_adapter"),
     "simulated_lens": ("run ROS 2 driver nodes with simulated lenses", "simulated_lens"),
 }
+# They fork processes, and hold them by handles that only Linux has.
+_ON_LINUX = [[command] for command in (*_NODES, "demo")]
 _EPILOG = """\
 "focus_planner COMMAND --help" explains a command. For completion in bash and zsh:
   eval "$(register-python-argcomplete focus_planner)"
@@ -49,12 +50,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         0: done; 1: a replay differs, or a plan was not recorded; 2: bad input, reported in one
         line on stderr; 130: interrupted; 141: the reader of stdout has gone.
     """
+    from focus_planner.cli.legible import make_legible
+
     if argv is None:
         share_cores()
     for stream in (sys.stdout, sys.stderr):
         make_legible(stream)
     given = list(sys.argv[1:] if argv is None else argv)
     if given and given[0] in _NODES and given[1:] not in (["-h"], ["--help"]):
+        if sys.platform != "linux":
+            return _only_on_linux(given[0])
         return _node(*given)  # which has signals of its own, from here to its end
     try:
         with ctrl_c.deferred():
@@ -90,6 +95,9 @@ def _guarded(argv: list[str]) -> int:
 
 
 def _run(argv: list[str]) -> int:
+    asks = argv[1:] in (["-h"], ["--help"])
+    if sys.platform != "linux" and argv[:1] in _ON_LINUX and not asks:
+        return _only_on_linux(argv[0])
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete
@@ -118,8 +126,6 @@ def _only_on_linux(command: str) -> int:
 
 
 def _node(command: str, *arguments: str) -> int:
-    if sys.platform != "linux":  # its planning process is forked, and held by a handle of Linux
-        return _only_on_linux(command)
     try:
         return int(import_module(f"focus_planner.ros.{command}").main(list(arguments)))
     except ImportError as error:
@@ -127,8 +133,6 @@ def _node(command: str, *arguments: str) -> int:
 
 
 def _demo(options: argparse.Namespace) -> int:
-    if sys.platform != "linux":
-        return _only_on_linux("demo")
     with shown(quiet=False) as tell:
         tell("loading the demonstration")
         from focus_planner.cli.compiling import compile_first

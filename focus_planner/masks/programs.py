@@ -7,6 +7,7 @@ picture: COLMAP, nerfstudio and Metashape agree on that.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import PurePosixPath
 from typing import NamedTuple
@@ -134,9 +135,11 @@ def _check_template(template: str) -> None:
 
 
 def _check_distinct(places: list[str], what: str, template: str) -> None:
-    if len(set(places)) == len(places):
+    # Elsewhere, names that differ in case alone are usually those of one file.
+    files = places if sys.platform == "linux" else [place.casefold() for place in places]
+    if len(set(files)) == len(files):
         return
-    twice = next(place for i, place in enumerate(places) if place in places[:i])
+    twice = next(place for i, place in enumerate(places) if files[i] in files[:i])
     raise InputError(
         _OPTION,
         f"another {what} for every camera and shot",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 from typing import Any
 
@@ -78,3 +79,17 @@ def test_two_pictures_of_one_mask_are_refused() -> None:
     assert len(mask_places(names, PROGRAMS["colmap"])) == 2
     with pytest.raises(InputError, match=r"another mask .* got a_mask.png twice"):
         mask_places(names, PROGRAMS["metashape"], "{camera}/a.jpg")
+
+
+@pytest.mark.parametrize("system", ["linux", "darwin", "win32"])
+def test_names_that_differ_in_case_alone_are_of_one_file_elsewhere(
+    system: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", system)
+    plan = plan_of()
+    plan.cameras[1].name = "Cam_0"
+    if system == "linux":
+        assert images(plan) == ["cam_0.jpg", "Cam_0.jpg"]
+    else:
+        with pytest.raises(InputError, match=r"got Cam_0\.jpg twice by '\{camera\}\.jpg'"):
+            images(plan)
