@@ -19,7 +19,7 @@ from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Run
-from focus_planner.recording.run_inputs import rig_message
+from focus_planner.recording.run_inputs import rig_message, with_frames
 
 _DEFAULTS: dict[str, Value] = {
     declaration.name: declaration.default for declaration in DECLARATIONS
@@ -142,12 +142,12 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[str]) -> R
         except InputError:
             continue  # it was rejected, and still is
         cameras = tuple(_changed_camera(camera, changes, notes) for camera in rig.cameras)
-        changed[arrival.payload] = Rig(cameras, rig.frame_id, rig.grid)
+        changed[arrival.payload, arrival.heard] = Rig(cameras, rig.frame_id, rig.grid)
+    heard = {id(message): frames for message, frames in with_frames(run.inputs)}
     inputs = tuple(
-        rig_message(planner, changed[message.payload], message.at)
-        if message.payload in changed
-        else message
+        rig_message(planner, changed[key], message.at) if key in changed else message
         for message in run.inputs
+        for key in ((message.payload, heard.get(id(message))),)
     )
     return replace(run, inputs=inputs)
 

@@ -17,7 +17,6 @@ from focus_planner.messages.limits import (
 from focus_planner.messages.transforms import transforms_from_bytes
 from focus_planner.runtime.log import Log, ThrottledLog
 
-
 # Metres, and by how much the length of a quaternion of a few digits is off: below it, no doubt.
 _PLAIN = 1e6
 _ROUNDED = 1e-4
