@@ -29,7 +29,7 @@ from focus_planner.parameters.planner import DECLARATIONS
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.run import Run
-from focus_planner.recording.run_inputs import rig_message
+from focus_planner.recording.run_inputs import rig_message, with_frames
 
 _DEFAULTS: dict[str, Value] = {
     declaration.name: declaration.default for declaration in DECLARATIONS
@@ -169,12 +169,12 @@ def _with_cameras(run: Run, changes: Mapping[str, Value], notes: list[Note]) -> 
             cameras = tuple(_changed_camera(rig, c, changes, circles) for c in rig.cameras)
         remedy = "use --set circle_of_confusion=... for another"
         notes += [n for n in note_on_circles(circles, len(rig), remedy) if n not in notes]
-        changed[arrival.payload] = Rig(cameras, rig.frame_id, rig.grid)
+        changed[arrival.payload, arrival.heard] = Rig(cameras, rig.frame_id, rig.grid)
+    heard = {id(message): frames for message, frames in with_frames(run.inputs)}
     inputs = tuple(
-        rig_message(planner, changed[message.payload], message.at)
-        if message.payload in changed
-        else message
+        rig_message(planner, changed[key], message.at) if key in changed else message
         for message in run.inputs
+        for key in ((message.payload, heard.get(id(message))),)
     )
     return replace(run, inputs=inputs)
 

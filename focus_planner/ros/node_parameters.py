@@ -90,6 +90,12 @@ class Parameters:
             self._node.get_logger().warning(
                 "lens.f_number is ignored unless lens.hyperfocal_distance is 0"
             )
+        images = [d for d in DECLARATIONS if d.name.startswith("image.")]
+        if self._values["camera_frames"] and any(self._values[d.name] != d.default for d in images):
+            self._node.get_logger().warning(
+                "image.* is ignored for the cameras of camera_frames: their CameraInfo gives the"
+                " image"
+            )
 
 
 def declare(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:

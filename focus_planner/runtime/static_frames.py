@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import datetime, timezone
 
 from focus_planner.core.rig.frames import MAX_DEPTH
@@ -15,6 +16,10 @@ from focus_planner.messages.limits import (
 )
 from focus_planner.messages.transforms import transforms_from_bytes
 from focus_planner.runtime.log import Log, ThrottledLog
+
+# Metres, and by how much the length of a quaternion of a few digits is off: below it, no doubt.
+_PLAIN = 1e6
+_ROUNDED = 1e-4
 
 
 class StaticFrames:
@@ -74,7 +79,8 @@ class StaticFrames:
             raise InputError(
                 TF_STATIC, f"at most {MAX_TRANSFORMS:,} frames", f"one more, {shown(new.child)}"
             )
-        new.pose()
+        if not _is_plain(new):
+            new.pose()
         frame = new.parent
         for _ in range(MAX_DEPTH):
             if frame == new.child:
@@ -86,3 +92,9 @@ class StaticFrames:
                 return
             frame = above.parent
         raise InputError(f"frame {new.child}", f"at most {MAX_DEPTH} frames above it", "more")
+
+
+def _is_plain(transform: StaticTransform) -> bool:
+    """Return whether there is no need to look closer, which takes a hundred times as long."""
+    numbers_are = all(abs(number) < _PLAIN for number in transform.translation)
+    return numbers_are and abs(math.hypot(*transform.rotation) - 1) < _ROUNDED

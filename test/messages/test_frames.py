@@ -114,8 +114,8 @@ def test_a_cycle_has_an_end():
             "far",
             TREE,
             (
-                "got 'far', and on /tf_static 'far' is below 'alone' and 'world' is at the top, with no"
-                " transform between the two trees; publish the transform on /tf_static"
+                "got 'far', and on /tf_static 'far' is below 'alone' and 'world' is at the top,"
+                " with no transform between the two trees; publish the transform on /tf_static"
             ),
         ),
     ],

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
 from tf2_msgs.msg import TFMessage
 
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.frames import similarity_from_pose
 from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError
 from focus_planner.messages.typestore import RIG, TRANSFORMS
+from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.run_reading import read_run
 from focus_planner.ros.client import PlannerClient
+from focus_planner.ros.gated_group import GatedCallbackGroup
+from focus_planner.ros.subscriptions import Subscriptions
 from testing.ros.calls import until, what_counts
 from testing.ros.recorded import assert_reproduced, whole
 from testing.ros.static_frames import (
@@ -208,11 +214,43 @@ def test_a_run_has_the_transforms_that_it_depends_on(start_planner, publish, tmp
         heard = kinds[TRANSFORMS].read().transforms
         assert kinds[TRANSFORMS].topic == "/tf_static"
         assert [each.child_frame_id for each in heard] == ["lidar", "stand"]
+        with AnyReader([run.path]) as bag:
+            types = {each.topic: each.msgtype for each in bag.connections}
+            (said,) = [each for each in bag.messages() if each[0].topic == "/tf_static"]
+            assert len(bag.deserialize(said[2], TRANSFORMS).transforms) == 2
+        assert types["/tf_static"] == TRANSFORMS
         client.publish_cloud(cloud, "nowhere")
         before = whole(tmp_path).keys()
         assert "/tf_static has no frame 'nowhere', only world, stand, lidar" in message_of(client)
         (name,) = until(lambda: whole(tmp_path).keys() - before)
         assert_reproduced(read_run(tmp_path / name))
+
+
+# --- without tf2_msgs ---------------------------------------------------------------------------
+
+
+def subscriptions(node, **values):
+    settings = Settings.from_values(values)
+    ignore = lambda *_: None  # noqa: E731 - three times the same
+    return Subscriptions(node, GatedCallbackGroup(), lambda: settings, 99, ignore, ignore, ignore)
+
+
+def test_an_older_set_up_hears_no_frames_and_says_so(make_node, monkeypatch):
+    monkeypatch.setattr("focus_planner.ros.subscriptions.TFMessage", None)
+    node = make_node()
+    warnings = []
+    logger = SimpleNamespace(warning=warnings.append, info=print)
+    monkeypatch.setattr(node, "get_logger", lambda: logger)
+    inputs = subscriptions(node)
+    try:
+        assert node.count_subscribers("/tf_static") == 0
+        (told,) = warnings
+        assert "messages in other frames than world are refused" in told
+        assert "make setup" in told
+    finally:
+        inputs.destroy()
+    with pytest.raises(InputError, match=r"camera_frames: .* tf2_msgs.*; repeat .*make setup"):
+        subscriptions(node, camera_frames="cam")
 
 
 # --- a rig from frames -------------------------------------------------------------------------

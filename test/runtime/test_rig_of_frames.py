@@ -166,8 +166,8 @@ UNCALIBRATED = {"k": [0.0] * 9}
             HEARD,
             {"/b": info("cam2_optical_frame", **UNCALIBRATED)},
             (
-                "/b: CameraInfo: expected that of a calibrated camera, got 640 × 480 pixels and fx 0;"
-                " give the camera's driver its calibration"
+                "/b: CameraInfo: expected that of a calibrated camera, got 640 × 480 pixels and fx"
+                " 0; give the camera's driver its calibration"
             ),
         ),
         (
