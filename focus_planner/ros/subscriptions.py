@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from datetime import datetime, timezone
 from functools import partial
@@ -18,7 +18,8 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
-from focus_planner.core.validation import InputError
+from focus_planner.core.validation import InputError, first_few
+from focus_planner.io.camera_frames import is_optical
 from focus_planner.messages.cdr import header_frame
 from focus_planner.messages.frames import TF_STATIC, HeardFrames, frame_name
 from focus_planner.messages.reading import NO_FRAMES, Optics
@@ -178,6 +179,8 @@ class Subscriptions:
             rig = _together(rig, frames)
             if self._rig_from_frames.lacks:
                 rig = replace(rig, incomplete=(self._rig_from_frames.lacks,))
+        else:
+            rig = replace(rig, missed=(*rig.missed, *self._frames_not_asked_for()))
         self._unheard(
             _together(surface, self._lacking("surface", frames)),
             _together(rig, self._lacking("rig", frames)),
@@ -211,16 +214,15 @@ class Subscriptions:
     ) -> None:
         """Subscribe, with a quality of service that is not shared: rclpy writes overrides in it."""
 
-        def taken(payload: bytes, info: dict[str, int]) -> None:
+        def take(payload: bytes, info: dict[str, int]) -> None:
             self._take_all([_Received(info["received_timestamp"], payload, receive)])
 
-        take: Callable[..., None] = taken
-
+        callback: Callable[..., None] = take
         try:
             subscription = self._node.create_subscription(
                 message_type,
                 topic,
-                take,
+                callback,
                 qos,
                 callback_group=self._group,
                 raw=True,
@@ -239,13 +241,11 @@ class Subscriptions:
         """Have an input read, with the transforms that it depends on."""
         heard = self._depends_on(message)
         read = partial(message.read, self._reader(heard), message.payload)
-        at = message.at
         self._newest.pop(message.kind, None)
-        if heard is not NO_FRAMES or self._is_apart(message):
+        if self._is_elsewhere(message):
             self._newest[message.kind] = message, heard
-        self._keep[message.kind](
-            Arrival(message.topic, message.type_name, message.payload, read, at, heard=heard)
-        )
+        about = message.topic, message.type_name, message.payload
+        self._keep[message.kind](Arrival(*about, read, message.at, heard=heard))
 
     def _take_all(self, taken: list[_Received]) -> None:
         """Receive messages that were taken, and all others that have arrived, in order of arrival.
@@ -308,6 +308,11 @@ class Subscriptions:
             header_frame(message.payload)
         )
 
+    def _is_elsewhere(self, message: _Message) -> bool:
+        """Return whether a message names another frame than the planner's."""
+        target, source = self._frames_of(message)
+        return source not in {"", target}
+
     def _is_apart(self, message: _Message) -> bool:
         """Return whether nothing that was heard relates a message's frame to the planner's."""
         target, source = self._frames_of(message)
@@ -315,10 +320,19 @@ class Subscriptions:
 
     def _depends_on(self, message: _Message) -> HeardFrames:
         """Return the transforms that a message depends on; all, if they do not relate its frame."""
-        target, source = self._frames_of(message)
-        if source == target:
+        if not self._is_elsewhere(message):
             return NO_FRAMES
+        target, source = self._frames_of(message)
         return self._frames.heard.between(target, source) or self._frames.heard
+
+    def _frames_not_asked_for(self) -> Iterator[str]:
+        """Yield that there are frames of cameras, which a parameter would make a rig of."""
+        optical = [frame for frame in self._frames.heard.names if is_optical(frame)]
+        if optical:
+            yield (
+                f"a rig of {first_few(optical, 3)}, which {TF_STATIC} has: start the planner with"
+                " -p camera_frames:=... to put one together"
+            )
 
     def _lacking(self, kind: str, frames: Unheard) -> Unheard:
         """Return what is not received that the newest input needs to be in the planner's frame."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
@@ -19,6 +21,7 @@ from focus_planner.messages.typestore import (
     CLOUD,
     RIG,
     TRANSFORMS,
+    definition_of,
     deserialize,
     serialize,
     type_hash,
@@ -151,6 +154,8 @@ def test_the_message_is_that_of_tf2():
     # As programs have it that join a graph of ROS 2 Jazzy by this hash, over Zenoh.
     known = "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
     assert type_hash(TRANSFORMS) == known
+    built = Path(__file__).parents[2] / "tools" / "tf2_msgs" / "msg" / "TFMessage.msg"
+    assert built.read_text() == definition_of(TRANSFORMS).partition("=")[0]
 
 
 def test_a_cloud_in_another_frame_is_the_same_cloud():
@@ -180,6 +185,4 @@ def test_a_rig_in_another_frame_is_the_same_rig(rig):
 
 @pytest.fixture
 def rig():
-    from focus_planner import cylinder_rig  # noqa: PLC0415 - beside its use
-
     return cylinder_rig(2, 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.frames import similarity_from_pose
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
-from focus_planner.messages.typestore import RIG, TRANSFORMS
+from focus_planner.messages.typestore import RIG, TRANSFORMS, type_hash
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.run_reading import read_run
 from focus_planner.ros.client import PlannerClient
@@ -226,13 +227,21 @@ def test_a_run_has_the_transforms_that_it_depends_on(start_planner, publish, tmp
         assert_reproduced(read_run(tmp_path / name))
 
 
-# --- without tf2_msgs ---------------------------------------------------------------------------
+# --- tf2_msgs, and without it ------------------------------------------------------------------
 
 
 def subscriptions(node, **values):
     settings = Settings.from_values(values)
     ignore = lambda *_: None  # noqa: E731 - three times the same
     return Subscriptions(node, GatedCallbackGroup(), lambda: settings, 99, ignore, ignore, ignore)
+
+
+def test_the_package_that_is_built_has_the_hash_of_tf2s(make_node):
+    node = make_node()
+    publisher = node.create_publisher(TFMessage, "/hashed", 1)
+    (info,) = until(lambda: node.get_publishers_info_by_topic("/hashed"))
+    assert str(info.topic_type_hash) == type_hash(TRANSFORMS)
+    node.destroy_publisher(publisher)
 
 
 def test_an_older_set_up_hears_no_frames_and_says_so(make_node, monkeypatch):
@@ -243,7 +252,9 @@ def test_an_older_set_up_hears_no_frames_and_says_so(make_node, monkeypatch):
     monkeypatch.setattr(node, "get_logger", lambda: logger)
     inputs = subscriptions(node)
     try:
-        assert node.count_subscribers("/tf_static") == 0
+        topics = {each.topic_name for each in node.subscriptions}
+        assert "/tf_static" not in topics
+        assert "/here/cloud" in topics
         (told,) = warnings
         assert "messages in other frames than world are refused" in told
         assert "make setup" in told
@@ -280,6 +291,9 @@ def test_a_rig_from_frames_is_planned_like_the_same_on_its_topic(
         client.publish_mesh(body)
         until(lambda: "no frame has such a name" in message_of(client))
         publish("/tf_static", TFMessage(transforms=frames_of(small_rig)))
+        with PlannerClient(start_planner().name) as other:
+            hint = "a rig of cam_0_00_optical_frame, .*: start the planner with -p camera_frames:="
+            until(lambda: re.search(hint, message_of(other)))
         *others, last = small_rig.cameras
         for i, camera in enumerate(others):
             info = camera_info(f"{camera.name}_optical_frame", camera.intrinsics)
