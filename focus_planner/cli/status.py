@@ -34,8 +34,8 @@ def add(commands: Any) -> None:
     status = commands.add_parser(
         "status",
         help="show a running planner node: its plan, its lenses, its inputs",
-        description="Show what a planner node says of itself: its state, the plan in force, what"
-        " became of it at every lens, and what the next plan would be made for.",
+        description="Show what a planner node says of itself: its state, the plan in force, what\n"
+        "became of it at every lens, and what the next plan would be made for.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

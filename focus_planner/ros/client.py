@@ -24,6 +24,8 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh as MeshMsg
@@ -52,6 +54,8 @@ _INPUTS = {
     "camera_poses": PoseArray,
     "rig": CameraRig,
 }
+# With a depth of 1 Fast DDS requests an acknowledgement of every message, else every 3 s.
+_RELIABLE = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _TIMEOUT = 30.0
 # Of waiting for an acknowledgement, seconds.
 _STEP = 0.1
@@ -189,9 +193,7 @@ class PlannerClient:
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message, or its serialized bytes, on one of the planner's input topics."""
-        if topic not in self._inputs:
-            self._inputs[topic] = self._input(_INPUTS[topic], f"{self._planner}/{topic}")
-        self._inputs[topic].publish(message)
+        self._input_of(topic).publish(message)
 
     def plan(self, timeout: float = 600.0, **request: Any) -> PlanFocus.Response:
         """Call ``~/plan_focus`` with the given request fields, and wait for the response."""
@@ -296,6 +298,13 @@ class PlannerClient:
         """Return a camera's part of the newest plan, as its driver receives it."""
         return self._latched(CameraFocus, f"cameras/{camera}/focus", timeout)
 
+    def _input_of(self, topic: str) -> _InputPublisher:
+        # Not before there is something to publish: a planner tells its callers of publishers that
+        # have sent nothing.
+        if topic not in self._inputs:
+            self._inputs[topic] = self._input(_INPUTS[topic], f"{self._planner}/{topic}")
+        return self._inputs[topic]
+
     def _input(self, message_type: type, topic: str) -> _InputPublisher:
         wait = partial(wait_for, on_wait=self._on_wait)
         return _InputPublisher(self._node, message_type, topic, self._planner, wait)
@@ -357,16 +366,16 @@ class _InputPublisher:
         wait: Callable[[Callable[[], bool], float], bool],
     ) -> None:
         self._node = node
-        self._planner = planner
+        self._message_type = message_type
         self._topic = topic
+        self._planner = planner
         self._wait = wait
-        self._type_name = type_name_of(message_type)
-        # Latched, as a planner may ask for that: one that does not receives it as well.
-        self._publisher = node.create_publisher(message_type, topic, LATCHED)
+        self._publisher: Publisher | None = None
 
     def publish(self, message: Any) -> None:
         if not self._wait(self._is_matched, _TIMEOUT):
             raise TimeoutError(f"no planner subscribes to {self._topic}; is the node running?")
+        assert self._publisher is not None
         self._publisher.publish(message)
         if not self._wait(self._is_acknowledged, _TIMEOUT):
             raise TimeoutError(f"the planner did not acknowledge the message on {self._topic}")
@@ -376,14 +385,25 @@ class _InputPublisher:
 
         Others may subscribe as well, and which of them have been matched is not told: all must be.
         """
-        found = [
-            full_name_of(each)
-            for each in self._node.get_subscriptions_info_by_topic(self._topic)
-            if each.topic_type == self._type_name
-        ]
-        return self._planner in found and self._publisher.get_subscription_count() >= len(found)
+        type_name = type_name_of(self._message_type)
+        found = self._node.get_subscriptions_info_by_topic(self._topic)
+        found = [each for each in found if each.topic_type == type_name]
+        own = [each for each in found if full_name_of(each) == self._planner]
+        if not own:
+            return False
+        if self._publisher is None:
+            # Latched only for a planner that asks for that: with Fast DDS, volatile subscriptions
+            # that come after a latched message never acknowledge the next.
+            qos = QoSProfile(
+                depth=_RELIABLE.depth,
+                reliability=_RELIABLE.reliability,
+                durability=own[0].qos_profile.durability,
+            )
+            self._publisher = self._node.create_publisher(self._message_type, self._topic, qos)
+        return self._publisher.get_subscription_count() >= len(found)
 
     def _is_acknowledged(self) -> bool:
+        assert self._publisher is not None
         acknowledged: bool = self._publisher.wait_for_all_acked(Duration(seconds=_STEP))
         return acknowledged
 

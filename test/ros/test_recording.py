@@ -123,13 +123,11 @@ PAYLOADS = {
 def hearing(client, topic):
     """Subscribe to one of the planner's inputs; yields the list of what arrives, as bytes."""
     heard = []
-    publisher = client._inputs[topic]._publisher
-    before = publisher.get_subscription_count()
-    subscription = client._node.create_subscription(
-        _INPUTS[topic], publisher.topic_name, heard.append, 4, raw=True
-    )
+    name = f"{client._planner}/{topic}"
+    before = client._node.count_subscribers(name)
+    subscription = client._node.create_subscription(_INPUTS[topic], name, heard.append, 4, raw=True)
     try:
-        until(lambda: publisher.get_subscription_count() > before)
+        until(lambda: client._node.count_subscribers(name) > before)
         yield heard
     finally:
         client._destroy_soon(client._node.destroy_subscription, subscription)
