@@ -330,7 +330,7 @@ def _compare(results: Mapping[str, _Result]) -> Table:
     )
     table.add_column("method", no_wrap=True)
     for name in ("cost", "fresh cost", "change", "in focus", "solver", "answer"):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", overflow="fold")
     for method, result in results.items():
         plan = result.plan
         table.add_row(
