@@ -227,7 +227,7 @@ def _run_node(
 
     The requests are recorded.
     """
-    tell("starting the node; the first time, it compiles for a minute")
+    tell("starting the node")
     with (
         log.open("w") as stream,
         _node(stream, runs) as (process, name),
@@ -330,7 +330,7 @@ def _compare(results: Mapping[str, _Result]) -> Table:
     )
     table.add_column("method", no_wrap=True)
     for name in ("cost", "fresh cost", "change", "in focus", "solver", "answer"):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", overflow="fold")
     for method, result in results.items():
         plan = result.plan
         table.add_row(

@@ -303,8 +303,12 @@ def on(tmp_path, **answers):
 
 
 def set_up(tmp_path, **settings):
-    """Set up in a copy of the repository."""
-    copy_repository(tmp_path)
+    """Set up in a copy of the repository that has nothing but what set-up looks at first."""
+    shutil.copytree(TOOLS, tmp_path / "tools")
+    (tmp_path / "msg_defs").mkdir()
+    (tmp_path / "focus_planner" / "core").mkdir(parents=True)
+    for name in ("requirements.lock", "setup.py", "setup.cfg"):
+        shutil.copy(REPOSITORY / name, tmp_path)
     return subprocess.run(
         [str(tmp_path / "tools" / "setup.sh")],
         env={**os.environ, **settings},
@@ -312,15 +316,6 @@ def set_up(tmp_path, **settings):
         text=True,
         check=False,
     )
-
-
-def copy_repository(tmp_path):
-    """Copy nothing but what set-up looks at first."""
-    shutil.copytree(TOOLS, tmp_path / "tools")
-    (tmp_path / "msg_defs").mkdir()
-    (tmp_path / "focus_planner" / "core").mkdir(parents=True)
-    for name in ("requirements.lock", "setup.py", "setup.cfg"):
-        shutil.copy(REPOSITORY / name, tmp_path)
 
 
 LINUX = {"-s": "Linux", "-m": "aarch64"}
@@ -517,20 +512,13 @@ def test_set_up_shows_that_it_is_alive(tmp_path):
         f"""#!/bin/sh
 [ "$1" = -m ] || exec printf '3.12.4\\t{waiting}\\t\\n'
 echo 'unpacking'
-until [ -e {tmp_path}/go ]; do sleep 0.05; done
+until [ -e .venv/.setup/told ]; do sleep 0.05; done
 exit 1
 """
     )
     waiting.chmod(0o755)
-    copy_repository(tmp_path)
-    process = subprocess.Popen(
-        [str(tmp_path / "tools" / "setup.sh")],
-        env={**os.environ, "PYTHON": str(waiting), "SECOND": "0.02", "EVERY": "2"},
-        stderr=subprocess.PIPE,
-    )
-    with process:
-        read_until(process.stderr.fileno(), "s    unpacking\n")
-        (tmp_path / "go").touch()
-        rest = process.stderr.read().decode()
-    assert process.returncode == 1
-    assert "\nvirtual environment               failed\n" in f"\n{rest}"
+    done = set_up(tmp_path, PYTHON=str(waiting), SECOND="0.02", EVERY="2")
+    assert done.returncode == 1
+    title = "virtual environment               "
+    assert re.search(rf"\n{title}\n(  \d+ s +\w*\n)*  \d+ s +unpacking\n", done.stderr)
+    assert f"s    unpacking\n{title}failed\n" in done.stderr

@@ -44,8 +44,8 @@ show() {
 
 say() {
   [[ -e $state/told ]] || echo
-  : >"$state/told"
   printf '  %-7s%s\n' "$(elapsed)" "$(doing)"
+  : >"$state/told"
 }
 
 what=say steps=${EVERY:-15}

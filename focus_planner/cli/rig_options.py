@@ -131,8 +131,7 @@ def _size(text: str) -> tuple[int, int]:
     if match is None:
         raise InputError("--image", "WIDTHxHEIGHT in pixels, such as 1920x1080", repr(text))
     width, height = (
-        check_whole(f"image.{name}", int(digits), 1, MAX_PIXELS)
-        for name, digits in zip(("width", "height"), match.groups(), strict=True)
+        check_whole("--image", int(digits), 1, MAX_PIXELS) for digits in match.groups()
     )
     return width, height
 

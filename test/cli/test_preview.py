@@ -33,7 +33,9 @@ def test_one_picture_at_the_cameras_resolution(
         assert picture.size == (580, 870)
     shown = capsys.readouterr()
     assert shown.out == f"{path}\n"
-    assert "nothing tells the circle of confusion of the lenses: 0.0293 mm assumed" in shown.err
+    assert (
+        "nothing tells the circle of confusion of 36 of 36 cameras: 29.3 µm is assumed" in shown.err
+    )
 
 
 def test_another_methods_picture_is_beside_it(tmp_path: Path) -> None:
