@@ -95,5 +95,7 @@ def _frames_of_images(options: argparse.Namespace) -> int:
     if options.root or options.convention:
         got = "frames of images, which have neither"
         raise InputError(str(options.file), "a tree of frames for --root and --convention", got)
+    options.image_folder = None  # an option of that kind, with which --image may be alone
+    status = rig_nerfstudio.run(options)
     show_note("frames of images: read as by focus_planner rig nerfstudio, which has more options")
-    return rig_nerfstudio.run(options)
+    return status

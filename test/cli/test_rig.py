@@ -181,6 +181,11 @@ def test_frames_of_images_are_read_in_one_way(here: Path, capsys: Any, kind: str
     assert [camera.name for camera in rig.cameras] == [f"cam0{i}" for i in range(1, 10)]
     assert rig.cameras[0].position == pytest.approx((1.2, 0, 0.1))
     assert rig.frame_id == "world"
+    frames = json.loads(Path("transforms.json").read_text())
+    Path("transforms.json").write_text(json.dumps(frames | {"w": None}))
+    fails(capsys, "expected the width and height of its image", *options)
+    rig, _ = made(capsys, *options, "--image", "2000x3000")
+    assert rig.cameras[0].intrinsics.width == 2000
 
 
 def test_rigs_of_other_programs_plan(here: Path, capsys: Any) -> None:
