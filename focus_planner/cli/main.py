@@ -27,7 +27,7 @@ _NODES = {
     "lens_adapter": ("run the ROS 2 node that sends planned focus to lens drivers", "lens_adapter"),
     "simulated_lens": ("run ROS 2 driver nodes with simulated lenses", "simulated_lens"),
 }
-# They fork processes, and hold them by handles that only Linux has.
+# What forks processes and blocks signals as Windows, or anything but Linux, does not.
 _ON_LINUX = [[command] for command in (*_NODES, "demo")]
 _EPILOG = """\
 "focus_planner COMMAND --help" explains a command. For completion in bash and zsh:
