@@ -100,6 +100,7 @@ def test_a_name_that_resembles_a_parameter_is_told_what_was_meant(start):
         assert f"there is no parameter {given}: did you mean {meant}?" in process.log
 
 
+@pytest.mark.processes
 def test_a_plan_is_sent_and_verified(rig, orchestrator):
     orchestrator.plan("good", "a", focus_distance=0.5)
     state = orchestrator.wait_for("good", "a", VERIFIED)
