@@ -1,3 +1,13 @@
+# Copyright 2026 focus_planner developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0
+# Unless required by applicable law or agreed to in writing, software distributed under the License
+# is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express
+# or implied. See the License for the specific language governing permissions and
+# limitations under the License.
+
 """``focus_planner preview``: what is written, printed and refused."""
 
 from __future__ import annotations
@@ -33,9 +43,7 @@ def test_one_picture_at_the_cameras_resolution(
         assert picture.size == (580, 870)
     shown = capsys.readouterr()
     assert shown.out == f"{path}\n"
-    assert (
-        "nothing tells the circle of confusion of 36 of 36 cameras: 29.3 µm is" in shown.err
-    )
+    assert "nothing tells the circle of confusion of 36 of 36 cameras: 29.3 µm is" in shown.err
 
 
 def test_another_methods_picture_is_beside_it(tmp_path: Path) -> None:
