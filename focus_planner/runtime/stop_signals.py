@@ -45,7 +45,9 @@ class StopSignals:
     @property
     def have_arrived(self) -> bool:
         """Whether one has been sent to this process, so that :meth:`wait` returns at once."""
-        return self._has_arrived or not signal.sigpending().isdisjoint(_NUMBERS)
+        # Kept, as another thread may take it from there before its handler has run.
+        self._has_arrived |= not signal.sigpending().isdisjoint(_NUMBERS)
+        return self._has_arrived
 
     def wait(self) -> None:
         """Wait for a signal; from then on the process is stopping, and ignores further ones."""

@@ -26,6 +26,7 @@ from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.process import run
 from focus_planner.runtime.stop_signals import StopSignals
 from testing.forked import run_forked
+from testing.ros.calls import until
 from testing.ros.goals import LONG
 
 pytestmark = pytest.mark.processes
@@ -191,6 +192,7 @@ def test_a_signal_before_it_is_waited_for_is_not_lost():
 
 def test_nothing_is_started_once_it_was_told_to_stop(signals):
     os.kill(os.getpid(), signal.SIGTERM)
+    until(lambda: signals.have_arrived)  # by way of another thread of the tests
     assert run("here", lambda _: pytest.fail("it was started"), signals, []) == 0
 
 
