@@ -56,7 +56,7 @@ lint: setup  ## style, types and import rules
 	@$(BIN)/ruff format --check
 	@$(BIN)/mypy
 	@$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 --follow-imports silent \
-	  --exclude '^focus_planner/(ros/|demo\.py|runtime/(fork_server|planning_process)\.py)'
+	  --exclude '^focus_planner/(ros/|demo\.py|runtime/(fork_server|planning_process|stop_signals)\.py)'
 	@$(BIN)/lint-imports
 
 format: setup  ## rewrite the code in the house style
