@@ -16,6 +16,7 @@ import sys
 from importlib import import_module
 
 from focus_planner.core.text import printable
+from focus_planner.runtime.stop_signals import StopSignals
 
 _BAD_INPUT = 2
 _ROS = ("rclpy", "focus_planner_msgs")
@@ -57,11 +58,34 @@ def what_is_missing(program: str, error: ImportError) -> str:
     return f"{program} cannot start: {error}"
 
 
+def run_program(module: str, arguments: list[str] | None = None) -> int:
+    """Run a program of ``focus_planner.ros``, which is stopped by signals from here on.
+
+    Parameters
+    ----------
+    module : str
+        Its name there.
+    arguments : list of str, optional
+        By default those of the process.
+
+    Raises
+    ------
+    ImportError
+        If something that it needs is missing.
+    """
+    signals = StopSignals()
+    try:
+        status: int | None = import_module(f"focus_planner.ros.{module}").main(arguments, signals)
+    except ImportError:
+        signals.undo()
+        raise
+    return status or 0
+
+
 def _run(program: str, module: str) -> int:
     try:
-        status: int | None = import_module(f"focus_planner.ros.{module}").main()
+        return run_program(module)
     except ImportError as error:
         line = " ".join(what_is_missing(program, error).split())
         print(printable(line), file=sys.stderr)
         return _BAD_INPUT
-    return status or 0

@@ -21,12 +21,11 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
-from importlib import import_module
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
-from focus_planner.cli.executables import what_is_missing
+from focus_planner.cli.executables import run_program, what_is_missing
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
 from focus_planner.cli.progress import shown
 from focus_planner.runtime.cores import share_cores
@@ -137,7 +136,7 @@ def _only_on_linux(command: str) -> int:
 
 def _node(command: str, *arguments: str) -> int:
     try:
-        return int(import_module(f"focus_planner.ros.{command}").main(list(arguments)))
+        return run_program(command, list(arguments))
     except ImportError as error:
         return _fail(what_is_missing(command, error))
 

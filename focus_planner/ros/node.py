@@ -22,10 +22,10 @@ from focus_planner.runtime.fork_server import fork_server
 from focus_planner.runtime.stop_signals import StopSignals
 
 
-def main(args: list[str] | None = None) -> int:
+def main(args: list[str] | None = None, signals: StopSignals | None = None) -> int:
     """Run the node until SIGINT or SIGTERM, or until it fails; return the exit status."""
     share_cores()
-    signals = StopSignals()
+    signals = signals or StopSignals()
     # Before ROS is imported: that starts a thread.
     with fork_server("planning", _import_planning) as server:
         from focus_planner.ros.planner_node import run_node  # noqa: PLC0415 - see above

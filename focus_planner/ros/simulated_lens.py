@@ -17,9 +17,9 @@ import sys
 from focus_planner.runtime.stop_signals import StopSignals
 
 
-def main(args: list[str] | None = None) -> int:
+def main(args: list[str] | None = None, signals: StopSignals | None = None) -> int:
     """Run the lenses until SIGINT or SIGTERM; return the status the process is to end with."""
-    signals = StopSignals()
+    signals = signals or StopSignals()
     from focus_planner.ros.simulated_driver import run_nodes  # noqa: PLC0415 - takes a second
 
     return run_nodes(signals, args)

@@ -97,7 +97,7 @@ def test_a_folder_of_that_name_is_no_package(monkeypatch, tmp_path):
 
 
 def test_interfaces_of_another_version_are_to_be_built_anew(monkeypatch, capsys):
-    def main():
+    def main(arguments, signals):
         raise ImportError(
             "cannot import name 'Note' from 'focus_planner_msgs.msg'", name="focus_planner_msgs.msg"
         )
@@ -123,6 +123,10 @@ def test_another_package_that_is_missing_is_named():
 
 
 def test_an_executable_ends_as_its_node_does(monkeypatch):
+    def main(arguments, signals):
+        signals.undo()
+        return 1
+
     for program, module in NODES.items():
-        stand_in(monkeypatch, f"focus_planner.ros.{module}", main=lambda: 1)
+        stand_in(monkeypatch, f"focus_planner.ros.{module}", main=main)
         assert getattr(executables, program)() == 1

@@ -697,6 +697,7 @@ def test_a_shell_completes_without_loading_what_plans(typed: str, offered: set[s
     program = f"""
 import atexit, os, sys
 from focus_planner.cli import main
+from focus_planner.runtime.stop_signals import StopSignals
 os._exit = sys.exit
 atexit.register(lambda: print(*sys.modules.keys() & {set(heavy)!r}, file=sys.stderr))
 main.main()
@@ -726,7 +727,13 @@ def module(name: str, monkeypatch: pytest.MonkeyPatch, **functions: Any) -> None
 @pytest.mark.parametrize("command", ["node", "lens_adapter", "simulated_lens"])
 def test_node_passes_everything_on(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[list[str]] = []
-    module(f"focus_planner.ros.{command}", monkeypatch, main=lambda args: seen.append(args) or 7)
+
+    def main(args: list[str], signals: StopSignals) -> int:
+        signals.undo()
+        seen.append(args)
+        return 7
+
+    module(f"focus_planner.ros.{command}", monkeypatch, main=main)
     assert cli.main([command, "--ros-args", "-p", "samples:=9", "--help"]) == 7
     assert seen == [["--ros-args", "-p", "samples:=9", "--help"]]
 

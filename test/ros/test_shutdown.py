@@ -148,11 +148,9 @@ def test_up_to_its_very_end():
         assert process.wait() == 0
 
 
-@pytest.mark.parametrize(
-    ("node", "command"), [("lens_adapter", False), ("simulated_lens", False), ("node", True)]
-)
-def test_while_it_is_still_imported_it_is_stopped_without_a_word(node, command):
-    process = start_signalled("while it imports", "SIGINT SIGTERM SIGINT", node, command=command)
+@pytest.mark.parametrize("node", NODES)
+def test_while_it_is_still_imported_it_is_stopped_without_a_word(node):
+    process = start_signalled("while it imports", "SIGINT SIGTERM SIGINT", node, command=True)
     with process.stderr:
         assert process.stderr.read() == ""
         assert process.wait() == 0

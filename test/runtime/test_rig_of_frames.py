@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from focus_planner.core.rig.camera import CameraIntrinsics
-from focus_planner.io.transforms import load_transforms
+from focus_planner.io.rig_files.transforms import load_transforms
 from focus_planner.messages.frames import HeardFrames, StaticTransform
 from focus_planner.messages.reading import Optics, rig_from_message
 from focus_planner.messages.typestore import CAMERA_INFO, RIG, deserialize, serialize
