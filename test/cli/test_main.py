@@ -37,6 +37,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import load_rig, rig_to_yaml, save_rig
+from focus_planner.runtime.stop_signals import StopSignals
 from testing.terminal import on_a_terminal
 
 RIG = cylinder_rig(2, 6, bottom=0.75, top=1.05)
@@ -697,7 +698,6 @@ def test_a_shell_completes_without_loading_what_plans(typed: str, offered: set[s
     program = f"""
 import atexit, os, sys
 from focus_planner.cli import main
-from focus_planner.runtime.stop_signals import StopSignals
 os._exit = sys.exit
 atexit.register(lambda: print(*sys.modules.keys() & {set(heavy)!r}, file=sys.stderr))
 main.main()
