@@ -238,11 +238,20 @@ class RigOfFrames:
         return f", only {first_few(heard.names)}"
 
     def _heard_infos(self, frames: Sequence[str], infos: dict[str, list[_Info]]) -> str:
-        used = [f"{infos[frame][0].topic} ({frame})" for frame in frames if infos[frame]]
+        """Return what was heard instead: what is of no camera is likelier to be a missing one's."""
+        used = {info.topic: frame for frame in frames for info in infos[frame]}
+        others = [info for topic, info in sorted(self._infos.items()) if topic not in used]
+        if others:
+            topics = [f"{each.topic} ({_whose(each)})" for each in others]
+            heard = f"; heard, of others, on {first_few(topics, 3)}"
+            if all(each.camera for each in others):
+                return heard
+            return f"{heard}: set the driver's frame_id, or name topics with camera_info_topics"
         if used:
-            return f"; heard on {first_few(used, 3)}"
-        others = [f"{topic} (frame {info.frame!r})" for topic, info in sorted(self._infos.items())]
-        return f"; heard, of other frames, on {first_few(others, 3)}" if others else "; none heard"
+            return f"; heard on {first_few([f'{each} ({used[each]})' for each in used], 3)}"
+        if self._wanted.topics:
+            return f"; none heard on camera_info_topics ({first_few(self._wanted.topics, 3)})"
+        return "; none heard"
 
     def _strangers(self, frames: Sequence[str]) -> Iterable[str]:
         """Yield the cameras that have intrinsics, and no frame yet."""
@@ -269,6 +278,10 @@ def _image_of(message: Message) -> Fields:
     fields = fields_of(message)
     image = {name: fields[name] for name in _IMAGE}
     return image | {name: image[name].tolist() for name in ("d", "k")}
+
+
+def _whose(info: _Info) -> str:
+    return f"camera {info.camera!r}" if info.camera else f"frame {info.frame!r}"
 
 
 def _is_related(heard: HeardFrames, target: str, frame: str) -> bool:
