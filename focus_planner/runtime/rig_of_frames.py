@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -116,12 +116,22 @@ class RigOfFrames:
         self._infos[topic] = info
         return changed
 
-    def compose(self, heard: HeardFrames) -> Composed:
-        """Return the rig of all cameras' frames, or what is missing for it."""
+    def compose(self, heard: HeardFrames, gone: Collection[str] = ()) -> Composed:
+        """Return the rig of all cameras' frames, or what is missing for it.
+
+        Parameters
+        ----------
+        heard : HeardFrames
+        gone : collection of str
+            Topics that nobody publishes any more: what was heard there counts if nothing else does.
+        """
         try:
             frames = self._frames(heard)
             names = dict(zip(frames, self._names(frames), strict=True))
-            infos = self._infos_of(frames)
+            infos = {
+                frame: [each for each in found if each.topic not in gone] or found
+                for frame, found in self._infos_of(frames).items()
+            }
             lacks = [*self._lacking(heard, frames, infos)]
             if lacks:
                 return Composed(lacks=self._told("; ".join(lacks)))
@@ -149,7 +159,8 @@ class RigOfFrames:
         return [*names, *sorted(found.difference(names), key=_natural)]
 
     def _names(self, frames: Sequence[str]) -> list[str]:
-        return camera_names("camera_frames", [without_optical(frame) for frame in frames])
+        paths = [without_optical(frame) for frame in frames]
+        return camera_names("camera_frames", paths, "rename one, or name the frames one by one")
 
     def _camera(
         self, heard: HeardFrames, frame: str, name: str, info: _Info, *, is_body: bool

@@ -150,6 +150,23 @@ def test_equal_intrinsics_on_two_topics_are_no_contradiction():
     assert rig_of(rig.compose(HEARD))
 
 
+def test_a_topic_that_nobody_publishes_any_more_contradicts_none():
+    rig = complete(composer())
+    rig.receive_info("/moved/camera_info", info("cam2_optical_frame", width=7))
+    old = "/cam2_optical_frame/camera_info"
+    assert "is not the same on" in rig.compose(HEARD).lacks
+    assert rig_of(rig.compose(HEARD, {old})).cameras[0].intrinsics.width == 7
+    both = {old, "/moved/camera_info"}
+    assert "is not the same on" in rig.compose(HEARD, both).lacks
+    # Nor is a rig lost with its drivers.
+    assert rig_of(complete(composer()).compose(HEARD, {old}))
+
+
+def test_frames_that_would_name_the_same_camera_are_told():
+    told = composer("cam2 cam2_optical_frame").compose(HEARD).lacks
+    assert "both of which make cam2; rename one, or name the frames one by one" in told
+
+
 UNCALIBRATED = {"k": [0.0] * 9}
 
 
@@ -196,10 +213,10 @@ UNCALIBRATED = {"k": [0.0] * 9}
             r"no CameraInfo of cam2_optical_frame; heard, of others, on /c \(frame ''\): set the",
         ),
         (
-            "cam2_optical cam2*",
+            "cam3_optical cam2*",
             HEARD,
             {"/b": info("cam2_optical_frame")},
-            "has no frame 'cam2_optical' \\(did you mean cam2_optical_frame\\?\\), only world, rig",
+            "has no frame 'cam3_optical' \\(did you mean cam2_optical_frame\\?\\), only world, rig",
         ),
         (
             "cam2*",
