@@ -25,7 +25,7 @@ def check_beside(options: argparse.Namespace, option: str, *others: str) -> None
     options : argparse.Namespace
         What was given; without the option it is None.
     option, *others : str
-        As they are typed: ``--markers``.
+        As the help has them: ``--markers``, ``SURFACE``.
 
     Raises
     ------
@@ -37,4 +37,4 @@ def check_beside(options: argparse.Namespace, option: str, *others: str) -> None
 
 
 def _value(options: argparse.Namespace, option: str) -> object:
-    return getattr(options, option.removeprefix("--").replace("-", "_"))
+    return getattr(options, option.removeprefix("--").replace("-", "_").lower())

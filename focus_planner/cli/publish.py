@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.node_options import PATIENCE, add_node_options, node_name
+from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, shown
 from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.cli.terminal import show_error, show_note
@@ -108,14 +109,10 @@ def _check(options: argparse.Namespace) -> None:
     """Raise unless there is something to publish, and every option has what it is about."""
     if options.surface is None and options.rig is None:
         raise InputError("arguments", "SURFACE, --rig RIG.YAML or both", "neither")
-    about_surface = (options.importance, options.importance_property)
-    if options.surface is None and (options.up != "z" or about_surface != (None, None)):
-        got = "options of a surface without one"
-        raise InputError("--up, --importance and --importance-property", "a SURFACE", got)
-    if options.rig is None and options.lens_tables is not None:
-        raise InputError("--lens-tables", "--rig with it", "none")
-    if options.method is not None and not options.plan:
-        raise InputError("--method", "--plan with it", "none")
+    for option in ("--up", "--importance", "--importance-property"):
+        check_beside(options, option, "SURFACE")
+    check_beside(options, "--lens-tables", "--rig")
+    check_beside(options, "--method", "--plan")
 
 
 def _check_importance(options: argparse.Namespace, surface: Surface | None) -> None:

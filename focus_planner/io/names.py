@@ -22,7 +22,11 @@ from focus_planner.core.validation import InputError
 _MAX_PATH = 4096  # characters, as in Linux
 
 
-def camera_names(what: str, paths: Sequence[str]) -> list[str]:
+def camera_names(
+    what: str,
+    paths: Sequence[str],
+    remedy: str = "rename one there, or leave it out with --cameras",
+) -> list[str]:
     """Return a camera name for each path.
 
     Leading and trailing parts that all paths have in common are dropped: ``cam01/0001`` and
@@ -35,6 +39,8 @@ def camera_names(what: str, paths: Sequence[str]) -> list[str]:
         What the paths refer to, for errors: ``"images"``.
     paths : sequence of str
         Parts separated by slashes, without suffixes.
+    remedy : str, optional
+        What to do about two that would have the same name.
 
     Raises
     ------
@@ -51,7 +57,7 @@ def camera_names(what: str, paths: Sequence[str]) -> list[str]:
                 what,
                 "names that differ in letters and digits, to name cameras by",
                 f"{_told(first[name], path)}, both of which make {name}",
-                "rename one there, or leave it out with --cameras",
+                remedy,
             )
         first[name] = path
     return names

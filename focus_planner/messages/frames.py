@@ -28,10 +28,13 @@ from focus_planner.core.rig.frames import (
     Similarity,
     similarity_from_pose,
 )
+from focus_planner.core.text import did_you_mean
 from focus_planner.core.validation import InputError, first_few, shown
 
 #: The topic of static transforms.
 TF_STATIC = "/tf_static"
+# Names among which one that was meant is looked for.
+_MOST_COMPARED = 1000
 
 
 def frame_name(name: str) -> str:
@@ -137,7 +140,9 @@ class HeardFrames:
         known = set(self.names)
         for frame in (source, target):
             if frame not in known:
-                return f"{TF_STATIC} has no frame {shown(frame)}, only {first_few(self.names)}"
+                meant = did_you_mean(frame, self.names[:_MOST_COMPARED])
+                lacks = f"{TF_STATIC} has no frame {shown(frame)}{meant and f' ({meant})'}"
+                return f"{lacks}, only {first_few(self.names)}"
         tops = [self.root_of(frame) for frame in (source, target)]
         above = [
             "at the top" if top == frame else f"below {shown(top)}"

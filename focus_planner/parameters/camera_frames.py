@@ -17,12 +17,13 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property
 
-from focus_planner.core.validation import InputError, check_choice
+from focus_planner.core.validation import InputError, check_choice, shown
 from focus_planner.io.camera_frames import CONVENTIONS
 from focus_planner.messages.frames import frame_name
 
 _CAMERA = "{camera}"
 _WILD = re.compile(r"[*?\[]")
+_SET = re.compile(r"\[[^\] ]*\]")  # one character of those
 _MAX_PATTERNS = 10_000
 
 
@@ -59,7 +60,19 @@ class CameraFrames:
 
     @classmethod
     def from_values(cls, frames: str, convention: str, topics: str) -> CameraFrames:
-        """Return what parameters say, whose lists are separated by spaces."""
+        """Return what parameters say, whose lists are separated by spaces.
+
+        Raises
+        ------
+        InputError
+            If they are separated by commas, or what the class refuses.
+        """
+        for name, given in (("camera_frames", frames), ("camera_info_topics", topics)):
+            if "," in _SET.sub("", given):
+                expected = "names or patterns, separated by spaces"
+                raise InputError(
+                    name, expected, shown(given), "leave out commas and outer brackets"
+                )
         names = tuple(dict.fromkeys(map(frame_name, frames.split())))
         return cls(names, convention, tuple(topics.split()))
 

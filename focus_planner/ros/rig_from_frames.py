@@ -48,6 +48,7 @@ class RigFromFrames:
             node, lambda topic: wanted.camera_of(topic) is not None, settings.limits.max_cameras
         )
         self._heard: HeardFrames | None = None
+        self._gone: frozenset[str] = frozenset()
         self._payload = b""
         self._due = 0.0
 
@@ -59,9 +60,10 @@ class RigFromFrames:
         """Look at the graph; return the serialized rig if it is complete and new, else nothing."""
         self._infos.discover()
         changed = [self._rig.receive_info(*info) for info in self._infos.look()]
-        if any(changed) or heard is not self._heard:
-            self._heard = heard
-            composed = self._rig.compose(heard)
+        gone = frozenset(self._infos.gone)
+        if any(changed) or heard is not self._heard or gone != self._gone:
+            self._heard, self._gone = heard, gone
+            composed = self._rig.compose(heard, gone)
         else:
             composed = Composed(self._payload, self.lacks)
         self.lacks = composed.lacks

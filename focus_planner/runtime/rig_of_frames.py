@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -116,12 +116,22 @@ class RigOfFrames:
         self._infos[topic] = info
         return changed
 
-    def compose(self, heard: HeardFrames) -> Composed:
-        """Return the rig of all cameras' frames, or what is missing for it."""
+    def compose(self, heard: HeardFrames, gone: Collection[str] = ()) -> Composed:
+        """Return the rig of all cameras' frames, or what is missing for it.
+
+        Parameters
+        ----------
+        heard : HeardFrames
+        gone : collection of str
+            Topics that nobody publishes any more: what was heard there counts if nothing else does.
+        """
         try:
             frames = self._frames(heard)
             names = dict(zip(frames, self._names(frames), strict=True))
-            infos = self._infos_of(frames)
+            infos = {
+                frame: [each for each in found if each.topic not in gone] or found
+                for frame, found in self._infos_of(frames).items()
+            }
             lacks = [*self._lacking(heard, frames, infos)]
             if lacks:
                 return Composed(lacks=self._told("; ".join(lacks)))
@@ -149,7 +159,8 @@ class RigOfFrames:
         return [*names, *sorted(found.difference(names), key=_natural)]
 
     def _names(self, frames: Sequence[str]) -> list[str]:
-        return camera_names("camera_frames", [without_optical(frame) for frame in frames])
+        paths = [without_optical(frame) for frame in frames]
+        return camera_names("camera_frames", paths, "rename one, or name the frames one by one")
 
     def _camera(
         self, heard: HeardFrames, frame: str, name: str, info: _Info, *, is_body: bool
@@ -238,11 +249,20 @@ class RigOfFrames:
         return f", only {first_few(heard.names)}"
 
     def _heard_infos(self, frames: Sequence[str], infos: dict[str, list[_Info]]) -> str:
-        used = [f"{infos[frame][0].topic} ({frame})" for frame in frames if infos[frame]]
+        """Return what was heard instead: what is of no camera is likelier to be a missing one's."""
+        used = {info.topic: frame for frame in frames for info in infos[frame]}
+        others = [info for topic, info in sorted(self._infos.items()) if topic not in used]
+        if others:
+            topics = [f"{each.topic} ({_whose(each)})" for each in others]
+            heard = f"; heard, of others, on {first_few(topics, 3)}"
+            if all(each.camera for each in others):
+                return heard
+            return f"{heard}: set the driver's frame_id, or name topics with camera_info_topics"
         if used:
-            return f"; heard on {first_few(used, 3)}"
-        others = [f"{topic} (frame {info.frame!r})" for topic, info in sorted(self._infos.items())]
-        return f"; heard, of other frames, on {first_few(others, 3)}" if others else "; none heard"
+            return f"; heard on {first_few([f'{each} ({used[each]})' for each in used], 3)}"
+        if self._wanted.topics:
+            return f"; none heard on camera_info_topics ({first_few(self._wanted.topics, 3)})"
+        return "; none heard"
 
     def _strangers(self, frames: Sequence[str]) -> Iterable[str]:
         """Yield the cameras that have intrinsics, and no frame yet."""
@@ -269,6 +289,10 @@ def _image_of(message: Message) -> Fields:
     fields = fields_of(message)
     image = {name: fields[name] for name in _IMAGE}
     return image | {name: image[name].tolist() for name in ("d", "k")}
+
+
+def _whose(info: _Info) -> str:
+    return f"camera {info.camera!r}" if info.camera else f"frame {info.frame!r}"
 
 
 def _is_related(heard: HeardFrames, target: str, frame: str) -> bool:

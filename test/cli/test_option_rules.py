@@ -21,6 +21,7 @@ from focus_planner.cli import main as cli
 RUN = "bags/mesh_k_view"
 PLAN = "plan body.ply --rig rig.yaml"
 PREVIEW = f"preview {RUN}"
+PUBLISH_RIG = "publish --rig rig.yaml"
 
 
 @pytest.mark.parametrize(
@@ -36,6 +37,14 @@ PREVIEW = f"preview {RUN}"
         (f"masks {RUN} -o out --maps exr", "--maps: expected --depth or --blur with it, got none"),
         (f"masks {RUN} -o out --up y", "--up: expected --surface with it, got none"),
         (f"report {RUN} -o r.html --up y", "--up: expected --surface with it, got none"),
+        (f"{PUBLISH_RIG} --up y", "--up: expected SURFACE with it, got none"),
+        (f"{PUBLISH_RIG} --importance i.txt", "--importance: expected SURFACE with it, got none"),
+        (
+            f"{PUBLISH_RIG} --importance-property weight",
+            "--importance-property: expected SURFACE with it, got none",
+        ),
+        ("publish body.ply --lens-tables t.yaml", "--lens-tables: expected --rig with it, got"),
+        ("publish body.ply --method em", "--method: expected --plan with it, got none"),
         (f"{PREVIEW} --all --up y", "--up: expected --surface with it, got none"),
         (f"{PREVIEW} --all --scale 0.5", "--scale: expected --camera with it, got none"),
         (f"{PREVIEW} --all -o all.png --scale 0.5", "--scale: expected --camera with it, got none"),

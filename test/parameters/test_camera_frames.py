@@ -46,6 +46,19 @@ def test_topics_may_name_cameras(topics, topic, camera):
     assert CameraFrames.from_values("cam*", "", topics).camera_of(topic) == camera
 
 
+@pytest.mark.parametrize("given", ["a,b", "a, b", "[a, b]", "cam[0-3], b", "/a/info,/b/info"])
+def test_commas_are_refused(given):
+    telling = "expected names or patterns, separated by spaces, got .*; leave out commas"
+    with pytest.raises(InputError, match=f"camera_frames: {telling}"):
+        CameraFrames.from_values(given, "", "")
+    with pytest.raises(InputError, match=f"camera_info_topics: {telling}"):
+        CameraFrames.from_values("cam*", "", given)
+
+
+def test_a_comma_may_be_in_a_set():
+    assert CameraFrames.from_values("cam[0,2]_x b", "", "").has("cam2_x")
+
+
 def test_an_unknown_convention_is_refused():
     with pytest.raises(InputError, match="camera_convention: expected one of optical, body"):
         Settings.from_values({"camera_convention": "opengl"})

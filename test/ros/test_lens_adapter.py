@@ -299,7 +299,7 @@ def test_signals_end_it_well(rig, module, number):
         (
             "lens_adapter",
             ["--ros-args", "-p", "cameras:=['a b']"],
-            "lens_adapter: Invalid service name:",
+            "lens_adapter: camera name: expected letters, digits and underscores,",
         ),
         (
             "simulated_lens",

@@ -129,10 +129,42 @@ def test_a_topic_may_tell_the_camera():
     assert len(rig_of(rig.compose(HEARD))) == 2
 
 
+@pytest.mark.parametrize(
+    ("heard", "told"),
+    [
+        (True, r"heard, of others, on /left/camera_info \(camera 'left'\)$"),
+        (False, r"none heard on camera_info_topics \(/\{camera\}/camera_info\)$"),
+    ],
+)
+def test_topics_that_tell_another_camera_are_told(heard, told):
+    rig = composer("cam2*", topics="/{camera}/camera_info")
+    if heard:
+        rig.receive_info("/left/camera_info", info("camera"))
+    with pytest.raises(AssertionError, match=told):
+        raise AssertionError(rig.compose(HEARD).lacks)
+
+
 def test_equal_intrinsics_on_two_topics_are_no_contradiction():
     rig = complete(composer())
     rig.receive_info("/cam2/rect/camera_info", info("cam2_optical_frame", p=[1.0] * 12))
     assert rig_of(rig.compose(HEARD))
+
+
+def test_a_topic_that_nobody_publishes_any_more_contradicts_none():
+    rig = complete(composer())
+    rig.receive_info("/moved/camera_info", info("cam2_optical_frame", width=7))
+    old = "/cam2_optical_frame/camera_info"
+    assert "is not the same on" in rig.compose(HEARD).lacks
+    assert rig_of(rig.compose(HEARD, {old})).cameras[0].intrinsics.width == 7
+    both = {old, "/moved/camera_info"}
+    assert "is not the same on" in rig.compose(HEARD, both).lacks
+    # Nor is a rig lost with its drivers.
+    assert rig_of(complete(composer()).compose(HEARD, {old}))
+
+
+def test_frames_that_would_name_the_same_camera_are_told():
+    told = composer("cam2 cam2_optical_frame").compose(HEARD).lacks
+    assert "both of which make cam2; rename one, or name the frames one by one" in told
 
 
 UNCALIBRATED = {"k": [0.0] * 9}
@@ -169,7 +201,22 @@ UNCALIBRATED = {"k": [0.0] * 9}
             "cam2*",
             HEARD,
             {"/b": info("camera")},
-            r"no CameraInfo of cam2_optical_frame; heard, of other frames, on /b \(frame 'camera'",
+            (
+                r"no CameraInfo of cam2_optical_frame; heard, of others, on /b \(frame 'camera'\):"
+                " set the driver's frame_id, or name topics with camera_info_topics$"
+            ),
+        ),
+        (
+            "cam*",
+            HEARD,
+            {"/b": info("cam10_optical_frame"), "/c": info("")},
+            r"no CameraInfo of cam2_optical_frame; heard, of others, on /c \(frame ''\): set the",
+        ),
+        (
+            "cam3_optical cam2*",
+            HEARD,
+            {"/b": info("cam2_optical_frame")},
+            "has no frame 'cam3_optical' \\(did you mean cam2_optical_frame\\?\\), only world, rig",
         ),
         (
             "cam2*",
@@ -205,6 +252,7 @@ def test_what_is_missing_is_told(frames, heard, infos, told):
         rig.receive_info(topic, payload)
     composed = rig.compose(heard)
     assert composed.payload == b""
-    assert composed.lacks.startswith(f"the rig of camera_frames ({frames}): ")
+    listed = frames.replace(" ", ", ")
+    assert composed.lacks.startswith(f"the rig of camera_frames ({listed}): ")
     with pytest.raises(AssertionError, match=told):
         raise AssertionError(composed.lacks)
