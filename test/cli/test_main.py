@@ -517,7 +517,7 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--picture none/x.png", "none/x.png"),
         ("--sampels 3", "unrecognized arguments: --sampels; did you mean --samples? (see focus"),
         ("--sam=3", "unrecognized arguments: --sam; did you mean --samples? (see focus"),
-        ("--colour 3", "unrecognized arguments: --colour 3"),
+        ("--colour 3", "unrecognized arguments: --colour 3 (see focus_planner plan --help)"),
         ("--metod em", "unrecognized arguments: --metod; did you mean --method?"),
         ("--method kview", "got 'kview'; did you mean k_view?"),
         ("--tuples girds", "got 'girds'; did you mean grid?"),
