@@ -161,7 +161,14 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
-        self.set_defaults(command=self._print_help)
+        self.set_defaults(command=self._print_help, parser=self)
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse; of what is left the parser of the command complains, and names its own help."""
+        options, left = self.parse_known_args(args, namespace)
+        if left:
+            options.parser.error(f"unrecognized arguments: {' '.join(left)}")
+        return options
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; an option that resembles another is told before what is missing without it."""

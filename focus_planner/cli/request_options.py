@@ -18,6 +18,7 @@ from typing import Any
 
 from focus_planner.core.planning.field_spec import NO_LIMIT, SpecifiedField, specified_fields
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.validation import InputError
 
 
 def add_request_options(group: Any, request_type: type[PlanRequest] = PlanRequest) -> None:
@@ -44,10 +45,16 @@ def request_from_options(
     Raises
     ------
     InputError
-        If a value is out of range.
+        If a value is out of range; called by its option.
     """
     names = [field.name for field in specified_fields(request_type)]
-    return request_type(**{name: getattr(options, name) for name in names})
+    try:
+        return request_type(**{name: getattr(options, name) for name in names})
+    except InputError as error:
+        if error.argument not in names:
+            raise
+        option = _option(error.argument)
+        raise InputError(option, error.expected, error.got, error.remedy) from None
 
 
 def _option(name: str) -> str:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from focus_planner.cli.progress import shown
-from focus_planner.cli.rig_imports import add_placement_options, import_options
+from focus_planner.cli.rig_imports import add_placement_options, import_options, naming_the_kind
 from focus_planner.cli.rig_options import add_lens_options, lens_of, print_rig
 from focus_planner.cli.terminal import show_note
 
@@ -54,7 +54,7 @@ def _colmap(options: argparse.Namespace) -> int:
     from focus_planner.io.rig_files.colmap import load_colmap
     from focus_planner.io.rig_files.found import on_unit
 
-    with shown(quiet=False) as tell:
+    with shown(quiet=False) as tell, naming_the_kind(options.folder, "colmap"):
         tell(f"reading {options.folder}")
         rig = load_colmap(
             options.folder,

@@ -136,16 +136,19 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
 
 @contextmanager
 def naming_the_kind(path: Path, kind: str) -> Iterator[None]:
-    """Have the error of a file that is one of another kind of rig say which."""
+    """Have the error of a file that is one of another kind of rig, or its folder, say which."""
     try:
         yield
     except InputError as error:
-        from focus_planner.io.rig_files.recognition import probable_kind_of_file
+        from focus_planner.io.rig_files.recognition import file_of_kind, probable_kind_of_file
 
         other = probable_kind_of_file(path)
-        if not other or other == kind:
+        if (inside := file_of_kind(path, kind)) is not None:
+            remedy = f"give the file in it: {inside}"
+        elif other and other != kind:
+            remedy = f"it looks like a file for focus_planner rig {other}"
+        else:
             raise
-        remedy = f"it looks like a file for focus_planner rig {other}"
         raise InputError(error.argument, error.expected, error.got, remedy) from None
 
 

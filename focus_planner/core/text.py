@@ -53,6 +53,11 @@ def printable(text: str, limit: int = MAX_LINE) -> str:
     return _cut(line, limit)
 
 
+def how_many(cameras: int, of: int) -> str:
+    """Return how many of a rig's cameras something holds for: ``"3 of 24 cameras"``."""
+    return "the only camera" if cameras == of == 1 else f"{cameras} of {of} cameras"
+
+
 def sentence(text: str) -> str:
     """Return a phrase as a sentence, with a capital and a full stop; "" stays so."""
     return f"{text[0].upper()}{text[1:]}." if text else ""

@@ -16,6 +16,7 @@ for: so its events are counted before anything is made of them.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -32,6 +33,9 @@ _MAX_SCALAR = 10_000  # characters
 # Of a number or a date: Python converts longer ones slowly, or not at all.
 _MAX_NUMBER = 100
 
+# What OpenCV writes in place of YAML's own %YAML 1.0.
+_OPENCV_HEADER = re.compile(r"\A%(?=YAML:1\.[01]\s*$)", re.MULTILINE)
+
 # The C parser is ten times as fast: 10,000 cameras take it a second.
 _SafeLoader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -45,6 +49,7 @@ def load_documents(text: str, max_nodes: int = MAX_NODES) -> list[Any]:
         If it is no valid YAML, has a duplicate key, or is beyond a limit. Tells in one line where
         and what, and quotes nothing of the text but a key.
     """
+    text = _without_opencv_header(text)
     with _problems_in_words():
         _check_size(text, max_nodes)
         return list(yaml.load_all(text, _Loader))
@@ -68,6 +73,11 @@ def has_keys(text: str) -> bool:
     before = (yaml.StreamStartEvent, yaml.DocumentStartEvent)
     first = next((event for event in events if not isinstance(event, before)), None)
     return isinstance(first, yaml.MappingStartEvent)
+
+
+def _without_opencv_header(text: str) -> str:
+    """Return a text whose first line is a comment if it is OpenCV's; lines keep their numbers."""
+    return _OPENCV_HEADER.sub("#", text, count=1)
 
 
 @contextmanager
@@ -193,8 +203,8 @@ def _count(sizes: _Sizes, event: Any) -> None:
         case yaml.ScalarEvent():
             sizes.scalar(event.anchor)
             if len(event.value) > _MAX_SCALAR:
-                count = f"{len(event.value):,} of {_MAX_SCALAR:,}"
-                raise _problem(f"a text of {count} characters", event.start_mark)
+                count = f"{len(event.value):,} characters, more than the {_MAX_SCALAR:,} that are"
+                raise _problem(f"a text of {count} read", event.start_mark)
         case yaml.AliasEvent() if not sizes.alias(str(event.anchor)):
             raise _problem("an alias of nothing that ends above it", event.start_mark)
 

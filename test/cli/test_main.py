@@ -486,18 +486,18 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
     [
         (
             "--method best",
-            "method: expected one of closest, average, em, k_view, optimal, got 'best'",
+            "error: --method: expected one of closest, average, em, k_view, optimal, got 'best'",
         ),
         ("--k 4", "k: expected 2 or 3, got 4"),
         ("--scope some", "scope: expected one of all, assigned"),
         ("--tuples pairs", "tuples: expected one of overlap, grid"),
         ("--samples -1", "samples: expected a whole number of at least 0"),
-        ("--fresh-samples 1", "fresh_samples: expected a whole number of at least 2"),
+        ("--fresh-samples 1", "--fresh-samples: expected a whole number of at least 2"),
         ("--samples 1e3", "invalid int value: '1e3'"),
         ("--seed -1", "seed: expected a whole number"),
-        ("--time-budget -1", "time_budget: expected a number of at least 0, got -1"),
+        ("--time-budget -1", "error: --time-budget: expected a number of at least 0, got -1"),
         ("--shots 0", "shots: expected a whole number of at least 1"),
-        ("--depth-tolerance -1", "depth_tolerance: expected a number of at least 0"),
+        ("--depth-tolerance -1", "--depth-tolerance: expected a number of at least 0"),
         ("--depth-tolerance 9 --samples 200", "with which nothing counts as in focus"),
         ("--bound some", "bound: expected one of none, quick, tight, got 'some'"),
         ("--gap -1", "gap: expected a number of at least 0, got -1"),
@@ -518,7 +518,7 @@ def test_a_bad_rig_is_refused(here: Path, capsys: Any, text: str, telling: str) 
         ("--picture none/x.png", "none/x.png"),
         ("--sampels 3", "unrecognized arguments: --sampels; did you mean --samples? (see focus"),
         ("--sam=3", "unrecognized arguments: --sam; did you mean --samples? (see focus"),
-        ("--colour 3", "unrecognized arguments: --colour 3"),
+        ("--colour 3", "unrecognized arguments: --colour 3 (see focus_planner plan --help)"),
         ("--metod em", "unrecognized arguments: --metod; did you mean --method?"),
         ("--method kview", "got 'kview'; did you mean k_view?"),
         ("--tuples girds", "got 'girds'; did you mean grid?"),
@@ -774,7 +774,7 @@ def test_a_process_is_quiet_when_piped_and_bad_input_costs_one_line(here: Path) 
     assert json.loads(done.stdout)["samples"] == 200
     done = subprocess.run([*words, "--k", "9"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "focus_planner: error: k: expected 2 or 3, got 9\n"
+    assert done.stderr == "focus_planner: error: --k: expected 2 or 3, got 9\n"
 
 
 def plan_on_a_terminal(*options: str, **how: Any) -> tuple[int, str]:

@@ -248,6 +248,24 @@ def test_other_files_are_refused_in_a_line(here: Path, capsys: Any, kind: str) -
 KINDS = ["nerfstudio", "metashape", "realitycapture", "kalibr"]
 
 
+@pytest.mark.parametrize("kind", ["nerfstudio", "metashape", "kalibr"])
+def test_the_folder_of_a_file_names_the_file(here: Path, capsys: Any, kind: str) -> None:
+    _, path = good_file(kind)
+    Path("data").mkdir()
+    Path(path).rename(f"data/{path}")
+    fails(capsys, f"got a folder; give the file in it: data/{path}\n", kind, "data")
+
+
+def test_a_file_given_as_a_colmap_model_is_recognised(here: Path, capsys: Any) -> None:
+    _, path = good_file("nerfstudio")
+    fails(
+        capsys,
+        "got a file; it looks like a file for focus_planner rig nerfstudio\n",
+        "colmap",
+        path,
+    )
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_file_of_another_kind_is_recognised(here: Path, capsys: Any, kind: str) -> None:
     _, path = good_file(kind)

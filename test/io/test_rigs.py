@@ -481,7 +481,7 @@ def test_an_f_number_takes_two_pixels_and_says_so(tmp_path: Path) -> None:
     assert rig.cameras[0].lens.hyperfocal_distance == pytest.approx(0.05**2 / (8 * circle))
     (note,) = rig.notes
     assert note.code == "default_lens"
-    assert "of 1 of 1 cameras: 12 µm is assumed, two pixels;" in note.text
+    assert "of the only camera: 12 µm is assumed, two pixels;" in note.text
     assert note.text.endswith(f"as circle_of_confusion under lens in {tmp_path / 'rig.yaml'}")
 
 

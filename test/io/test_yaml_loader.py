@@ -57,7 +57,7 @@ def test_it_loads_what_pyyaml_loads(text: str) -> None:
         (f"a: !{SECRET} x", "line 1, column 4: a tag that is not known here"),
         ("a: !!python/object:os.system x", "a tag that is not known here"),
         ("a: \x01", "characters that YAML does not allow"),
-        ("x" * 20_000, "a text of 20,000 of 10,000 characters"),
+        ("x" * 20_000, "a text of 20,000 characters, more than the 10,000 that are read"),
         (f"{SECRET}: 1\n{SECRET}: 2", r"line 2, column 1: duplicate key \(a key that is no name\)"),
         ("? [a]\n: 1", "unhashable key"),
         ("a: [1, 2", "did not find expected"),
@@ -68,6 +68,13 @@ def test_what_is_refused_is_told_in_a_line(text: str, telling: str) -> None:
         load_documents(text)
     assert SECRET[:10] not in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_opencvs_header_is_a_comment() -> None:
+    assert load_documents("%YAML:1.0\n\na: 1\n") == [{"a": 1}]
+    assert load_documents("%YAML:1.0\r\n---\r\na: 1\r\n") == [{"a": 1}]
+    with pytest.raises(ValueError, match="line 3, column 1: duplicate key a"):
+        load_documents("%YAML:1.0\na: 1\na: 2")
 
 
 def test_a_depth_may_come_from_aliases() -> None:

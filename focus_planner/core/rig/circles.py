@@ -34,6 +34,7 @@ from typing import NamedTuple
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.plausible import CIRCLE_OF_CONFUSION
+from focus_planner.core.text import how_many
 
 #: Stands for the circle of confusion among what is assumed of a camera.
 CIRCLE = "lens.circle_of_confusion"
@@ -89,7 +90,7 @@ def circles_in_words(circles: Sequence[AssumedCircle], cameras: int) -> str:
     low, high = f"{min(micrometres):.3g}", f"{max(micrometres):.3g}"
     values = low if low == high else f"{low} to {high}"
     how = " or ".join(sorted({circle.how for circle in circles}))
-    return f"{_BEGINNING}{len(circles)} of {cameras} cameras: {values} µm is assumed, {how}"
+    return f"{_BEGINNING}{how_many(len(circles), cameras)}: {values} µm is assumed, {how}"
 
 
 def note_on_circles(

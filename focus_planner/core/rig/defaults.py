@@ -18,6 +18,7 @@ from typing import Any
 from focus_planner.core.notes import Note
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
+from focus_planner.core.text import how_many
 
 _DEFAULTS = {"lens": Lens(), "image": CameraIntrinsics()}
 # What has to be told, by the key that tells it.
@@ -102,6 +103,6 @@ def _note(kind: str, assumed: tuple[Collection[str], ...], remedy: str) -> Itera
     told = f"{', '.join(values)} and {last} are" if values else f"{last} is"
     yield Note(
         f"default_{kind}",
-        f"nothing tells the {kind} of {count} of {len(assumed)} cameras: {told} assumed, as in"
+        f"nothing tells the {kind} of {how_many(count, len(assumed))}: {told} assumed, as in"
         f" the paper, and the plan holds for nothing else; {remedy}",
     )

@@ -17,7 +17,7 @@ fisheye) is approximated, if at all, and how many pixels that is off is measured
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -27,12 +27,13 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.text import how_many
 from focus_planner.core.validation import InputError
 
 #: The first pixel's centre where images are counted from its corner; in CameraInfo it is 0.
 PIXEL_CENTRE = 0.5
 #: Of the larger side of an image: how far off an approximation may be.
-_TOLERABLE = 1e-3
+_TOLERABLE = 5e-3
 _DIRECTIONS, _RINGS, _FITTED = 128, 512, 256
 _MARGIN = 1.05  # of the image
 _WIDEST = math.radians(89.0)
@@ -107,14 +108,17 @@ class Closest(NamedTuple):
     error: float = 0.0
     without: tuple[str, ...] = ()
 
-    @property
-    def note(self) -> str:
-        """What it approximates, as a clause; "" if nothing."""
-        if not self.without:
-            return ""
-        return (
-            f"{' and '.join(self.without)}, which CameraInfo has no place for, approximated to"
-            f" within {self.error:.2g} pixels"
+
+def notes_on_approximations(images: Sequence[Closest]) -> Iterator[str]:
+    """Yield a note for every set of terms that some cameras of a rig approximate."""
+    errors: dict[tuple[str, ...], list[float]] = {}
+    for image in images:
+        if image.without:
+            errors.setdefault(image.without, []).append(image.error)
+    for without, pixels in errors.items():
+        yield (
+            f"{how_many(len(pixels), len(images))}: {' and '.join(without)}, which CameraInfo has"
+            f" no place for, approximated to within {max(pixels):.2g} pixels"
         )
 
 
@@ -124,7 +128,7 @@ def closest_intrinsics(where: str, camera: BrownCamera) -> Closest:
     Raises
     ------
     InputError
-        If that is more than a thousandth of the image off.
+        If that is more than half a percent of the image off.
     """
     closest = _closest(camera)
     most = _TOLERABLE * max(camera.width, camera.height)
@@ -132,9 +136,9 @@ def closest_intrinsics(where: str, camera: BrownCamera) -> Closest:
         raise InputError(
             where,
             "a camera that sensor_msgs/CameraInfo can represent to within"
-            f" {most:.2g} pixels, a thousandth of its image",
+            f" {most:.2g} pixels, 0.5 % of its image",
             f"{' and '.join(closest.without)}, without which it is {closest.error:.2g} pixels off",
-            "estimate it without them, or export undistorted images",
+            "calibrate without, or export undistorted images",
         )
     return closest
 

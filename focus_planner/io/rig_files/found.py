@@ -25,9 +25,10 @@ from focus_planner.core.rig.defaults import assumed_values, keys_of
 from focus_planner.core.rig.frames import Similarity
 from focus_planner.core.rig.geometry import camera_positions
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.text import how_many
 from focus_planner.core.validation import InputError, check_number, first_few
 from focus_planner.io.names import camera_names, matches
-from focus_planner.io.rig_files.camera_models import Closest
+from focus_planner.io.rig_files.camera_models import Closest, notes_on_approximations
 from focus_planner.io.rigs import lens_from_values
 from focus_planner.io.yaml_values import errors_within
 
@@ -143,7 +144,7 @@ def rig_of_found(
     rig_from_file = options.rig_from_file
     cameras, assumed = [], {}
     focal_lengths: Counter[float] = Counter()
-    approximated: Counter[str] = Counter()
+    images = []
     for name, each in zip(names, chosen, strict=True):
         at = rig_from_file @ each.pose
         own = _lens_values(each, options)
@@ -154,11 +155,11 @@ def rig_of_found(
             image = Closest(of_name(name)) if of_name else each.image()
             lens = lens_from_values("lens", values, image.intrinsics)
             cameras.append(Camera(name, at.position, at.orientation, image.intrinsics, lens))
-        approximated.update(filter(None, [image.note]))
+        images.append(image)
         assumed[name] = assumed_values(values, {}) & keys_of("lens")
     frame = options.frame_id or "world"
     rig = Rig(tuple(cameras), frame, notes=tuple(left_out), assumed=assumed)
-    notes = [f"{n} of {len(cameras)} cameras: {what}" for what, n in approximated.items()]
+    notes = list(notes_on_approximations(images))
     if without_unit and options.scale is None and options.transform is None:
         notes.insert(0, on_unit(rig, without_unit))
     return rig, [*notes, *_on_focal_lengths(focal_lengths, len(cameras), told_by)]
@@ -175,7 +176,7 @@ def _on_focal_lengths(lengths: Counter[float], cameras: int, told_by: str) -> It
         total = sum(lengths.values())
         listed = first_few(f"{1e3 * length:g}" for length in sorted(lengths))
         yield (
-            f"focal length {listed} mm for {total} of {cameras} cameras, from {told_by};"
+            f"focal length {listed} mm for {how_many(total, cameras)}, from {told_by};"
             " --focal-length replaces it"
         )
 
@@ -207,6 +208,8 @@ def on_unit(rig: Rig, what: str) -> str:
     what : str
         What has no unit, as the beginning of a sentence: ``"a COLMAP model has no unit"``.
     """
+    if len(rig) == 1:
+        return f"{what}; metres are assumed; otherwise give the metres per unit with --scale"
     places = camera_positions(rig)
     span = (places.max(axis=0) - places.min(axis=0)).max()
     return (

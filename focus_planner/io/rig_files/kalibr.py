@@ -11,8 +11,8 @@
 """Rigs from Kalibr: the camchain YAML of its calibration of several cameras.
 
 ``T_cn_cnm1`` of a camera transforms points from the frame of the one before it into its own, and
-``T_cam_imu`` those of the IMU. All frames are optical, lengths are metres, and pixel centres have
-integer coordinates.
+``T_cam_imu`` those of the IMU; OpenVINS has its inverse, ``T_imu_cam``. All frames are optical,
+lengths are metres, and pixel centres have integer coordinates.
 """
 
 from __future__ import annotations
@@ -108,15 +108,21 @@ def _names(chain: list[tuple[str, Mapping[str, Any]]]) -> list[str]:
 def _poses(chain: list[tuple[str, Mapping[str, Any]]]) -> Iterator[Similarity]:
     """Yield the pose of every camera in the frame of the first."""
     first_from_camera = Similarity()
-    by_imu = all("T_cam_imu" in data for _, data in chain)
+    by_imu = all("T_cam_imu" in data or "T_imu_cam" in data for _, data in chain)
     for i, (where, data) in enumerate(chain):
         if i and ("T_cn_cnm1" in data or not by_imu):
             camera_from_previous = _transform(where, data, "T_cn_cnm1")
             first_from_camera = first_from_camera @ camera_from_previous.inverse()
         elif i:
-            first_from_imu = _transform(*chain[0], "T_cam_imu")
-            first_from_camera = first_from_imu @ _transform(where, data, "T_cam_imu").inverse()
+            first_from_camera = _from_imu(*chain[0]) @ _from_imu(where, data).inverse()
         yield first_from_camera
+
+
+def _from_imu(where: str, data: Mapping[str, Any]) -> Similarity:
+    """Return the transform from the IMU to a camera; OpenVINS writes the inverse."""
+    if "T_cam_imu" in data:
+        return _transform(where, data, "T_cam_imu")
+    return _transform(where, data, "T_imu_cam").inverse()
 
 
 def _transform(where: str, data: Mapping[str, Any], key: str) -> Similarity:

@@ -49,7 +49,8 @@ from focus_planner.io.rig_files.found import (
 from focus_planner.io.xml_values import child, read_xml, text_number, text_numbers
 
 _WHAT = "cameras exported by Metashape, as Agisoft XML"
-_TYPES = {"frame": False, "fisheye": True}  # whether it is a fisheye
+# Whether it is a fisheye; versions 2.x name its projection, which is the one of 1.x.
+_TYPES = {"frame": False, "fisheye": True, "equidistant_fisheye": True}
 _EARTH = 6e6  # metres from the centre of the earth: nobody is nearer
 _PARAMETERS = ("cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4")
 
@@ -272,7 +273,9 @@ def _sensor(where: str, sensor: Element) -> _Sensor:
             f"{where}: type",
             f"one of {', '.join(_TYPES)}",
             key_name(kind),
-            "a picture has to have one optical axis, along which it is focused",
+            "calibrate the sensor as Equidistant Fisheye, and export again"
+            if kind == "equisolid_fisheye"
+            else "a picture has to have one optical axis, along which it is focused",
         )
     width, height = _resolution(where, sensor, calibration)
     properties = {

@@ -90,7 +90,7 @@ def load_nerfstudio(path: str | PathLike[str], options: ImportOptions) -> tuple[
         found,
         options,
         told_by="the EXIF of their images",
-        without_unit="the poses of a transforms.json mostly have no unit",
+        without_unit="the poses of most transforms.json have no unit",
     )
     return rig, [*notes, *_moved_before(data)]
 

@@ -13,10 +13,11 @@
 from __future__ import annotations
 
 import re
+from itertools import islice
 from pathlib import Path
 
 from focus_planner.core.validation import InputError
-from focus_planner.io.files import MAX_TEXT, read_text
+from focus_planner.io.files import MAX_TEXT, is_folder, read_text
 
 # By the kind of rig: what only its files have, and near their beginning.
 _SIGNS = {
@@ -27,6 +28,8 @@ _SIGNS = {
     "transforms": r"child_frame_id\"?:|static_transform_publisher",
 }
 _START = 20_000  # characters
+_ENDINGS = (".json", ".xml", ".csv", ".yaml", ".yml")
+_MOST = 50  # files of a folder that are looked at
 
 
 def probable_kind(text: str) -> str:
@@ -44,3 +47,16 @@ def probable_kind_of_file(path: Path) -> str:
         return probable_kind(read_text(path, "text", MAX_TEXT))
     except InputError:
         return ""
+
+
+def file_of_kind(folder: Path, kind: str) -> Path | None:
+    """Return the first file of a kind of rig in a folder; None if there is none, or no folder."""
+    if not is_folder(folder):
+        return None
+    try:
+        found = sorted(each for each in folder.iterdir() if each.suffix.lower() in _ENDINGS)
+    except OSError:
+        return None
+    return next(
+        (each for each in islice(found, _MOST) if probable_kind_of_file(each) == kind), None
+    )

@@ -55,7 +55,7 @@ def test_the_note_names_what_is_assumed_and_for_how_many() -> None:
     )
     *_, note = notes_on_defaults([assumed_values(LENS, {})], "tell it", "tell that")
     assert note.text == (
-        "nothing tells the image of 1 of 1 cameras: width 580 pixels, height 870 pixels, fx"
+        "nothing tells the image of the only camera: width 580 pixels, height 870 pixels, fx"
         " 1190.73 pixels, fy 1190.73 pixels, cx 284.813 pixels and cy 434.44 pixels"
         " are assumed, as in the paper, and the plan holds for"
         " nothing else; tell that"

@@ -17,7 +17,12 @@ import pytest
 
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.validation import InputError
-from focus_planner.io.rig_files.camera_models import BrownCamera, closest_intrinsics, projected
+from focus_planner.io.rig_files.camera_models import (
+    BrownCamera,
+    closest_intrinsics,
+    notes_on_approximations,
+    projected,
+)
 from testing.projection import imaged
 
 PLAIN = BrownCamera(1200, 900, 1400.0, 1390.0, 603.0, 441.0)
@@ -44,7 +49,8 @@ def by_opencv(intrinsics: CameraIntrinsics) -> np.ndarray:
 )
 def test_what_has_a_place_is_the_same(camera: BrownCamera) -> None:
     closest = closest_intrinsics("here", camera)
-    assert (closest.error, closest.without, closest.note) == (0.0, (), "")
+    assert (closest.error, closest.without) == (0.0, ())
+    assert list(notes_on_approximations([closest])) == []
     expected = np.column_stack(camera.project(*RAYS.T))
     np.testing.assert_allclose(by_opencv(closest.intrinsics), expected, atol=1e-9)
     found = np.column_stack(projected(closest.intrinsics, *RAYS.T))
@@ -58,7 +64,8 @@ def test_no_ray_is_farther_off_than_is_told(camera: BrownCamera) -> None:
     off = np.linalg.norm(by_opencv(closest.intrinsics) - expected, axis=1)
     inside = ((expected > -0.5) & (expected < [1199.5, 899.5])).all(axis=1)
     assert 0 < off[inside].max() <= closest.error < 1.2
-    assert closest.note.endswith(f"approximated to within {closest.error:.2g} pixels")
+    (note,) = notes_on_approximations([closest])
+    assert note.endswith(f"approximated to within {closest.error:.2g} pixels")
 
 
 def test_a_fit_is_much_closer_than_no_term_at_all() -> None:
@@ -67,7 +74,18 @@ def test_a_fit_is_much_closer_than_no_term_at_all() -> None:
     assert fitted.error < 0.01
 
 
-@pytest.mark.parametrize("skew", [9.0, 1e30, -1e300])
+def test_cameras_that_are_off_differently_share_a_note() -> None:
+    skewed = [closest_intrinsics("here", replace(PLAIN, skew=skew)) for skew in (0, 1.5, 9, 4)]
+    both = closest_intrinsics("here", replace(FAR["eighth power"], skew=1.0))
+    skew, eighth = notes_on_approximations([*skewed, both])
+    assert skew == (
+        "3 of 5 cameras: skew, which CameraInfo has no place for, approximated to within"
+        f" {skewed[2].error:.2g} pixels"
+    )
+    assert eighth.startswith("1 of 5 cameras: a radial term of the eighth power and skew, which")
+
+
+@pytest.mark.parametrize("skew", [60.0, 1e30, -1e300])
 def test_what_is_too_far_off_is_refused(skew: float) -> None:
-    with pytest.raises(InputError, match=r"here: expected a camera .* within 1\.2 pixels"):
+    with pytest.raises(InputError, match=r"here: expected a camera .* within 6 pixels, 0\.5 %"):
         closest_intrinsics("here", replace(PLAIN, skew=skew))

@@ -91,7 +91,8 @@ def test_points_are_imaged_where_kalibr_has_them(tmp_path: Path, model: str) -> 
     assert_images_alike(rig, RIG, lambda point: nerfstudio_pixel(own, point), corner=0.0)
 
 
-def test_transforms_from_the_imu_do_as_well(tmp_path: Path) -> None:
+@pytest.mark.parametrize("key", ["T_cam_imu", "T_imu_cam"])
+def test_transforms_from_the_imu_do_as_well(tmp_path: Path, key: str) -> None:
     camera_from_imu = np.array([[0, 1, 0, 0.1], [0, 0, 1, 0.2], [1, 0, 0, 0.3], [0, 0, 0, 1.0]])
 
     def through_imu(chain: dict[str, Any]) -> None:
@@ -99,10 +100,17 @@ def test_transforms_from_the_imu_do_as_well(tmp_path: Path) -> None:
         for i in range(len(chain)):
             if i:
                 camera = np.array(chain[f"cam{i}"].pop("T_cn_cnm1")) @ camera
-            chain[f"cam{i}"]["T_cam_imu"] = camera.tolist()
+            told = camera if key == "T_cam_imu" else np.linalg.inv(camera)
+            chain[f"cam{i}"][key] = told.tolist()
 
     rig, _ = load_kalibr(write(tmp_path, through_imu), PLACED)
     np.testing.assert_allclose(camera_positions(rig), camera_positions(RIG), atol=1e-9)
+
+
+def test_a_chain_that_begins_like_opencvs_is_read(tmp_path: Path) -> None:
+    path = write(tmp_path)
+    path.write_text(f"%YAML:1.0\n---\n{path.read_text()}")
+    assert len(load_kalibr(path, PLACED)[0]) == len(RIG)
 
 
 def test_topics_that_do_not_tell_cameras_apart_name_none(tmp_path: Path) -> None:

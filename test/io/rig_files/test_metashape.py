@@ -97,6 +97,7 @@ LENSES = {
         "tangential terms of higher powers, which CameraInfo",
     ),
     "fisheye": (TERMS | {"k4": 0.003}, "fisheye", 1e-6, ""),
+    "fisheye of 2.x": (TERMS | {"k4": 0.003}, "equidistant_fisheye", 1e-6, ""),
     "fisheye, tangential": (
         *(TERMS | {"p1": 5e-4, "p2": -2e-4}, "fisheye", 1.0),
         "tangential terms of a fisheye, which",
@@ -109,7 +110,7 @@ def test_points_are_imaged_where_metashape_has_them(
     tmp_path: Path, terms: dict[str, float], kind: str, within: float, told: str
 ) -> None:
     rig, notes = load_metashape(write(tmp_path / "c.xml", terms, kind=kind), METRES)
-    fisheye = kind == "fisheye"
+    fisheye = kind != "frame"
     assert_images_alike(
         rig, RIG, lambda point: metashape_pixel(terms, SIZE, point, fisheye=fisheye), within
     )
@@ -190,6 +191,18 @@ def test_sensors_differ(tmp_path: Path) -> None:
     assert [camera.intrinsics.width for camera in rig.cameras] == [1200, 640]
 
 
+def test_sensors_that_are_off_differently_share_a_note(tmp_path: Path) -> None:
+    sensors = [metashape_sensor(TERMS | {"b2": 4.0 + i}, SIZE, number=i) for i in range(len(RIG))]
+    cameras = [
+        metashape_camera(i, f"a{i}", matrix, sensor=i)
+        for i, matrix in enumerate(metashape_matrices(RIG, *PLACED))
+    ]
+    path = tmp_path / "c.xml"
+    path.write_text(metashape_document(sensors, cameras, metashape_transform(*PLACED)))
+    _, (note,) = load_metashape(path, METRES)
+    assert note.startswith("9 of 9 cameras: skew, which CameraInfo has no place for, approximated")
+
+
 def test_a_chunk_that_is_nowhere_has_no_unit(tmp_path: Path) -> None:
     path = write(tmp_path / "c.xml", placed=NOWHERE, version="1.4.0")
     _, (note,) = load_metashape(path, ImportOptions())
@@ -231,11 +244,16 @@ def test_a_chunk_on_the_globe_says_so(tmp_path: Path) -> None:
             "<fx>1</fx>",
             "expected a calibration with f, as",
         ),
-        ("<k1>", "<b2>90</b2><k1>", "skew, without which it is .* pixels off; estimate it without"),
+        ("<k1>", "<b2>90</b2><k1>", "skew, without which it is .* pixels off; calibrate without"),
         (
             'type="frame"',
             'type="spherical"',
-            "expected one of frame, fisheye, got spherical",
+            "expected one of frame, fisheye, equidistant_fisheye, got spherical; a picture has",
+        ),
+        (
+            'type="frame"',
+            'type="equisolid_fisheye"',
+            "got equisolid_fisheye; calibrate the sensor as Equidistant Fisheye, and export again",
         ),
         ('sensor_id="0"', 'sensor_id="4"', r"cameras\[0\]: sensor_id: expected the id of a sensor"),
         ('label="cam_0_00.JPG"', 'label=""', r"cameras\[0\]: label: expected the camera's label"),

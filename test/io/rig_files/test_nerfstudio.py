@@ -61,7 +61,7 @@ def test_a_cylinder_comes_back(tmp_path: Path) -> None:
     rig, notes = load_nerfstudio(write(tmp_path), ImportOptions())
     (note,) = notes
     assert note == (
-        "the poses of a transforms.json mostly have no unit; if it is metres, the cameras span"
+        "the poses of most transforms.json have no unit; if it is metres, the cameras span"
         " 1.6 m; otherwise give the metres per unit with --scale"
     )
     assert [camera.name for camera in rig.cameras] == [camera.name for camera in RIG.cameras]
