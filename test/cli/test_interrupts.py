@@ -30,6 +30,7 @@ from focus_planner.cli import main as cli
 from focus_planner.cli.interrupts import CtrlC
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.io.rigs import save_rig
+from focus_planner.runtime.stop_signals import StopSignals
 from testing.runs import record
 from testing.terminal import CTRL_C_AT_A_KERNEL, on_a_terminal
 
@@ -130,12 +131,19 @@ def test_what_waits_is_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, caps
 def test_nodes_have_their_own_way_with_signals(
     monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
-    before, seen = signal.getsignal(signal.SIGINT), []
+    before = signal.getsignal(signal.SIGINT)
+
+    def run(_: list[str], signals: StopSignals) -> int:
+        press_ctrl_c()
+        noted = signals.have_arrived
+        signals.undo()
+        return 7 if noted else 0
+
     stand_in = ModuleType(f"focus_planner.ros.{command}")
-    vars(stand_in).update(main=lambda _: seen.append(signal.getsignal(signal.SIGINT)) or 0)
+    vars(stand_in).update(main=run)
     monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
-    assert cli.main([command]) == 0
-    assert seen == [before]
+    assert cli.main([command]) == 7
+    assert signal.getsignal(signal.SIGINT) == before
 
 
 def test_the_demo_computes_undisturbed(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
