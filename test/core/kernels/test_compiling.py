@@ -87,10 +87,21 @@ def test_where_nothing_can_be_kept_it_works_all_the_same(places):
     assert called(made()) == COMPILED
 
 
-def test_files_that_were_cut_short_are_made_anew(places):
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        lambda content: content[:10],
+        lambda content: content[:10] + bytes(len(content) - 10),
+        lambda content: content.replace(b"numba.core", b"numba.cora"),  # a wrong bit
+    ],
+    ids=["cut short", "zeros", "a wrong bit"],
+)
+def test_damaged_files_are_made_anew(places, damaged):
     called(made())
     for file in places[0].iterdir():
-        file.write_bytes(file.read_bytes()[:10])
+        before = file.read_bytes()
+        file.write_bytes(damaged(before))
+        assert file.read_bytes() != before
     again = made()
     assert not again.is_ready
     assert called(again) == COMPILED
