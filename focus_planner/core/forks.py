@@ -18,6 +18,7 @@ for ever. What can be told before is an error.
 from __future__ import annotations
 
 import os
+from importlib import import_module
 
 import numba
 
@@ -44,10 +45,11 @@ def _has_threads_of_gnu_openmp() -> bool:
     try:
         if numba.threading_layer() != "omp":
             return False
-        from numba.np.ufunc.omppool import openmp_vendor  # noqa: PLC0415 - not everywhere
+        # Not everywhere, and without types.
+        pool = import_module("numba.np.ufunc.omppool")
     except (ValueError, ImportError):  # no threads yet
         return False
-    return bool(openmp_vendor == "GNU")
+    return bool(pool.openmp_vendor == "GNU")
 
 
 if hasattr(os, "register_at_fork"):  # Windows has no forks
