@@ -502,8 +502,16 @@ def test_a_terminal_shows_what_a_stage_does_and_for_how_long(state):
                     log.write("compiling kernels\n")
             (state / "focus_planner").mkdir(exist_ok=True)
             (state / "focus_planner" / "kernel.nbi").touch()
-        assert "1 kernels compiled" in shown
+        assert "1 kernel compiled" in shown
     assert not (state / "told").exists()
+
+
+def test_what_an_earlier_stage_wrote_is_not_shown(state):
+    with (state / "setup.log").open("a") as log:
+        log.write("== kernels\n+ python -m focus_planner warm-up\n")
+    with alive(state, piped=True, EVERY="1") as pipe:
+        shown = read_until(pipe, " s  ")
+    assert re.fullmatch(r"\n(  \d+ s +\n?)+", shown)
 
 
 def test_elsewhere_it_is_a_line_now_and_then(state):

@@ -12,13 +12,14 @@ readonly began=$EPOCHREALTIME
 exec {terminal}>&1  # also where stdout is something else
 exec {pause}<> <(:)  # nothing ever comes: to wait without a process that would outlive this one
 
-# What was last written to any log, without commands as the shell traces them.
+# What this stage wrote last to any log, without commands as the shell traces them.
 last_line() {
   local logs=("$state"/*.log) newest log
   newest=${logs[0]}
   for log in "${logs[@]}"; do [[ ! $log -nt $newest ]] || newest=$log; done
   tail -c 4000 "$newest" 2>/dev/null | tr '\r\t' '\n ' | tr -d '\000-\011\013-\037\177' |
-    awk '!/^\++ / && !/^== / && /[^ ]/ { line = $0 } END { sub(/^ +/, "", line); print line }'
+    awk '/^== / { line = ""; next } !/^\++ / && /[^ ]/ { line = $0 }
+      END { sub(/^ +/, "", line); print line }'
 }
 
 doing() {
@@ -26,7 +27,11 @@ doing() {
   line=$(last_line)
   if [[ -z $line || $line == "compiling kernels" ]]; then
     compiled=$(find focus_planner -name '*.nbi' -newer "$stamp" 2>/dev/null | wc -l)
-    ((compiled == 0)) || line="$((compiled)) kernels compiled"
+    case $((compiled)) in
+      0) ;;
+      1) line="1 kernel compiled" ;;
+      *) line="$((compiled)) kernels compiled" ;;
+    esac
   fi
   printf '%s' "$line"
 }

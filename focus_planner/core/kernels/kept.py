@@ -20,7 +20,6 @@ kernels serve every user of it; the first that can be written to is written to.
 from __future__ import annotations
 
 import hashlib
-import pickle
 import sys
 import tempfile
 from collections.abc import Callable
@@ -35,9 +34,8 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.misc.appdirs import AppDirs
 
 _HERE = Path(__file__).parent
-#: What reading files may raise that were cut short, and any.
-_CUT_SHORT = (EOFError, pickle.UnpicklingError)
-_UNREADABLE = (OSError, *_CUT_SHORT)
+#: What reading files may raise: of a damaged one, anything that unpickling does.
+_UNREADABLE = Exception
 
 
 def folders() -> tuple[Path, ...]:
@@ -97,7 +95,7 @@ class KeptCode(NullCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code for a signature; None if it has to be compiled."""
         for folder in self._read:
-            with suppress(*_UNREADABLE):
+            with suppress(_UNREADABLE):
                 code = folder.load_overload(sig, target_context)
                 if code is not None:
                     return code
@@ -113,7 +111,9 @@ class KeptCode(NullCache):
         with suppress(OSError):  # the disk may be full
             try:
                 cache.save_overload(sig, data)
-            except _CUT_SHORT:
+            except OSError:
+                raise
+            except _UNREADABLE:
                 cache.flush()
                 cache.save_overload(sig, data)
 

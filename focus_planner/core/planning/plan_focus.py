@@ -81,6 +81,9 @@ def plan_focus(
         If the request does not fit the rig or the surface, no camera sees the surface, or the
         standard error would take too many samples, or the plan takes more than the limits allow.
         The message names the probable mistake.
+    RuntimeError
+        If the process was forked from one in which threads of GNU OpenMP ran already: nothing can
+        be planned there.
     """
     request = request or PlanRequest()
     is_stopped = False

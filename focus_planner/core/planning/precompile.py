@@ -32,6 +32,7 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.lagrangian import Prices
+from focus_planner.core.forks import refuse_forked_threads
 from focus_planner.core.imaging.exposure import PictureCamera
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.request import SCOPES, TUPLES, PlanRequest
@@ -162,7 +163,14 @@ def precompile(
         All by default.
     on_progress : callable, optional
         Called before and after each kernel that is compiled. What it raises ends the call.
+
+    Raises
+    ------
+    RuntimeError
+        If the process was forked from one in which threads of GNU OpenMP ran already: nothing can
+        be planned there.
     """
+    refuse_forked_threads()
     works = ALL if works is None else works
     stage = _Stage(works, on_progress)
     with kernels.listening(stage):

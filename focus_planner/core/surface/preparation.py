@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core.forks import refuse_forked_threads
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.cloud_shape import CloudShape, cloud_shape, nearest_neighbours
 from focus_planner.core.surface.noise import Scatter, estimate_scatter
@@ -67,7 +68,10 @@ def prepare_cloud(
     ------
     InputError
         If most points coincide, all are strays, or all points with any importance are one of these.
+    RuntimeError
+        If the process was forked from one in which threads of GNU OpenMP ran already.
     """
+    refuse_forked_threads()
     on_progress(0.0)
     scatter = estimate_scatter(cloud.points)
     on_progress(0.1)

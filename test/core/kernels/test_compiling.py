@@ -87,10 +87,21 @@ def test_where_nothing_can_be_kept_it_works_all_the_same(places):
     assert called(made()) == COMPILED
 
 
-def test_files_that_were_cut_short_are_made_anew(places):
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        lambda content: content[:10],
+        lambda content: content[:10] + bytes(len(content) - 10),
+        lambda content: content.replace(b"numba.core", b"numba.cora"),  # a wrong bit
+    ],
+    ids=["cut short", "zeros", "a wrong bit"],
+)
+def test_damaged_files_are_made_anew(places, damaged):
     called(made())
     for file in places[0].iterdir():
-        file.write_bytes(file.read_bytes()[:10])
+        before = file.read_bytes()
+        file.write_bytes(damaged(before))
+        assert file.read_bytes() != before
     again = made()
     assert not again.is_ready
     assert called(again) == COMPILED
@@ -143,7 +154,7 @@ def test_other_threads_are_told_nothing(places):
 
 
 def run(program, **environment):
-    names = ("NUMBA_THREADING_LAYER_PRIORITY", "GOMP_SPINCOUNT")
+    names = ("NUMBA_THREADING_LAYER_PRIORITY", "GOMP_SPINCOUNT", "TCM_ENABLE")
     inherited = {name: value for name, value in os.environ.items() if name not in names}
     words = [sys.executable, "-W", "error", "-c", textwrap.dedent(program)]
     subprocess.run(words, check=True, env=inherited | environment)
@@ -166,7 +177,9 @@ def test_a_host_program_keeps_its_settings():
 
         rig = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
         plan_focus(Scene(box((0.3, 0.3, 0.3))), rig, PlanRequest("em", 300))
-        assert (dict(os.environ), settings(), get_num_threads()) == before
+        environment = dict(os.environ)
+        environment.pop("TCM_ENABLE", None)  # which Open3D sets
+        assert (environment, settings(), get_num_threads()) == before
     """)
 
 
@@ -190,6 +203,58 @@ def test_two_threads_may_plan_at_once_whatever_the_layer(layer):
         """,
         NUMBA_THREADING_LAYER=layer,
     )
+
+
+@pytest.mark.processes
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
+@pytest.mark.parametrize("kind", ["mesh", "cloud"])
+def test_a_process_forked_beside_threads_of_openmp_is_told_so(kind):
+    run(
+        f"""
+        import multiprocessing
+        import numpy as np
+        from numba import set_num_threads, threading_layer
+        from focus_planner import PlanRequest, PointCloud, Scene, cylinder_rig, plan_focus
+        from testing.problems import box
+
+        surface = box((0.3, 0.3, 0.3))
+        if "{kind}" == "cloud":
+            surface = PointCloud(np.random.default_rng(0).random((16, 3)))
+
+        def plan():
+            try:
+                plan_focus(Scene(surface), cylinder_rig(rows=2, columns=6), PlanRequest("em", 300))
+            except RuntimeError as error:
+                assert "multiprocessing.get_context('spawn')" in str(error), error
+                raise SystemExit(7)
+
+        set_num_threads(1)  # begins the threads
+        assert threading_layer() == "omp"
+        process = multiprocessing.get_context("fork").Process(target=plan)
+        process.start()
+        process.join()
+        assert process.exitcode == 7, process.exitcode
+        """,
+        NUMBA_THREADING_LAYER="omp",
+    )
+
+
+@pytest.mark.processes
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
+def test_a_process_forked_before_the_first_plan_may_plan():
+    run("""
+        import multiprocessing
+        from focus_planner import PlanRequest, Scene, cylinder_rig, plan_focus
+        from testing.problems import box
+
+        def plan():
+            plan_focus(Scene(box((0.3, 0.3, 0.3))), cylinder_rig(), PlanRequest("em", 300))
+
+        process = multiprocessing.get_context("fork").Process(target=plan)
+        process.start()
+        process.join()
+        assert process.exitcode == 0, process.exitcode
+    """)
 
 
 def test_a_layer_that_only_one_thread_may_enter_is_entered_by_one(monkeypatch):
