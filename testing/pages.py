@@ -15,6 +15,7 @@ A comment before a block says how it is run; the reader does not see it::
     <!-- background -->           its programs go on until the page ends: nodes
     <!-- not run: REASON -->      it is checked as far as that goes without running it
     <!-- run first: COMMAND -->   what the reader has already, and the page needs
+    <!-- beside: COMMAND -->      what goes on at the reader's meanwhile, until the page ends
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ PAGES = (
 )
 # What pages name by its path, seen from where the reader is: the root of a clone.
 _REACHABLE = ("bags", "config", "docs", "examples", "focus_planner/bodies", "security", "testing")
-_NOTE = re.compile(r"^<!-- (background|not run|run first)(?:: (.+?))? -->$", re.MULTILINE)
+_NOTE = re.compile(r"^<!-- (background|not run|run first|beside)(?:: (.+?))? -->$", re.MULTILINE)
 # The names of the nodes that commands run; of simulated lenses that of any driver node.
 _NODES = {"node": "focus_planner", "lens_adapter": "lens_adapter", "simulated_lens": "camera"}
 _SECONDS = 240
@@ -142,6 +143,8 @@ class Reader:
         kind, text = example.parsed
         if kind == "run first":
             self._run(text)
+        elif kind == "beside":
+            self._background.append(self._start(f"exec {text}"))
         else:
             assert kind != "not run" or text, "say why a block is not run"
             self._note = (kind, text)

@@ -26,6 +26,9 @@ from focus_planner.core.text import MAX_REASON, did_you_mean, printable
 #: Metres. Larger coordinates are mistakes, and products of them may overflow.
 MAX_COORDINATE = 1e8
 
+#: Frames above a frame.
+MAX_FRAME_DEPTH = 100
+
 #: How far from 1 rounding leaves the length of a vector that was just normalised.
 UNIT_ROUNDING = 1e-15
 

@@ -14,9 +14,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from focus_planner.core.rig.frames import BODY_FROM_OPTICAL, Similarity
 from focus_planner.core.validation import check_choice, first_few
+
+if TYPE_CHECKING:
+    from focus_planner.core.rig.frames import Similarity
 
 CONVENTIONS = ("optical", "body")
 
@@ -71,4 +74,9 @@ def note_on_bodies(bodies: Sequence[str]) -> str:
 
 def frame_from_optical(*, is_body: bool) -> Similarity:
     """Return the pose of a camera in its own frame."""
+    from focus_planner.core.rig.frames import (  # noqa: PLC0415 - loads SciPy
+        BODY_FROM_OPTICAL,
+        Similarity,
+    )
+
     return BODY_FROM_OPTICAL if is_body else Similarity()

@@ -19,17 +19,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from focus_planner.core.rig.frames import (
-    MAX_DEPTH,
-    FrameTransform,
-    FrameTree,
-    Similarity,
-    similarity_from_pose,
-)
 from focus_planner.core.text import did_you_mean
-from focus_planner.core.validation import InputError, first_few, shown
+from focus_planner.core.validation import MAX_FRAME_DEPTH, InputError, first_few, shown
+
+if TYPE_CHECKING:
+    from focus_planner.core.rig.frames import FrameTransform, Similarity
 
 #: The topic of static transforms.
 TF_STATIC = "/tf_static"
@@ -68,6 +64,11 @@ class StaticTransform:
         InputError
             If a number is not finite, or the quaternion is not of length 1.
         """
+        from focus_planner.core.rig.frames import (  # noqa: PLC0415 - loads SciPy
+            FrameTransform,
+            similarity_from_pose,
+        )
+
         where = f"transform from {self.child} to {self.parent}"
         pose = similarity_from_pose(where, self.translation, self.rotation)
         return FrameTransform(self.parent, self.child, pose)
@@ -126,6 +127,11 @@ class HeardFrames:
         InputError
             If one of those is not valid.
         """
+        from focus_planner.core.rig.frames import (  # noqa: PLC0415 - loads SciPy
+            FrameTree,
+            Similarity,
+        )
+
         if target == source:
             return Similarity()
         path = self.between(target, source)
@@ -155,7 +161,7 @@ class HeardFrames:
 
     def _ancestry(self, frame: str) -> Iterator[StaticTransform]:
         """Yield the transforms above a frame; not without end, should there be a cycle."""
-        for _ in range(MAX_DEPTH):
+        for _ in range(MAX_FRAME_DEPTH):
             above = self._of_child.get(frame)
             if above is None:
                 return

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from itertools import zip_longest
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,10 +30,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
-from focus_planner.core.rig.circles import (
-    assumed_circle,
-)
-from focus_planner.core.rig.frames import Similarity, similarity_from_pose
+from focus_planner.core.rig.circles import assumed_circle
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.rig.optics import lens_of_aperture
@@ -49,6 +46,9 @@ from focus_planner.messages.cdr import read_mesh
 from focus_planner.messages.frames import HeardFrames, pose_of_message
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.untold import circle_of, noted
+
+if TYPE_CHECKING:
+    from focus_planner.core.rig.frames import Similarity
 
 #: A message as an object of any library, with the attributes that its definition names.
 Message = Any
@@ -324,6 +324,10 @@ def _moved(cameras: Iterable[Camera], pose: Similarity | None) -> tuple[Camera, 
 
 
 def _placed(camera: Camera, pose: Similarity) -> Camera:
+    from focus_planner.core.rig.frames import (  # noqa: PLC0415 - loads SciPy
+        similarity_from_pose,
+    )
+
     where = f"camera {camera.name}"
     at = pose @ similarity_from_pose(where, camera.position, camera.orientation)
     return replace(camera, position=at.position, orientation=at.orientation)

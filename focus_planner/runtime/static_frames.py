@@ -15,8 +15,7 @@ from __future__ import annotations
 import math
 from datetime import datetime, timezone
 
-from focus_planner.core.rig.frames import MAX_DEPTH
-from focus_planner.core.validation import InputError, shown
+from focus_planner.core.validation import MAX_FRAME_DEPTH, InputError, shown
 from focus_planner.messages.frames import TF_STATIC, HeardFrames, StaticTransform
 from focus_planner.messages.limits import (
     MAX_FRAME_NAME,
@@ -92,7 +91,7 @@ class StaticFrames:
         if not _is_plain(new):
             new.pose()
         frame = new.parent
-        for _ in range(MAX_DEPTH):
+        for _ in range(MAX_FRAME_DEPTH):
             if frame == new.child:
                 raise InputError(
                     f"frame {new.child}", "a parent that is not below it", shown(new.parent)
@@ -101,7 +100,7 @@ class StaticFrames:
             if above is None:
                 return
             frame = above.parent
-        raise InputError(f"frame {new.child}", f"at most {MAX_DEPTH} frames above it", "more")
+        raise InputError(f"frame {new.child}", f"at most {MAX_FRAME_DEPTH} frames above it", "more")
 
 
 def _is_plain(transform: StaticTransform) -> bool:

@@ -23,6 +23,7 @@ from focus_planner import cylinder_rig
 from focus_planner.io.bodies import body as body_path
 from focus_planner.io.surfaces import load_surface
 from focus_planner.ros.client import PlannerClient
+from focus_planner.runtime.stop_signals import StopSignals
 from testing.ros.calls import WAITING
 from testing.ros.patient_clients import have_clients_wait
 from testing.ros.planner_process import PlannerProcess
@@ -34,6 +35,14 @@ _count = itertools.count()
 def patience():
     """Have clients wait as long as a busy machine may need."""
     have_clients_wait()
+
+
+@pytest.fixture
+def signals():
+    """Those of a program that runs in this process, which goes on afterwards."""
+    signals = StopSignals()
+    yield signals
+    signals.undo()
 
 
 @pytest.fixture(scope="session")

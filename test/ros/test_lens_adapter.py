@@ -308,8 +308,8 @@ def test_signals_end_it_well(rig, module, number):
         ),
     ],
 )
-def test_bad_arguments_end_it_with_one_line(module, arguments, error, capsys):
-    assert import_module(f"focus_planner.ros.{module}").main(arguments) == 2
+def test_bad_arguments_end_it_with_one_line(module, arguments, error, signals, capsys):
+    assert import_module(f"focus_planner.ros.{module}").main(arguments, signals) == 2
     told = capsys.readouterr().err
     assert told.startswith(error)
     assert len(told.splitlines()) == 1

@@ -26,14 +26,17 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from focus_planner.core.arrays import FloatArray
-from focus_planner.core.validation import InputError, check_array, check_finite
+from focus_planner.core.validation import (
+    MAX_FRAME_DEPTH,
+    InputError,
+    check_array,
+    check_finite,
+)
 
 _TOLERANCE = 1e-3  # of what should be 1, as for a camera's orientation
 _SAME_PLACE = 1e-9  # metres, and radians
 # Of any unit of length: beyond it squares are of no use, and products overflow.
 _LARGEST = 1e50
-#: Frames above a frame.
-MAX_DEPTH = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,9 +275,9 @@ class FrameTree:
             seen.append(transform.parent)
             if transform.parent == frame:
                 raise InputError(f"frame {frame}", "a tree", f"a cycle: {' → '.join(seen)}")
-            if len(seen) > MAX_DEPTH + 1:
+            if len(seen) > MAX_FRAME_DEPTH + 1:
                 if len(set(seen)) == len(seen):
-                    expected = f"at most {MAX_DEPTH} frames above it"
+                    expected = f"at most {MAX_FRAME_DEPTH} frames above it"
                     raise InputError(f"frame {frame}", expected, "more")
                 return  # a cycle further up: its own frames report it
 
