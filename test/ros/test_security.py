@@ -17,12 +17,13 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node, NodeNameNonExistentError
 from sensor_msgs.msg import CameraInfo
 
-from focus_planner import cylinder_rig
+from focus_planner import Mesh, PointCloud, cylinder_rig
 from focus_planner.lenses.profiles import CAMERA, PROFILES
 from focus_planner.ros.client import PlannerClient
 from testing.forked import run_forked
@@ -245,7 +246,11 @@ def expect(observer, marker):
 
 def check_client(observer, client):
     name = client._node.get_fully_qualified_name()
-    has = {("client", "/focus_planner/plan_focus"), ("publisher", "/focus_planner/mesh")}
+    # It publishes on what it was asked to.
+    client.publish_mesh(Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    client.publish_cloud(PointCloud(np.random.default_rng(0).random((16, 3))))
+    has = {("publisher", f"/focus_planner/{topic}") for topic in ("mesh", "cloud", "rig")}
+    has.add(("client", "/focus_planner/plan_focus"))
     until(lambda: has <= interfaces(observer, name))
     assert_covered(interfaces(observer, name), "/orchestrator")
 
