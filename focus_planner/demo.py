@@ -433,12 +433,10 @@ def _show_next_steps(console: Console, directory: Path, runs: Path, path: Path) 
         f"\n  {command} plan {os.path.relpath(path)} --rig {directory / _RIG} --method k_view"
         f"\n  {command} replay {runs}"
         f"\n  {command} replay {runs} --set f_number=8"
-        "\nor start the node, publish a surface on /focus_planner/mesh and a rig on"
-        " /focus_planner/rig, and call it:"
+        "\nor start the node, give it the same from another terminal, and ask how it is:"
         f"\n  {command} node"
-        "\n  ros2 service call /focus_planner/plan_focus focus_planner_msgs/srv/PlanFocus"
-        " '{method: k_view}'"
-        "\nWithout the ros2 command, focus_planner.ros.client.PlannerClient does all three:"
-        "\nsee docs/interfaces.md.",
+        f"\n  {command} publish {os.path.relpath(path)} --rig {directory / _RIG} --plan"
+        f"\n  {command} status"
+        "\nWhat it publishes and answers: docs/interfaces.md.",
         soft_wrap=True,
     )
