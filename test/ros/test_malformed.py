@@ -39,6 +39,9 @@ def client(planner):
     with PlannerClient(planner.name) as client:
         client.publish_rig(RIG)
         client.publish_mesh(BALL)
+        # Both are in force before anything worse arrives: of what nobody has read yet, the newest
+        # that is valid by itself counts.
+        assert client.plan(**REQUEST).success
         yield client
 
 
