@@ -76,8 +76,10 @@ from focus_planner.core.kernels.point_grid import PointGrid
 from focus_planner.core.kernels.problem import (
     UNSEEN,
     CostTerms,
+    PairCosts,
     base_costs,
     best_cameras,
+    costs_in_views,
     sort_by_camera,
     sort_by_sample,
 )
@@ -145,6 +147,7 @@ __all__ = [
     "Looks",
     "Neighbourhoods",
     "Nodes",
+    "PairCosts",
     "PairsByCamera",
     "PairsBySample",
     "PointGrid",
@@ -167,6 +170,7 @@ __all__ = [
     "cell_ranges",
     "colour",
     "confine",
+    "costs_in_views",
     "count_common",
     "count_gains",
     "count_near_view",

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
+from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 #: The camera of a sample that no camera sees.
@@ -42,25 +43,87 @@ class CostTerms(NamedTuple):
     deviation_limit: float
 
 
+class PairCosts(NamedTuple):
+    """What the P pairs of a sample and a camera cost, sample by sample.
+
+    Attributes
+    ----------
+    offsets : (N + 1,) array of int64
+    camera : (P,) array of int32
+    base : (P,) array
+        In focus.
+    near, far : (P,) arrays
+        The focus distances that hold the sample in focus, metres.
+    weight : float
+        w₃, what a pair costs more out of focus.
+    """
+
+    offsets: Offsets
+    camera: IntArray
+    base: FloatArray
+    near: FloatArray
+    far: FloatArray
+    weight: float
+
+
+@kernel
+def _cost(pairs, q, focus):
+    """Return what pair q costs at the cameras' focus distances (C,)."""
+    s = focus[pairs.camera[q]]
+    if pairs.near[q] <= s <= pairs.far[q]:
+        return pairs.base[q]
+    return pairs.base[q] + pairs.weight  # also where s is NaN: a camera without a distance
+
+
 @parallel_kernel
-def best_cameras(
-    sample_offsets, camera_index, base_cost, focus_near, focus_far, focus_weight, focus, costs, best
-):
+def best_cameras(pairs, focus, costs, best):
     """Fill ``costs`` (N,) and ``best`` (N,), the camera with the least cost (Eq. 2 and 5).
 
     A sample that no camera sees costs 1; its ``best`` is ``UNSEEN``. Ties go to the first camera.
     """
-    for p in prange(len(sample_offsets) - 1):
+    offsets, camera, _, _, _, _ = pairs
+    for p in prange(len(offsets) - 1):
         least, which = np.inf, UNSEEN
-        for q in range(sample_offsets[p], sample_offsets[p + 1]):
-            s = focus[camera_index[q]]
-            cost = base_cost[q]
-            if not focus_near[q] <= s <= focus_far[q]:  # true for NaN, a camera without a distance
-                cost += focus_weight
+        for q in range(offsets[p], offsets[p + 1]):
+            cost = _cost(pairs, q, focus)
             if cost < least:
-                least, which = cost, camera_index[q]
+                least, which = cost, camera[q]
         costs[p] = least if which != UNSEEN else 1.0
         best[p] = which
+
+
+@kernel
+def _sum_of_least(p, pairs, focus, view, least):
+    """Return the sum of sample p's least costs, each in another view; fill them, ascending.
+
+    A view that is missing costs 1.
+    """
+    least[:] = 1.0
+    q, high = pairs.offsets[p], pairs.offsets[p + 1]
+    while q < high:
+        here, cost = view[pairs.camera[q]], np.inf
+        while q < high and view[pairs.camera[q]] == here:
+            cost = min(cost, _cost(pairs, q, focus))
+            q += 1
+        at = len(least)
+        while at > 0 and cost < least[at - 1]:
+            at -= 1
+            if at + 1 < len(least):
+                least[at + 1] = least[at]
+        if at < len(least):
+            least[at] = cost
+    return least.sum()
+
+
+@parallel_kernel
+def costs_in_views(pairs, focus, view, views, costs):
+    """Fill ``costs`` (N,): the mean of each sample's ``views`` least costs in different views.
+
+    ``view`` (C,) tells the cameras that are one view, those of neighbouring indices: the sample
+    costs what it costs in the best of them. A view that is missing costs 1.
+    """
+    for p in prange(len(costs)):
+        costs[p] = _sum_of_least(p, pairs, focus, view, np.empty(views)) / views
 
 
 @parallel_kernel

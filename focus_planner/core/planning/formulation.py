@@ -98,7 +98,7 @@ def formulate_problem(
     problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
     if not fresh:
         check_depths(scene, problem, request.depth_tolerance)
-    return with_shots(problem, request.shots)
+    return replace(with_shots(problem, request.shots), views=request.views)
 
 
 def _check_counts(rig: Rig, request: PlanRequest) -> None:

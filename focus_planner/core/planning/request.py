@@ -38,6 +38,8 @@ MAX_SAMPLES = 2_000_000
 
 MAX_SHOTS = 16
 
+MAX_VIEWS = 8
+
 
 @documented
 @dataclass(frozen=True)
@@ -115,6 +117,15 @@ class PlanRequest:
             " planned together",
             at_least=1,
             at_most=MAX_SHOTS,
+        ),
+    )
+    views: int = specified(
+        1,
+        FieldSpec(
+            "number of views that each piece of surface needs: planned for so many sharp pictures of"
+            " it from different cameras; photogrammetry needs 3 or more",
+            at_least=1,
+            at_most=MAX_VIEWS,
         ),
     )
     depth_tolerance: float = specified(

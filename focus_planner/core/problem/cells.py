@@ -38,6 +38,9 @@ class Cells:
     A cell is a maximal range of focus distances that hold the same pairs in focus, such that no
     other range holds those and more: one distance per cell is worth considering (Sec. 3.4.1).
 
+    With several views per sample the units of each are divided by their number: a sample costs the
+    sum of so many least costs.
+
     Attributes
     ----------
     lenses : tuple of Lens
@@ -57,7 +60,7 @@ class Cells:
     focus : (N,) array of int64
         Weighted extra cost of each sample out of focus, units.
     unseen : (N,) array of int64
-        Weighted cost of each sample if no camera sees it, units.
+        Weighted cost of each view of a sample that is missing, units.
     """
 
     lenses: tuple[Lens, ...]

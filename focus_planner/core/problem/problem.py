@@ -64,6 +64,9 @@ class Problem:
         w₃, the pair's extra cost out of focus.
     shots : int
         Shots per camera of the rig (:mod:`focus_planner.core.problem.shots`).
+    views : int
+        How many views each sample needs: its cost is the mean of as many least costs, each in
+        another camera of the rig, and 1 for each that is missing.
     """
 
     samples: Samples
@@ -78,6 +81,7 @@ class Problem:
     focus_far: FloatArray
     focus_weight: float
     shots: int = 1
+    views: int = 1
 
     __repr__ = brief_repr
 
@@ -90,6 +94,11 @@ class Problem:
     def camera_count(self) -> int:
         """The number of cameras, C."""
         return len(self.names)
+
+    @cached_property
+    def view(self) -> IntArray:
+        """(C,) the camera of the rig whose shot each camera is: shots of one are one view."""
+        return np.arange(self.camera_count, dtype=np.int32) // np.int32(self.shots)
 
     @cached_property
     def camera_offsets(self) -> Offsets:
@@ -150,23 +159,24 @@ class Problem:
         Returns
         -------
         costs : (N,) array
-            From 0 to 1, unweighted.
+            From 0 to 1, unweighted; with several views, the mean of the least costs.
         best : (N,) array of int32
-            -1 where no camera sees the sample.
+            The camera that images the sample best; -1 where none sees it.
         """
         costs = np.empty(self.sample_count)
         best = np.empty(self.sample_count, dtype=np.int32)
-        kernels.best_cameras(
+        pairs = kernels.PairCosts(
             self.sample_offsets,
             self.camera_index,
             self.base_cost,
             self.focus_near,
             self.focus_far,
             self.focus_weight,
-            np.ascontiguousarray(focus, dtype=np.float64),
-            costs,
-            best,
         )
+        focus = np.ascontiguousarray(focus, dtype=np.float64)
+        kernels.best_cameras(pairs, focus, costs, best)
+        if self.views > 1:
+            kernels.costs_in_views(pairs, focus, self.view, self.views, costs)
         return costs, best
 
     def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:
@@ -288,7 +298,7 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
     first[pairs], last[pairs] = seen_first, seen_last
     if not keep_going():
         return None
-    weights = problem.samples.weights / problem.samples.weights.sum() * UNITS
+    weights = problem.samples.weights / problem.samples.weights.sum() * UNITS / problem.views
     base = to_units(weights[problem.sample_index] * problem.base_cost)
     return Cells(
         lenses=problem.lenses,

@@ -18,17 +18,15 @@ from testing.problems import random_problem
 
 def evaluate(problem, focus):
     costs, best = np.empty(problem.sample_count), np.empty(problem.sample_count, dtype=np.int32)
-    kernels.best_cameras(
+    pairs = kernels.PairCosts(
         problem.sample_offsets,
         problem.camera_index,
         problem.base_cost,
         problem.focus_near,
         problem.focus_far,
         problem.focus_weight,
-        np.asarray(focus, dtype=np.float64),
-        costs,
-        best,
     )
+    kernels.best_cameras(pairs, np.asarray(focus, dtype=np.float64), costs, best)
     return costs, best
 
 
