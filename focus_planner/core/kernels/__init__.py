@@ -21,6 +21,7 @@ the number of threads.
 
 from focus_planner.core.kernels.arrays import (
     CameraTuples,
+    CameraViews,
     GainsByCamera,
     GainsBySample,
     PairsByCamera,
@@ -54,13 +55,7 @@ from focus_planner.core.kernels.distortion import (
 )
 from focus_planner.core.kernels.em import stab
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
-from focus_planner.core.kernels.k_view import (
-    CAMERA_BITS,
-    DescentState,
-    improve_tuples,
-    rank_cameras,
-    reassign,
-)
+from focus_planner.core.kernels.k_view import DescentState, improve_tuples, reassign
 from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
     PriceDescent,
@@ -79,10 +74,10 @@ from focus_planner.core.kernels.problem import (
     PairCosts,
     base_costs,
     best_cameras,
-    costs_in_views,
     sort_by_camera,
     sort_by_sample,
 )
+from focus_planner.core.kernels.ranking import VIEW_BITS, rank_views
 from focus_planner.core.kernels.rasterize import (
     AFFINE,
     BLOCK,
@@ -122,7 +117,6 @@ from focus_planner.core.kernels.visibility import (
 __all__ = [
     "AFFINE",
     "BLOCK",
-    "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
     "KERNELS",
@@ -135,9 +129,11 @@ __all__ = [
     "TILE",
     "UNSEEN",
     "VERTEX_COLOURS",
+    "VIEW_BITS",
     "Averages",
     "Blocks",
     "CameraTuples",
+    "CameraViews",
     "CostTerms",
     "Cuts",
     "DescentState",
@@ -170,7 +166,6 @@ __all__ = [
     "cell_ranges",
     "colour",
     "confine",
-    "costs_in_views",
     "count_common",
     "count_gains",
     "count_near_view",
@@ -200,7 +195,7 @@ __all__ = [
     "most_frequent",
     "most_gains",
     "project",
-    "rank_cameras",
+    "rank_views",
     "reassign",
     "refine",
     "residuals",
