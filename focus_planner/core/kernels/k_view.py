@@ -371,7 +371,9 @@ def _correct_steps(members, shared, focus, views, state, step):
         for m in range(k):
             base = bases[e, m] if serves[m] else NO_CHOICE
             values[m, 0], values[m, 1] = base + focus[p], base
-            if len(ranking) > 0 and _held_outside(m, firsts[e, m], lasts[e, m], members, views, cell):
+            if len(ranking) > 0 and _held_outside(
+                m, firsts[e, m], lasts[e, m], members, views, cell
+            ):
                 values[m, 0] = base
         if k == 2:
             _costs_of_two(own, sums, values, costs[e])

@@ -103,8 +103,8 @@ def least_beside(p, view, views, ranking):
 def sums_beside(p, own, views, ranking, sums):
     """Fill sample p's least costs without some views; return whether it costs one of those now.
 
-    ``own`` (k,) are these views. ``sums[j]`` becomes the sum of j views fewer than the sample needs,
-    ``NO_CHOICE`` where j is more.
+    ``own`` (k,) are these views. ``sums[j]`` becomes the sum of j views fewer than the sample
+    needs, ``NO_CHOICE`` where j is more.
     """
     sums[:] = NO_CHOICE
     total, left, needed = np.int64(0), views.count, False

@@ -22,10 +22,10 @@ from focus_planner.core.kernels.problem import UNSEEN
 @kernel
 def is_assigned(p, c, best):
     """Return whether camera c is one of those that sample p is assigned to."""
+    assigned = False
     for i in range(best.shape[1]):
-        if best[p, i] == c:
-            return True
-    return False
+        assigned |= best[p, i] == c
+    return assigned
 
 
 @kernel
