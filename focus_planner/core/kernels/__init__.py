@@ -67,9 +67,11 @@ from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
 from focus_planner.core.kernels.orientation import agreement, join, refine
 from focus_planner.core.kernels.pairs import best_pair
+from focus_planner.core.kernels.pictures import cost_of_rankings, gains_of_pictures, place
 from focus_planner.core.kernels.point_grid import PointGrid
 from focus_planner.core.kernels.problem import (
     UNSEEN,
+    UNTAKEN,
     CostTerms,
     PairCosts,
     base_costs,
@@ -77,7 +79,7 @@ from focus_planner.core.kernels.problem import (
     sort_by_camera,
     sort_by_sample,
 )
-from focus_planner.core.kernels.ranking import VIEW_BITS, rank_views
+from focus_planner.core.kernels.ranking import NO_PICTURE, VIEW_BITS, rank_views
 from focus_planner.core.kernels.rasterize import (
     AFFINE,
     BLOCK,
@@ -121,6 +123,7 @@ __all__ = [
     "FISHEYE",
     "KERNELS",
     "NEVER",
+    "NO_PICTURE",
     "PATTERN",
     "PLACES",
     "POLYNOMIAL",
@@ -128,6 +131,7 @@ __all__ = [
     "TEXTURE",
     "TILE",
     "UNSEEN",
+    "UNTAKEN",
     "VERTEX_COLOURS",
     "VIEW_BITS",
     "Averages",
@@ -166,6 +170,7 @@ __all__ = [
     "cell_ranges",
     "colour",
     "confine",
+    "cost_of_rankings",
     "count_common",
     "count_gains",
     "count_near_view",
@@ -179,6 +184,7 @@ __all__ = [
     "focus_room",
     "folders",
     "gains_by_sample",
+    "gains_of_pictures",
     "gather",
     "improve_tuples",
     "join",
@@ -194,6 +200,7 @@ __all__ = [
     "maximal_cells",
     "most_frequent",
     "most_gains",
+    "place",
     "project",
     "rank_views",
     "reassign",

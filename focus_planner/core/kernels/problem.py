@@ -22,6 +22,8 @@ from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 #: The camera of a sample that no camera sees.
 UNSEEN = -1
+#: The focus distance of a picture that is not taken.
+UNTAKEN = -np.inf
 
 
 class CostTerms(NamedTuple):
@@ -70,6 +72,8 @@ class PairCosts(NamedTuple):
 def _cost(pairs, q, focus):
     """Return what pair q costs at the cameras' focus distances (C,)."""
     s = focus[pairs.camera[q]]
+    if s == UNTAKEN:
+        return np.inf
     if pairs.near[q] <= s <= pairs.far[q]:
         return pairs.base[q]
     return pairs.base[q] + pairs.weight  # also where s is NaN: a camera without a distance

@@ -28,6 +28,8 @@ VIEW_BITS = 18
 _VIEW = 2**VIEW_BITS - 1
 #: More than any sum of costs: that of a choice there is not.
 NO_CHOICE = np.int64(2**50)
+#: The cell of a picture that is not taken.
+NO_PICTURE = -2
 
 
 @parallel_kernel
@@ -48,8 +50,9 @@ def rank(p, by_sample, focus, views, cell, ranking):
     while q < high:
         view, cost = views.number[camera[q]], NEVER
         while q < high and views.number[camera[q]] == view:
-            held = first[q] <= cell[camera[q]] <= last[q]
-            cost = min(cost, base[q] + (0 if held else focus[p]))
+            at = cell[camera[q]]
+            if at != NO_PICTURE:
+                cost = min(cost, base[q] + (0 if first[q] <= at <= last[q] else focus[p]))
             q += 1
         key = (cost << VIEW_BITS) | view
         if key < ranking[p, ranks - 1]:

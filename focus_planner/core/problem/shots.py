@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.problem.problem import Problem
@@ -61,6 +62,28 @@ def with_one_shot(problem: Problem) -> Problem:
         focus_near=problem.focus_near[first].copy(),
         focus_far=problem.focus_far[first].copy(),
         shots=1,
+    )
+
+
+def with_pictures(problem: Problem, taken: NDArray[np.bool_]) -> Problem:
+    """Return the problem in which only some shots are taken: the others see nothing.
+
+    Parameters
+    ----------
+    problem : Problem
+    taken : (C,) array of bool
+    """
+    pairs = taken[problem.camera_index]
+    counts = np.bincount(problem.sample_index[pairs], minlength=problem.sample_count)
+    return replace(
+        problem,
+        sample_offsets=np.concatenate([[0], np.cumsum(counts)]),
+        sample_index=problem.sample_index[pairs],
+        camera_index=problem.camera_index[pairs],
+        depth=problem.depth[pairs],
+        base_cost=problem.base_cost[pairs],
+        focus_near=problem.focus_near[pairs],
+        focus_far=problem.focus_far[pairs],
     )
 
 

@@ -1,0 +1,217 @@
+# Copyright 2026 focus_planner developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0
+# Unless required by applicable law or agreed to in writing, software distributed under the License
+# is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express
+# or implied. See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A budget of pictures: which are taken, and where they focus (docs/algorithm.md).
+
+What pictures gain is submodular, so taking one after the other, each time the one that gains most,
+is a good start. From there two searches take turns: a method moves the pictures that are taken, and
+exchanges leave each one out in turn and take the best of all others in its place. Both are exact
+and never raise the cost; together they end where neither lowers it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.problem.cells import cost_of_units
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import with_pictures
+from focus_planner.core.progress import Progress, ProgressCallback
+from focus_planner.core.solvers import average, closest
+from focus_planner.core.solvers.options import Options
+from focus_planner.core.solvers.solution import (
+    Solution,
+    Solver,
+    distances_of_cells,
+    finish,
+    finish_cells,
+    start_cells,
+)
+
+#: The stages, as the callback gets them.
+CHOOSING, EXCHANGING = "pictures", "exchanges"
+# The methods whose distances do not depend on which pictures are taken.
+_FIXED = (closest.solve, average.solve)
+# Searches take turns so often at most; on bodies and small parts they end after two to four.
+_ROUNDS = 12
+
+
+def solve(
+    problem: Problem, solver: Solver, images: int, options: Options, on_progress: ProgressCallback
+) -> Solution:
+    """Choose at most ``images`` pictures of all shots, and where they focus.
+
+    O(images · pairs) to choose, and as much for each round of exchanges.
+
+    Parameters
+    ----------
+    problem : Problem
+    solver : Solver
+        The method that moves pictures.
+    images : int
+    options : Options
+    on_progress : ProgressCallback
+        Called after every picture that is chosen or exchanged, and by the method; return False to
+        stop.
+
+    Returns
+    -------
+    Solution
+        The focus distance of a picture that is not taken is ``kernels.UNTAKEN``.
+    """
+    return _Search(problem, solver, images, options, on_progress).run()
+
+
+class _Search:
+    """Which pictures are taken, in which cells."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        solver: Solver,
+        images: int,
+        options: Options,
+        on_progress: ProgressCallback,
+    ) -> None:
+        self._problem, self._solver, self._options = problem, solver, options
+        self._images = min(images, problem.camera_count)
+        self._on_progress = on_progress
+        self._keep_going, self._iterations = True, 0
+        cells = problem.cells
+        self._views = problem.camera_views._replace(missing=cells.unseen)
+        self._cell = np.full(problem.camera_count, kernels.NO_PICTURE, dtype=np.int32)
+        self._ranking = np.empty((problem.sample_count, problem.views + 1), dtype=np.int64)
+        self._rank()
+        self._gain = np.empty(len(self._views.offsets) - 1, dtype=np.int64)
+        self._where = np.empty(len(self._gain), dtype=np.int32)
+        self._only = self._cell.copy()
+        self._fixed: FloatArray | None = None
+        if solver in _FIXED:
+            self._fixed = solver(problem, options).focus_distances
+            self._only = start_cells(problem, self._fixed)
+
+    def run(self) -> Solution:
+        while self._keep_going and self._taken < self._images and self._take():
+            self._report(CHOOSING)
+        converged = False
+        for _ in range(_ROUNDS):
+            settled = self._move()
+            if not self._exchange():
+                converged = settled and self._keep_going
+                break
+        return self._finish(converged)
+
+    @property
+    def _taken(self) -> int:
+        return int((self._cell != kernels.NO_PICTURE).sum())
+
+    @property
+    def _units(self) -> int:
+        return int(kernels.cost_of_rankings(self._views, self._ranking))
+
+    def _report(self, stage: str) -> None:
+        self._iterations += 1
+        progress = Progress(stage, self._iterations, cost_of_units(self._units))
+        self._keep_going = self._on_progress(progress)
+
+    def _rank(self) -> None:
+        kernels.rank_views(
+            self._problem.pairs_by_sample,
+            self._problem.cells.focus,
+            self._views,
+            self._cell,
+            self._ranking,
+        )
+
+    def _take(self, least: int = 0) -> bool:
+        """Take the picture that gains most, if it gains more than ``least``; return whether."""
+        kernels.gains_of_pictures(
+            self._problem.pairs_by_camera,
+            self._problem.cells.focus,
+            self._views,
+            self._problem.cells.offsets,
+            self._cell,
+            self._ranking,
+            self._only,
+            self._gain,
+            self._where,
+        )
+        view = int(np.argmax(self._gain))
+        if self._gain[view] <= least:
+            return False
+        shots = np.arange(self._views.offsets[view], self._views.offsets[view + 1])
+        free = shots[self._cell[shots] == kernels.NO_PICTURE]
+        self._place(int(free[0]), int(self._where[view]))
+        return True
+
+    def _place(self, camera: int, cell: int) -> None:
+        kernels.place(
+            camera,
+            cell,
+            self._problem.pairs_by_camera,
+            self._problem.pairs_by_sample,
+            self._problem.cells.focus,
+            self._views,
+            self._cell,
+            self._ranking,
+        )
+
+    def _move(self) -> bool:
+        """Let the method move the pictures that are taken; return whether it has converged."""
+        if self._fixed is not None or not self._keep_going:
+            return self._keep_going
+        taken = self._cell != kernels.NO_PICTURE
+        problem = with_pictures(self._problem, taken)
+        options = replace(self._options, start=distances_of_cells(problem, self._cell))
+
+        def on_progress(progress: Progress) -> bool:
+            self._iterations += 1
+            self._keep_going = self._on_progress(replace(progress, iteration=self._iterations))
+            return self._keep_going
+
+        solution = self._solver(problem, options, on_progress)
+        cell = start_cells(problem, solution.focus_distances)
+        self._cell = np.where(taken, cell, self._cell).astype(np.int32)
+        self._rank()
+        return solution.converged
+
+    def _exchange(self) -> bool:
+        """Exchange every picture that is taken for the best of all others; return whether any was.
+
+        A picture is left out, and the one that then gains most is taken if it gains more than the
+        other did.
+        """
+        exchanged = False
+        for camera in np.flatnonzero(self._cell != kernels.NO_PICTURE):
+            if not self._keep_going:
+                break
+            before, cell = self._units, int(self._cell[camera])
+            self._place(camera, kernels.NO_PICTURE)
+            if self._take(self._units - before):
+                exchanged = True
+                self._report(EXCHANGING)
+            else:
+                self._place(camera, cell)
+        return exchanged
+
+    def _finish(self, converged: bool) -> Solution:
+        taken = self._cell != kernels.NO_PICTURE
+        if self._fixed is not None:
+            focus = self._fixed
+        else:
+            cell = np.where(taken, self._cell, -1).astype(np.int32)
+            problem = with_pictures(self._problem, taken)
+            focus = finish_cells(problem, cell, 0, converged).focus_distances
+        focus = np.where(taken, focus, kernels.UNTAKEN)
+        return finish(self._problem, focus, self._iterations, converged)

@@ -1,0 +1,108 @@
+# Copyright 2026 focus_planner developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0
+# Unless required by applicable law or agreed to in writing, software distributed under the License
+# is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express
+# or implied. See the License for the specific language governing permissions and
+# limitations under the License.
+
+import itertools
+
+import numpy as np
+import pytest
+
+from focus_planner.core import kernels
+from focus_planner.core.progress import never_stop
+from focus_planner.core.solvers import SOLVERS, Options, budget
+from testing.problems import random_problem
+
+CASES = [(1, 1, 2), (2, 1, 3), (1, 2, 3), (2, 2, 3)]
+
+
+def solve(problem, images, method="k_view", on_progress=never_stop):
+    return budget.solve(problem, SOLVERS[method], images, Options(), on_progress)
+
+
+def is_taken(solution):
+    return solution.focus_distances != kernels.UNTAKEN
+
+
+def best_of_all(problem, images):
+    """The least cost of all choices of pictures and cells."""
+    cells = problem.cells
+    distances, offsets = cells.distances(), cells.offsets
+    choices = [
+        [kernels.UNTAKEN, *distances[offsets[c] : offsets[c + 1]]]
+        for c in range(problem.camera_count)
+    ]
+    return min(
+        problem.cost(np.array(focus))
+        for focus in itertools.product(*choices)
+        if sum(s != kernels.UNTAKEN for s in focus) <= images
+    )
+
+
+@pytest.mark.parametrize(("views", "shots", "images"), CASES)
+def test_it_comes_close_to_the_best_of_all_choices(views, shots, images):
+    best = []
+    for seed in range(8):
+        problem = random_problem(seed, 8, 4 // shots, share=0.7, views=views, shots=shots)
+        solution, least = solve(problem, images), best_of_all(problem, images)
+        assert solution.converged
+        assert is_taken(solution).sum() <= images
+        assert least - 1e-9 <= solution.cost <= 1.05 * least
+        assert solution.cost == pytest.approx(problem.cost(solution.focus_distances))
+        best.append(solution.cost <= least + 1e-9)
+    assert sum(best) >= 6
+
+
+@pytest.mark.parametrize("method", ["closest", "average", "em", "k_view"])
+@pytest.mark.parametrize(("views", "shots"), [(1, 1), (3, 2)])
+def test_no_exchange_of_a_picture_pays(views, shots, method):
+    problem = random_problem(4, 60, 8, share=0.4, views=views, shots=shots)
+    solution = solve(problem, 6, method)
+    taken = is_taken(solution)
+    assert taken.sum() == 6
+    distances, offsets = problem.cells.distances(), problem.cells.offsets
+    fixed = SOLVERS[method](problem, Options()).focus_distances
+    for out, into in itertools.product(np.flatnonzero(taken), np.flatnonzero(~taken)):
+        choices = distances[offsets[into] : offsets[into + 1]]
+        if method in {"closest", "average"}:
+            np.testing.assert_array_equal(solution.focus_distances[taken], fixed[taken])
+            # Chosen by the cells nearest to what the method takes, which may hold other samples.
+            continue
+        for distance in choices:
+            focus = solution.focus_distances.copy()
+            focus[out], focus[into] = kernels.UNTAKEN, distance
+            assert problem.cost(focus) >= solution.cost - 1e-9
+
+
+def test_more_pictures_cost_less_and_all_cost_what_they_do_without_a_budget():
+    problem = random_problem(2, 200, 12, share=0.3)
+    costs = [solve(problem, images).cost for images in (2, 4, 8, 12)]
+    assert costs == sorted(costs, reverse=True)
+    unlimited = SOLVERS["k_view"](problem, Options()).cost
+    assert costs[-1] == pytest.approx(unlimited, rel=0.01)
+
+
+def test_a_stop_leaves_a_plan_within_the_budget():
+    problem = random_problem(2, 200, 12, share=0.3, shots=2)
+    seen = []
+    solve(problem, 9, on_progress=lambda progress: seen.append(progress) or True)
+    assert {progress.stage for progress in seen} >= {"pictures", "em", "k_view"}
+    costs = [progress.cost for progress in seen]
+    assert all(after <= before + 1e-9 for before, after in itertools.pairwise(costs[:9]))
+    for stop in range(1, len(seen)):
+        left = itertools.count(1)
+        solution = solve(problem, 9, on_progress=lambda _, left=left, stop=stop: next(left) < stop)
+        assert not solution.converged
+        assert 1 <= is_taken(solution).sum() <= 9
+        assert solution.cost == pytest.approx(problem.cost(solution.focus_distances))
+
+
+def test_the_same_problem_gives_the_same_pictures():
+    problem = random_problem(5, 300, 15, share=0.3, ties=True, views=2)
+    first, second = solve(problem, 7), solve(problem, 7)
+    np.testing.assert_array_equal(first.focus_distances, second.focus_distances)
