@@ -75,7 +75,11 @@ class Prices:
         self.price = price.copy()
         self.steps = 0
         self._gains = gains
-        self._active = kernels.GainsByCamera(*map(np.empty_like, gains.by_camera))
+        room = (
+            kernels.GainsByCamera(*map(np.empty_like, pairs))
+            for pairs in (gains.by_camera, gains.blurred)
+        )
+        self._active = gains.priced._replace(**dict(zip(("gains", "blurred"), room, strict=True)))
         cells = int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             threads = get_num_threads()
@@ -110,12 +114,16 @@ class Prices:
         """
         gains, state = self._gains, self._state
         reach = gains.most // (_REACH_FIRST if self.steps < _STEPS_FIRST else _REACH)
-        kernels.activate(gains.by_camera, state.price, reach, self._active, state.floor)
-        work = int(self._active.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
+        state.floor[:] = 0
+        for pairs, active in (
+            (gains.by_camera, self._active.gains),
+            (gains.blurred, self._active.blurred),
+        ):
+            kernels.activate(pairs, state.price, reach, active, state.floor)
+        work = int(self._active.gains.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(
                 self._active,
-                gains.cell_offsets,
                 state,
                 float(goal),
                 max(5, min(_STEPS_LEFT_OUT, _WORK // work)),
@@ -138,9 +146,14 @@ class Prices:
 def cost_below(gains: Gains, bound: int) -> float:
     """Return a lower bound on the cost of every plan, given that none gains more than ``bound``.
 
-    It allows for rounding to whole units, at most one per sample.
+    It allows for rounding to whole units, see :func:`rounding`.
     """
-    return cost_of_units(max(gains.out - bound - len(gains.most), 0))
+    return cost_of_units(max(gains.out - bound - rounding(gains), 0))
+
+
+def rounding(gains: Gains) -> int:
+    """Return how many units a plan's cost may be off by: at most one per view of each sample."""
+    return gains.views * len(gains.most)
 
 
 def pointwise_prices(problem: Problem, price: Offsets) -> FloatArray:

@@ -20,11 +20,13 @@ the number of threads.
 """
 
 from focus_planner.core.kernels.arrays import (
+    BlurredViews,
     CameraTuples,
     GainsByCamera,
     GainsBySample,
     PairsByCamera,
     PairsBySample,
+    PricedPairs,
 )
 from focus_planner.core.kernels.branch_and_bound import (
     Cuts,
@@ -106,6 +108,7 @@ from focus_planner.core.kernels.shading import (
 )
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
+from focus_planner.core.kernels.stabbing import best_cells
 from focus_planner.core.kernels.visibility import (
     PLACES,
     Blocks,
@@ -122,6 +125,7 @@ from focus_planner.core.kernels.visibility import (
 __all__ = [
     "AFFINE",
     "BLOCK",
+    "BlurredViews",
     "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
@@ -152,6 +156,7 @@ __all__ = [
     "PairsBySample",
     "PointGrid",
     "PriceDescent",
+    "PricedPairs",
     "Tiles",
     "Triangles",
     "Views",
@@ -160,6 +165,7 @@ __all__ = [
     "assign",
     "base_costs",
     "best_cameras",
+    "best_cells",
     "best_pair",
     "block_keys",
     "bound_blocks",
