@@ -224,7 +224,7 @@ class Branching:
         kernels.confine(
             kernels.Cuts(camera, first, last, camera < 0),
             self._near,
-            self._gains.by_camera,
+            self._gains.priced,
             self._by_sample,
             nodes,
             goal,

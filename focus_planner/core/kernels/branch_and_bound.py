@@ -105,15 +105,11 @@ class _Node(NamedTuple):
     cell: IntArray
 
 
-class _Local(NamedTuple):
-    """What n cameras' bound depends on: their pairs with the F samples whose prices are free.
+class _LocalPairs(NamedTuple):
+    """Pairs of n cameras with the F samples whose prices are free.
 
     ``offsets`` (n + 1) of the k-th camera's pairs; their ``member``, one of the F samples, the
-    ``first`` and ``last`` cell, counted from the camera's ``low``, and the ``gain``. ``place`` (N,)
-    of a sample is its member's index, -1 if none of the cameras sees it, -2 if its price is held.
-    ``sample`` is each member's sample and ``floor`` its least price. ``fixed`` is what samples
-    with held prices add, as differences from cell to cell; the k-th camera's part is
-    ``cell_offsets[k]`` to ``cell_offsets[k + 1]``, one longer than its cells.
+    ``first`` and ``last`` cell, counted from the camera's ``low``, and the ``gain``.
     """
 
     offsets: Offsets
@@ -121,6 +117,20 @@ class _Local(NamedTuple):
     first: IntArray
     last: IntArray
     gain: Offsets
+
+
+class _Local(NamedTuple):
+    """What n cameras' bound depends on: their pairs with the F samples whose prices are free.
+
+    ``gains`` are those in focus, ``blurred`` those that gain even out of focus. ``place`` (N,)
+    of a sample is its member's index, -1 if none of the cameras sees it, -2 if its price is held.
+    ``sample`` is each member's sample and ``floor`` its least price. ``fixed`` is what samples
+    with held prices add, as differences from cell to cell; the k-th camera's part is
+    ``cell_offsets[k]`` to ``cell_offsets[k + 1]``, one longer than its cells.
+    """
+
+    gains: _LocalPairs
+    blurred: _LocalPairs
     place: IntArray
     sample: IntArray
     floor: Offsets
@@ -129,21 +139,32 @@ class _Local(NamedTuple):
 
 
 @kernel
-def _empty_local(node, cameras, gains):
-    """Return room for a local problem."""
-    n, samples, pairs = len(cameras), len(node.price), 0
-    cell_offsets = np.zeros(n + 1, dtype=np.int64)
-    for k in range(n):
-        c = cameras[k]
-        pairs += gains.offsets[c + 1] - gains.offsets[c]
-        cells = node.high[c] - node.low[c] + 2 if node.high[c] >= node.low[c] else 0
-        cell_offsets[k + 1] = cell_offsets[k] + cells
-    return _Local(
-        np.empty(n + 1, dtype=np.int64),
+def _room(cameras, offsets):
+    """Return room for all pairs of the cameras."""
+    pairs = 0
+    for c in cameras:
+        pairs += offsets[c + 1] - offsets[c]
+    return _LocalPairs(
+        np.empty(len(cameras) + 1, dtype=np.int64),
         np.empty(pairs, dtype=np.int32),
         np.empty(pairs, dtype=np.int32),
         np.empty(pairs, dtype=np.int32),
         np.empty(pairs, dtype=np.int64),
+    )
+
+
+@kernel
+def _empty_local(node, cameras, pairs):
+    """Return room for a local problem."""
+    n, samples = len(cameras), len(node.price)
+    cell_offsets = np.zeros(n + 1, dtype=np.int64)
+    for k in range(n):
+        c = cameras[k]
+        cells = node.high[c] - node.low[c] + 2 if node.high[c] >= node.low[c] else 0
+        cell_offsets[k + 1] = cell_offsets[k] + cells
+    return _Local(
+        _room(cameras, pairs.gains.offsets),
+        _room(cameras, pairs.blurred.offsets),
         np.full(samples, -1, dtype=np.int32),
         np.empty(samples, dtype=np.int32),
         np.empty(samples, dtype=np.int64),
@@ -163,59 +184,88 @@ def _best_elsewhere(p, inside, by_sample):
 
 
 @kernel
-def _gather(node, cameras, gains, by_sample, reach, local):
-    """Fill a local problem; return how many samples' prices are free.
+def _place(node, cameras, gains, by_sample, local):
+    """Find the samples that cameras gain from, and whose prices are free; return how many are.
 
     A sample's price is free if no other camera takes anything above it. It may then fall to what
     the best of the others gains, and does where no range holds the sample any more.
     """
-    offsets, sample, gain, first, last = gains
-    low, high, price, most = node.low, node.high, node.price, by_sample.most
-    place, floor = local.place, local.floor
-    inside = np.zeros(len(low), dtype=np.bool_)
+    inside = np.zeros(len(node.low), dtype=np.bool_)
     for c in cameras:
         inside[c] = True
-    count, at = 0, 0
-    for k in range(len(cameras)):
-        c = cameras[k]
-        local.offsets[k] = at
-        a, b = low[c], high[c]
-        part = local.fixed[local.cell_offsets[k] : local.cell_offsets[k + 1]]
-        for j in range(offsets[c], offsets[c + 1]):
-            p = sample[j]
+    place, count = local.place, 0
+    for c in cameras:
+        for j in range(gains.offsets[c], gains.offsets[c + 1]):
+            p = gains.sample[j]
             if place[p] == -1:
                 least = _best_elsewhere(p, inside, by_sample)
-                if least > price[p]:
+                if least > node.price[p]:
                     place[p] = -2
                 else:
-                    place[p], local.sample[count], floor[count] = count, p, least
+                    place[p], local.sample[count], local.floor[count] = count, p, least
                     count += 1
-            if first[j] > b or last[j] < a:
-                continue
-            if place[p] == -2:
-                above = gain[j] - price[p]
-                if above > 0:
-                    part[max(first[j], a) - a] += above
-                    part[min(last[j], b) - a + 1] -= above
-            elif gain[j] > price[p] - (most[p] >> reach):
-                local.member[at], local.gain[at] = place[p], gain[j]
-                local.first[at], local.last[at] = max(first[j], a) - a, min(last[j], b) - a
-                at += 1
-            elif gain[j] > floor[place[p]]:
-                floor[place[p]] = gain[j]
-    local.offsets[len(cameras)] = at
     return count
+
+
+@kernel
+def _clip(k, c, node, gains, sign, most, reach, local, at, clipped):
+    """Append the pairs of the k-th camera, c, to those clipped to its range; return their number.
+
+    What samples with held prices take is added to what is fixed, or taken away from it.
+    """
+    offsets, sample, gain, first, last = gains
+    a, b, price = node.low[c], node.high[c], node.price
+    part = local.fixed[local.cell_offsets[k] : local.cell_offsets[k + 1]]
+    for j in range(offsets[c], offsets[c + 1]):
+        if first[j] > b or last[j] < a:
+            continue
+        p = sample[j]
+        member = local.place[p]
+        if member == -2:
+            above = gain[j] - price[p]
+            if above > 0:
+                part[max(first[j], a) - a] += sign * above
+                part[min(last[j], b) - a + 1] -= sign * above
+        elif gain[j] > price[p] - (most[p] >> reach):
+            clipped.member[at], clipped.gain[at] = member, gain[j]
+            clipped.first[at], clipped.last[at] = max(first[j], a) - a, min(last[j], b) - a
+            at += 1
+        elif gain[j] > local.floor[member]:
+            local.floor[member] = gain[j]
+    return at
+
+
+@kernel
+def _gather(node, cameras, pairs, by_sample, reach, local):
+    """Fill a local problem; return how many samples' prices are free."""
+    count = _place(node, cameras, pairs.gains, by_sample, local)
+    gained, blurred, most = 0, 0, by_sample.most
+    for k in range(len(cameras)):
+        c = cameras[k]
+        local.gains.offsets[k], local.blurred.offsets[k] = gained, blurred
+        gained = _clip(k, c, node, pairs.gains, 1, most, reach, local, gained, local.gains)
+        # A pair that gains out of focus gains more in focus: its sample has its place.
+        blurred = _clip(k, c, node, pairs.blurred, -1, most, reach, local, blurred, local.blurred)
+    local.gains.offsets[len(cameras)], local.blurred.offsets[len(cameras)] = gained, blurred
+    return count
+
+
+@kernel
+def _add_above(k, pairs, price, sign, takings):
+    """Add, or take away, what the k-th camera's pairs take, as differences from cell to cell."""
+    offsets, member, first, last, gain = pairs
+    for j in range(offsets[k], offsets[k + 1]):
+        above = sign * max(gain[j] - price[member[j]], 0)
+        takings[first[j]] += above
+        takings[last[j] + 1] -= above
 
 
 @kernel
 def _takings(k, local, price, takings):
     """Fill what each cell of the k-th camera takes; return the most and its cell."""
-    offsets, member, first, last, gain = local[:5]
     takings[:] = local.fixed[local.cell_offsets[k] : local.cell_offsets[k + 1]]
-    for j in range(offsets[k], offsets[k + 1]):
-        above = max(gain[j] - price[member[j]], 0)
-        takings[first[j]] += above
-        takings[last[j] + 1] -= above
+    _add_above(k, local.gains, price, 1, takings)
+    _add_above(k, local.blurred, price, -1, takings)
     best, where, total = np.int64(-1), 0, np.int64(0)
     for i in range(len(takings) - 1):
         total += takings[i]
@@ -226,24 +276,44 @@ def _takings(k, local, price, takings):
 
 
 @kernel
-def _bound(local, price, takings, chosen, slope):
-    """Return the local bound at these prices; fill its subgradient, and count the best cells."""
-    offsets, member, first, last, gain = local[:5]
-    cell_offsets = local.cell_offsets
-    bound = np.int64(0)
+def _serve(k, pairs, price, top, sign, slope):
+    """Lower, or raise, the slopes of the samples that the k-th camera's cell takes."""
+    offsets, member, first, last, gain = pairs
+    for j in range(offsets[k], offsets[k + 1]):
+        i = member[j]
+        held = (first[j] <= top) & (top <= last[j]) & (gain[j] > price[i])
+        slope[i] -= sign * held
+
+
+@kernel
+def _price(local, pairs, price, slope):
+    """Return what the prices themselves add to the bound; fill its subgradient."""
+    offsets, gain = pairs.blurred_views
+    total = np.int64(0)
     for i in range(len(price)):
-        bound += price[i]
-        slope[i] = 1.0
-    for k in range(len(offsets) - 1):
+        p = local.sample[i]
+        total += pairs.views * price[i]
+        slope[i] = pairs.views
+        for b in range(offsets[p], offsets[p + 1]):
+            if gain[b] > price[i]:
+                total += gain[b] - price[i]
+                slope[i] -= 1.0
+    return total
+
+
+@kernel
+def _bound(local, pairs, price, takings, chosen, slope):
+    """Return the local bound at these prices; fill its subgradient, and count the best cells."""
+    cell_offsets = local.cell_offsets
+    bound = _price(local, pairs, price, slope)
+    for k in range(len(cell_offsets) - 1):
         if cell_offsets[k + 1] == cell_offsets[k]:
             continue
         value, top = _takings(k, local, price, takings[cell_offsets[k] : cell_offsets[k + 1]])
         bound += value
         chosen[cell_offsets[k] + top] += 1
-        for j in range(offsets[k], offsets[k + 1]):
-            i = member[j]
-            held = (first[j] <= top) & (top <= last[j]) & (gain[j] > price[i])
-            slope[i] -= held
+        _serve(k, local.gains, price, top, 1, slope)
+        _serve(k, local.blurred, price, top, -1, slope)
     return bound
 
 
@@ -261,7 +331,7 @@ def _step(local, most, slope, direction, aim, price):
 
 
 @kernel
-def _adapt(local, most, base, goal, iterations, price, chosen):
+def _adapt(local, pairs, most, base, goal, iterations, price, chosen):
     """Adapt the free prices by subgradient steps; return the node's bound, ``base`` at first.
 
     ``price`` (F,) becomes the best found; ``chosen`` counts how often each cell was the best.
@@ -270,9 +340,9 @@ def _adapt(local, most, base, goal, iterations, price, chosen):
     direction, slope = np.zeros(len(price)), np.empty(len(price))
     best, reference, start = np.int64(2**62), np.int64(2**62), np.int64(0)
     hope, since = 0.0, 0
-    work = local.offsets[-1] + len(chosen) + len(price) + 1
+    work = local.gains.offsets[-1] + len(chosen) + len(price) + 1
     for iteration in range(min(iterations, max(_FEWEST_STEPS, _WORK // work))):
-        bound = _bound(local, now, takings, chosen, slope)
+        bound = _bound(local, pairs, now, takings, chosen, slope)
         if iteration == 0:
             start = reference = bound
             hope = max(0.3 * (base - goal), _BEYOND * base)
@@ -345,16 +415,16 @@ def _report(cameras, local, price, chosen, slack, node):
 
 
 @kernel
-def _tighten(node, base, cameras, gains, by_sample, goal, reach, iterations):
+def _tighten(node, base, cameras, pairs, by_sample, goal, reach, iterations):
     """Lower a node's bound, ``base`` at its prices, by the prices around cameras; return it.
 
     The cameras lose the ends of their ranges that no plan above ``goal`` can use.
     """
-    local = _empty_local(node, cameras, gains)
-    count = _gather(node, cameras, gains, by_sample, reach, local)
+    local = _empty_local(node, cameras, pairs)
+    count = _gather(node, cameras, pairs, by_sample, reach, local)
     sample, chosen = local.sample[:count], np.zeros(len(local.fixed), dtype=np.int64)
     price = node.price[sample]
-    bound = _adapt(local, by_sample.most, base, goal, iterations, price, chosen)
+    bound = _adapt(local, pairs, by_sample.most, base, goal, iterations, price, chosen)
     node.price[sample] = price
     if bound > goal:
         _report(cameras, local, price, chosen, bound - goal, node)
@@ -362,15 +432,22 @@ def _tighten(node, base, cameras, gains, by_sample, goal, reach, iterations):
 
 
 @kernel
-def _most_taken(c, gains, low, high, price):
-    """Return the most that one of the cells ``low`` to ``high`` of camera c takes."""
+def _add_clipped(c, gains, low, high, price, sign, steps):
+    """Add, or take away, what camera c takes, as differences from cell ``low`` to ``high``."""
     offsets, sample, gain, first, last = gains
-    steps = np.zeros(high - low + 2, dtype=np.int64)
     for j in range(offsets[c], offsets[c + 1]):
         above = gain[j] - price[sample[j]]
         if above > 0 and first[j] <= high and last[j] >= low:
-            steps[max(first[j], low) - low] += above
-            steps[min(last[j], high) - low + 1] -= above
+            steps[max(first[j], low) - low] += sign * above
+            steps[min(last[j], high) - low + 1] -= sign * above
+
+
+@kernel
+def _most_taken(c, pairs, low, high, price):
+    """Return the most that one of the cells ``low`` to ``high`` of camera c takes."""
+    steps = np.zeros(high - low + 2, dtype=np.int64)
+    _add_clipped(c, pairs.gains, low, high, price, 1, steps)
+    _add_clipped(c, pairs.blurred, low, high, price, -1, steps)
     best, total = np.int64(-1), np.int64(0)
     for i in range(high - low + 1):
         total += steps[i]
@@ -379,14 +456,14 @@ def _most_taken(c, gains, low, high, price):
 
 
 @kernel
-def _confine(b, cuts, near, gains, by_sample, nodes, goal, reach, iterations):
+def _confine(b, cuts, near, pairs, by_sample, nodes, goal, reach, iterations):
     """Confine one camera of node b, and bound what is left; return the bound."""
     low, high, price = nodes.low[b], nodes.high[b], nodes.price[b]
     c, bound = cuts.camera[b], nodes.bound[b]
     if c >= 0:
-        bound -= _most_taken(c, gains, low[c], high[c], price)
+        bound -= _most_taken(c, pairs, low[c], high[c], price)
         low[c], high[c] = cuts.first[b], cuts.last[b]
-        bound += _most_taken(c, gains, low[c], high[c], price)
+        bound += _most_taken(c, pairs, low[c], high[c], price)
     if bound <= goal:
         return bound
     if cuts.wide[b]:
@@ -394,18 +471,18 @@ def _confine(b, cuts, near, gains, by_sample, nodes, goal, reach, iterations):
     else:
         cameras = near.camera[near.offsets[c] : near.offsets[c + 1]].copy()
     node = _Node(low, high, price, nodes.score[b], nodes.split[b], nodes.cell[b])
-    return _tighten(node, bound, cameras, gains, by_sample, goal, reach, iterations)
+    return _tighten(node, bound, cameras, pairs, by_sample, goal, reach, iterations)
 
 
 @parallel_kernel
-def confine(cuts, near, gains, by_sample, nodes, goal, reach, iterations):
+def confine(cuts, near, pairs, by_sample, nodes, goal, reach, iterations):
     """Confine one camera of each node to some of its cells, and bound what is left.
 
     Parameters
     ----------
     cuts : Cuts
     near : Neighbourhoods
-    gains : GainsByCamera
+    pairs : PricedPairs
     by_sample : GainsBySample
     nodes : Nodes
         At first copies of the parents, with bounds that are exact at their prices.
@@ -418,7 +495,7 @@ def confine(cuts, near, gains, by_sample, nodes, goal, reach, iterations):
     """
     bound = nodes.bound
     for b in prange(len(bound)):
-        bound[b] = _confine(b, cuts, near, gains, by_sample, nodes, goal, reach, iterations)
+        bound[b] = _confine(b, cuts, near, pairs, by_sample, nodes, goal, reach, iterations)
 
 
 @kernel
