@@ -222,9 +222,9 @@ class Branching:
         )
         nodes = _stacked([part.node for part in parts])
         kernels.confine(
-            kernels.Cuts(camera, first, last, camera < 0),
+            kernels.Cuts(camera, first, last, (camera < 0) | (self._gains.shots > 1)),
             self._near,
-            self._gains.priced,
+            *self._gains.priced,
             self._by_sample,
             nodes,
             goal,

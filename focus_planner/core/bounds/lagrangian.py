@@ -59,7 +59,8 @@ class Prices:
     ----------
     gains : Gains
     start : (N,) array of int64, optional
-        In units, from 0 to each sample's largest gain; by default half of that.
+        In units, from 0 to each sample's largest gain; by default that over one
+        more than it needs views, which of the starts tried on bodies came down soonest.
 
     Attributes
     ----------
@@ -71,15 +72,15 @@ class Prices:
 
     def __init__(self, gains: Gains, start: Offsets | None = None) -> None:
         samples = len(gains.most)
-        price = gains.most // 2 if start is None else np.clip(start, 0, gains.most)
+        price = gains.most // (gains.views + 1) if start is None else np.clip(start, 0, gains.most)
         self.price = price.copy()
         self.steps = 0
         self._gains = gains
-        room = (
+        gained, blurred = (
             kernels.GainsByCamera(*map(np.empty_like, pairs))
             for pairs in (gains.by_camera, gains.blurred)
         )
-        self._active = gains.priced._replace(**dict(zip(("gains", "blurred"), room, strict=True)))
+        self._active = gains.priced._replace(gains=gained, blurred=blurred)
         cells = int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             threads = get_num_threads()
@@ -123,7 +124,7 @@ class Prices:
         work = int(self._active.gains.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(
-                self._active,
+                *self._active,
                 state,
                 float(goal),
                 max(5, min(_STEPS_LEFT_OUT, _WORK // work)),

@@ -12,8 +12,10 @@
 
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
-``pairs`` the search within ``k_view``, ``point_grid`` and ``local_fit`` the points near a place and
-the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is kept.
+``pairs`` the search within ``k_view``, ``local_prices`` and ``stabbing`` those within
+``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
+and the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is
+kept.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
@@ -108,7 +110,6 @@ from focus_planner.core.kernels.shading import (
 )
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
-from focus_planner.core.kernels.stabbing import best_cells
 from focus_planner.core.kernels.visibility import (
     PLACES,
     Blocks,
@@ -125,7 +126,6 @@ from focus_planner.core.kernels.visibility import (
 __all__ = [
     "AFFINE",
     "BLOCK",
-    "BlurredViews",
     "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
@@ -141,6 +141,7 @@ __all__ = [
     "VERTEX_COLOURS",
     "Averages",
     "Blocks",
+    "BlurredViews",
     "CameraTuples",
     "CostTerms",
     "Cuts",
@@ -165,7 +166,6 @@ __all__ = [
     "assign",
     "base_costs",
     "best_cameras",
-    "best_cells",
     "best_pair",
     "block_keys",
     "bound_blocks",

@@ -124,6 +124,8 @@ class BlurredViews(NamedTuple):
 class PricedPairs(NamedTuple):
     """What prices bound.
 
+    Kernels with ``prange`` loops take its parts: Numba takes no tuples of tuples into these.
+
     Attributes
     ----------
     gains, blurred : GainsByCamera

@@ -15,7 +15,8 @@ With q views per sample that is
 
     Σ_p [q v_p + Σ_c (e − v_p)⁺] + Σ_c max_j Σ_{p held by cell j of c} [(g − v_p)⁺ − (e − v_p)⁺],
 
-where e is what a view gains out of focus, and j stands for as many cells as c takes shots. Everything is in whole units, so D is exact and does not depend on the order of its sums.
+where e is what a view gains out of focus, and j stands for as many cells as c takes shots.
+Everything is in whole units, so D is exact and does not depend on the order of its sums.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from numba import prange
 
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
-from focus_planner.core.kernels.stabbing import best_cells
+from focus_planner.core.kernels.stabbing import best_cells, intervals_above
 
 # Sums of floats are taken over this many parts, each in order, whatever the number of threads.
 _PARTS = 32
@@ -138,26 +139,10 @@ def _best_cell(c, gains, blurred, price, steps):
 
 
 @kernel
-def _best_of_view(c, gains, blurred, price, cells, chosen):
-    """Fill the cells of camera c's shots that take most above the prices; return how much."""
-    room = gains.offsets[c + 1] - gains.offsets[c] + blurred.offsets[c + 1] - blurred.offsets[c]
-    intervals, weights = np.empty((room, 2), dtype=np.int32), np.empty(room, dtype=np.int64)
-    count = _list_above(c, gains, price, 1, 0, intervals, weights)
-    count = _list_above(c, blurred, price, -1, count, intervals, weights)
-    return best_cells(intervals[:count], weights[:count], cells, chosen)
-
-
-@kernel
-def _list_above(c, gains, price, sign, count, intervals, weights):
-    """Append camera c's intervals with what they take above the prices; return their number."""
-    offsets, sample, gain, first, last = gains
-    for j in range(offsets[c], offsets[c + 1]):
-        above = gain[j] - price[sample[j]]
-        if above > 0:
-            intervals[count, 0], intervals[count, 1] = first[j], last[j]
-            weights[count] = sign * above
-            count += 1
-    return count
+def _best_of_view(c, gains, blurred, count, price, cells):
+    """Fill the cells, of ``count``, of camera c's shots that take most; return how much."""
+    low, high = np.zeros_like(cells), np.full_like(cells, count - 1)
+    return best_cells(intervals_above(c, gains, blurred, price), low, high, count, cells)
 
 
 @kernel
@@ -174,14 +159,8 @@ def _count_served(c, gains, price, sign, cell, before, served):
 
 
 @kernel
-def _serve(low, high, pairs, price, served, steps, chosen, values):
+def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps, chosen, values):
     """Find the best cells of views ``low`` to ``high``; count which samples they take."""
-    gains, blurred, cell_offsets, shots = (
-        pairs.gains,
-        pairs.blurred,
-        pairs.cell_offsets,
-        pairs.shots,
-    )
     cells = np.empty(shots, dtype=np.int32)
     served[:] = 0
     for view in range(low, high):
@@ -194,7 +173,7 @@ def _serve(low, high, pairs, price, served, steps, chosen, values):
             values[view], cells[0] = _best_cell(c, gains, blurred, price, own)
         else:
             count = cell_offsets[c + 1] - cell_offsets[c]
-            values[view] = _best_of_view(c, gains, blurred, price, count, cells)
+            values[view] = _best_of_view(c, gains, blurred, count, price, cells)
         before = -1
         for shot in range(shots):
             cell = cells[shot]
@@ -205,16 +184,16 @@ def _serve(low, high, pairs, price, served, steps, chosen, values):
 
 
 @kernel
-def _turn(low, high, pairs, price, served, direction):
+def _turn(low, high, views, blurred_views, price, served, direction):
     """Turn the direction of some samples to the present subgradient.
 
     Returns the sum of what they add to the bound and of the direction's squares.
     """
-    offsets, blurred = pairs.blurred_views
+    offsets, blurred = blurred_views
     total, square = np.int64(0), 0.0
     for p in range(low, high):
-        total += pairs.views * price[p]
-        slope = float(pairs.views)
+        total += views * price[p]
+        slope = float(views)
         for b in range(offsets[p], offsets[p + 1]):
             if blurred[b] > price[p]:
                 total += blurred[b] - price[p]
@@ -257,7 +236,7 @@ def _restart(hope, descent):
 
 
 @parallel_kernel
-def descend(pairs, descent, goal, iterations):
+def descend(gains, blurred, blurred_views, cell_offsets, views, shots, descent, goal, iterations):
     """Lower the bound by subgradient steps; return how many were taken.
 
     A step aims at a level below the least bound so far, but not far below ``goal``: the
@@ -266,8 +245,8 @@ def descend(pairs, descent, goal, iterations):
 
     Parameters
     ----------
-    pairs : PricedPairs
-        Those that are active.
+    gains, blurred, blurred_views, cell_offsets, views, shots
+        Those pairs that are active, see :class:`PricedPairs`.
     descent : PriceDescent
     goal : float
         Units; steps end when the bound is there.
@@ -275,18 +254,31 @@ def descend(pairs, descent, goal, iterations):
         The most steps to take.
     """
     price, floor, most, best_price, direction, served, steps, chosen, progress = descent
-    samples, parts = len(price), len(served)
-    views = (len(pairs.cell_offsets) - 1) // pairs.shots
-    values = np.empty(views, dtype=np.int64)
+    samples, parts, cameras = len(price), len(served), (len(cell_offsets) - 1) // shots
+    values = np.empty(cameras, dtype=np.int64)
     sums, squares = np.empty(_PARTS, dtype=np.int64), np.empty(_PARTS, dtype=np.float64)
     size = (samples + _PARTS - 1) // _PARTS
     for iteration in range(iterations):
         for part in prange(parts):
-            low, high = part * views // parts, (part + 1) * views // parts
-            _serve(low, high, pairs, price, served[part], steps, chosen, values)
+            low, high = part * cameras // parts, (part + 1) * cameras // parts
+            _serve(
+                low,
+                high,
+                gains,
+                blurred,
+                cell_offsets,
+                shots,
+                price,
+                served[part],
+                steps,
+                chosen,
+                values,
+            )
         for part in prange(_PARTS):
             low, high = part * size, min((part + 1) * size, samples)
-            sums[part], squares[part] = _turn(low, high, pairs, price, served, direction)
+            sums[part], squares[part] = _turn(
+                low, high, views, blurred_views, price, served, direction
+            )
         bound = float(values.sum() + sums.sum())
         if bound < progress[0]:
             progress[0] = bound
