@@ -24,6 +24,7 @@ the number of threads.
 from focus_planner.core.kernels.arrays import (
     BlurredViews,
     CameraTuples,
+    CameraViews,
     GainsByCamera,
     GainsBySample,
     PairsByCamera,
@@ -58,13 +59,7 @@ from focus_planner.core.kernels.distortion import (
 )
 from focus_planner.core.kernels.em import stab
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
-from focus_planner.core.kernels.k_view import (
-    CAMERA_BITS,
-    DescentState,
-    improve_tuples,
-    rank_cameras,
-    reassign,
-)
+from focus_planner.core.kernels.k_view import DescentState, improve_tuples, reassign
 from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
     PriceDescent,
@@ -83,10 +78,10 @@ from focus_planner.core.kernels.problem import (
     PairCosts,
     base_costs,
     best_cameras,
-    costs_in_views,
     sort_by_camera,
     sort_by_sample,
 )
+from focus_planner.core.kernels.ranking import VIEW_BITS, rank_views
 from focus_planner.core.kernels.rasterize import (
     AFFINE,
     BLOCK,
@@ -126,7 +121,6 @@ from focus_planner.core.kernels.visibility import (
 __all__ = [
     "AFFINE",
     "BLOCK",
-    "CAMERA_BITS",
     "COEFFICIENTS",
     "FISHEYE",
     "KERNELS",
@@ -139,10 +133,12 @@ __all__ = [
     "TILE",
     "UNSEEN",
     "VERTEX_COLOURS",
+    "VIEW_BITS",
     "Averages",
     "Blocks",
     "BlurredViews",
     "CameraTuples",
+    "CameraViews",
     "CostTerms",
     "Cuts",
     "DescentState",
@@ -176,7 +172,6 @@ __all__ = [
     "cell_ranges",
     "colour",
     "confine",
-    "costs_in_views",
     "count_common",
     "count_gains",
     "count_near_view",
@@ -206,7 +201,7 @@ __all__ = [
     "most_frequent",
     "most_gains",
     "project",
-    "rank_cameras",
+    "rank_views",
     "reassign",
     "refine",
     "residuals",

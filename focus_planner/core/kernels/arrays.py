@@ -65,6 +65,29 @@ class PairsByCamera(NamedTuple):
     last: IntArray
 
 
+class CameraViews(NamedTuple):
+    """Which cameras are one view, and how many views every sample needs.
+
+    Attributes
+    ----------
+    number : (C,) array of int32
+        Each camera's view. Shots of one camera of the rig are one view: neighbours, with the same
+        pairs.
+    offsets : (V + 1,) array of int64
+        View v's cameras are ``offsets[v]`` to ``offsets[v + 1]``.
+    count : int
+        A sample costs the sum of so many least costs, each of another view.
+    missing : (N,) array of int64
+        What a view that is missing costs, units: no view costs more. ``NEVER`` where one view is
+        enough, since any is taken then.
+    """
+
+    number: IntArray
+    offsets: Offsets
+    count: int
+    missing: Offsets
+
+
 class GainsByCamera(NamedTuple):
     """What samples gain from focus, camera by camera, samples ascending.
 

@@ -16,13 +16,14 @@ import numpy as np
 from numba import prange
 
 from focus_planner.core.kernels.compiling import parallel_kernel
+from focus_planner.core.kernels.solution import is_assigned
 
 
 @parallel_kernel
 def stab(by_camera, focus, cell_offsets, best, cell):
     """Move each camera to the cell that holds most of its samples' weight in focus (Eq. 8).
 
-    Camera c's samples are those with ``best[p] == c``. Ties go to the cell that holds most of
+    Camera c's samples are those with it in ``best`` (N, count). Ties go to the cell that holds most of
     everything the camera sees, which the next assignment may profit from; without a better cell a
     camera stays. Two prefix sums per camera. Returns how many cameras moved.
     """
@@ -37,7 +38,7 @@ def stab(by_camera, focus, cell_offsets, best, cell):
                     p = seen[j]
                     all_seen[first[j]] += focus[p]
                     all_seen[last[j] + 1] -= focus[p]
-                    if best[p] == c:
+                    if is_assigned(p, c, best):
                         own[first[j]] += focus[p]
                         own[last[j] + 1] -= focus[p]
             own, all_seen = np.cumsum(own[:-1]), np.cumsum(all_seen[:-1])

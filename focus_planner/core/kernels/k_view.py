@@ -10,22 +10,21 @@
 
 """Exact joint steps of two or three cameras (paper, Sec. 3.4; docs/algorithm.md).
 
-While the cameras of a tuple move, all others stand still. A sample then costs m, its least cost
-with every camera of the tuple out of focus, less the gain of the best camera that holds it in
-focus: for camera a that is g_a = max(0, m − base cost of a). With two cameras the gains add
-up to a function of a's cell, plus a function of b's cell, less min(g_a, g_b) on the rectangle of
-cells where both hold the sample: what :func:`best_pair` maximises. A third camera is an outer
-loop over its cells: where it holds a sample in focus, m is at most its base cost.
+While the cameras of a tuple move, all others stand still. A sample's cost then depends only on
+which of the tuple's cameras hold it in focus: ``costs`` (L, 2^k) has it for every set of them, as
+the bits of the index. With none it is costs[0]; camera a alone gains costs[0] − costs[a], and the
+sum of the least costs of several views being submodular, a and b together gain no more than the sum
+of what each gains. So with two cameras the gains add up to a function of a's cell, plus a function
+of b's cell, less the difference on the rectangle of cells where both hold the sample: what
+:func:`best_pair` maximises. A third camera is an outer loop over its cells: what it holds has the
+costs with its bit.
 
 A sample that only one camera of the tuple sees adds to that camera's function alone, the same
 whichever the tuple. ``steps`` keeps these functions per camera, as differences from cell to
 cell, and a tuple costs only what its cameras share.
 
-With scope "all" (``ranking`` not empty) a sample may also be assigned to its cheapest camera
-outside the tuple, which stands still; with scope "assigned" the tuple's samples stay with it.
-
-A sample's ``ranking`` (N, k + 1) holds its cheapest cameras as keys, the cost in units above the
-camera's number: keys sort by cost, ties by number, and fit a cache line.
+With scope "all" (``ranking`` not empty) a sample may also be assigned to its cheapest views outside
+the tuple, which stand still; with scope "assigned" the tuple's samples stay with it.
 """
 
 from __future__ import annotations
@@ -40,11 +39,14 @@ from focus_planner.core.kernels.camera_tuples import NEVER
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.problem import UNSEEN
-
-#: A ranking's keys hold the camera's number in so many bits.
-CAMERA_BITS = 18
-_CAMERA = 2**CAMERA_BITS - 1
-_NOBODY = (NEVER << CAMERA_BITS) | _CAMERA
+from focus_planner.core.kernels.ranking import (
+    NO_CHOICE,
+    held_by_another,
+    least_beside,
+    rerank,
+    sums_beside,
+)
+from focus_planner.core.kernels.solution import is_assigned
 
 
 class DescentState(NamedTuple):
@@ -54,10 +56,11 @@ class DescentState(NamedTuple):
     ----------
     cell : (C,) array of int32
         Each camera's cell.
-    ranking : (N, k + 1) array of int64
-        The cheapest cameras of each sample as keys, ascending; no rows with scope "assigned".
-    best : (N,) array of int32
-        The camera that each sample is assigned to; kept up to date with scope "assigned" only.
+    ranking : (N, count + k) array of int64
+        The cheapest views of each sample, see ``ranking.py``; no rows with scope "assigned".
+    best : (N, count) array of int32
+        The cameras that each sample is assigned to, each of another view; kept up to date with
+        scope "assigned" only.
     steps : (M + C,) array of int64
         What each camera gains alone, as differences from cell to cell; a camera's part is one
         longer than its cells.
@@ -91,95 +94,48 @@ class _Shared(NamedTuple):
 class _Step(NamedTuple):
     """The problem of one tuple's best step.
 
-    Member m's ``steps`` begin at ``begin[m]``; ``out`` is what each shared sample costs with all
-    members out of focus, -1 if it is not the tuple's to re-assign. ``rectangles`` and ``weights``
-    are as :func:`best_pair` takes them; ``third`` are the shared samples that the third camera may
-    gain.
+    Member m's ``steps`` begin at ``begin[m]``; ``costs`` is what each shared sample costs, for
+    every set of members that hold it; its first column is -1 if the sample is not the tuple's to
+    re-assign. ``rectangles`` and ``weights`` are as :func:`best_pair` takes them; ``third`` are the
+    shared samples that the third camera may gain.
     """
 
     steps: Offsets
     begin: Offsets
-    out: Offsets
+    costs: Offsets
     rectangles: IntArray
     weights: Offsets
     third: IntArray
 
 
 @kernel
-def _gain(least, base):
-    return max(least - base, np.int64(0))
-
-
-@kernel
-def _alone(ranking, best, p, c, base, focus):
+def _alone(p, c, base, first, last, focus, views, state):
     """Return what camera c gains from holding sample p in focus, all other cameras fixed."""
-    if len(ranking) == 0:
-        return focus if best[p] == c else np.int64(0)
-    other = ranking[p, 0]
-    if other & _CAMERA == c:
-        other = ranking[p, 1]
-    return _gain(min(other >> CAMERA_BITS, base + focus), base)
+    if len(state.ranking) == 0:
+        return focus if is_assigned(p, c, state.best) else np.int64(0)
+    view = views.number[c]
+    if held_by_another(c, view, first, last, views, state.cell):
+        return np.int64(0)
+    other = least_beside(p, view, views, state.ranking)
+    return max(min(other, base + focus) - base, np.int64(0))
 
 
 @kernel
-def _outside(ranking, p, members):
-    """Return the least cost of sample p over all cameras but the members; NEVER if no ranking."""
-    for i in range(ranking.shape[1] if len(ranking) > 0 else 0):
-        camera = ranking[p, i] & _CAMERA
-        outside = True
-        for c in members:
-            if camera == c:
-                outside = False
-        if outside:
-            return ranking[p, i] >> CAMERA_BITS
-    return NEVER
-
-
-@kernel
-def _rank(p, by_sample, focus, cell, ranking):
-    """Fill sample p's cheapest cameras, ascending."""
-    offsets, camera, base, first, last = by_sample
-    ranks = ranking.shape[1]
-    for i in range(ranks):
-        ranking[p, i] = _NOBODY
-    for q in range(offsets[p], offsets[p + 1]):
-        c = camera[q]
-        cost = base[q]
-        if cell[c] < first[q] or cell[c] > last[q]:
-            cost += focus[p]
-        key = (cost << CAMERA_BITS) | c
-        if key < ranking[p, ranks - 1]:
-            i = ranks - 1
-            while i > 0 and key < ranking[p, i - 1]:
-                ranking[p, i] = ranking[p, i - 1]
-                i -= 1
-            ranking[p, i] = key
-
-
-@parallel_kernel
-def rank_cameras(by_sample, focus, cell, ranking):
-    """Fill every sample's ranking (N, k + 1) at these cells."""
-    for p in prange(len(ranking)):
-        _rank(p, by_sample, focus, cell, ranking)
-
-
-@kernel
-def _sum_steps(c, by_camera, focus, cell_offsets, state):
+def _sum_steps(c, by_camera, focus, views, cell_offsets, state):
     """Fill camera c's ``steps`` from its pairs."""
     offsets, seen, base, first, last = by_camera
-    ranking, best = state.ranking, state.best
     steps = state.steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
     steps[:] = 0
     for j in range(offsets[c], offsets[c + 1]):
         if first[j] <= last[j]:
             p = seen[j]
-            gain = _alone(ranking, best, p, c, base[j], focus[p])
+            gain = _alone(p, c, base[j], first[j], last[j], focus[p], views, state)
             steps[first[j]] += gain
             steps[last[j] + 1] -= gain
 
 
 @parallel_kernel
-def improve_tuples(tuples, low, high, by_camera, by_sample, focus, cell_offsets, state):
+def improve_tuples(tuples, low, high, by_camera, by_sample, focus, views, cell_offsets, state):
     """Take every tuple's exact best step, batch by batch; return the gain in units.
 
     The tuples of one batch do not influence each other: none reads what another writes, so they
@@ -194,6 +150,7 @@ def improve_tuples(tuples, low, high, by_camera, by_sample, focus, cell_offsets,
     by_sample : PairsBySample
     focus : (N,) array of int64
         What each sample costs more out of focus, units.
+    views : CameraViews
     cell_offsets : (C + 1,) array of int64
     state : DescentState
     """
@@ -205,7 +162,7 @@ def improve_tuples(tuples, low, high, by_camera, by_sample, focus, cell_offsets,
         gains = np.zeros(count, dtype=np.int64)
         for slot in prange(count):
             gains[slot] = _improve(
-                begin + slot, now, tuples, by_camera, by_sample, focus, cell_offsets, state
+                begin + slot, now, tuples, by_camera, by_sample, focus, views, cell_offsets, state
             )
         total += gains.sum()
     return total
@@ -219,7 +176,7 @@ def _tick(state):
 
 
 @kernel
-def _improve(t, now, tuples, by_camera, by_sample, focus, cell_offsets, state):
+def _improve(t, now, tuples, by_camera, by_sample, focus, views, cell_offsets, state):
     """Take tuple t's best step if anything around it has changed; return the gain."""
     members, touched, summed = tuples.cameras[t], state.touched, state.summed
     stale = False
@@ -232,96 +189,104 @@ def _improve(t, now, tuples, by_camera, by_sample, focus, cell_offsets, state):
     for c in members:
         if touched[c] > summed[c]:
             summed[c] = now
-            _sum_steps(c, by_camera, focus, cell_offsets, state)
+            _sum_steps(c, by_camera, focus, views, cell_offsets, state)
     move = np.empty(len(members), dtype=np.int32)
-    gain = _solve(t, tuples, focus, cell_offsets, state, move)
+    gain = _solve(t, tuples, focus, views, cell_offsets, state, move)
     if gain > 0 and len(state.ranking) == 0:
         for m in range(len(members)):
             c = members[m]
             state.cell[c] = move[m]
             touched[c], summed[c] = now, 0
         for e in range(tuples.shared_offsets[t], tuples.shared_offsets[t + 1]):
-            _hand_over(members, e, tuples, focus, state)
+            _hand_over(members, e, tuples, focus, views, state)
     elif gain > 0:
         for m in range(len(members)):
-            _move(members[m], move[m], now, by_camera, by_sample, focus, state)
+            _move(members[m], move[m], now, by_camera, by_sample, focus, views, state)
     return gain
 
 
 @kernel
-def _move(c, to, now, by_camera, by_sample, focus, state):
-    """Move camera c to a cell; keep the rankings of the samples that it gains or loses."""
-    offsets, seen, base, first, last = by_camera
-    was, state.cell[c] = state.cell[c], to
-    for j in range(offsets[c], offsets[c + 1]):
-        held = first[j] <= was <= last[j]
-        holds = first[j] <= to <= last[j]
-        if held != holds:
-            p = seen[j]
-            cost = base[j] + (0 if holds else focus[p])
-            _move_in_ranking(p, c, cost, now, by_sample, focus, state)
+def _move(c, to, now, by_camera, by_sample, focus, views, state):
+    """Move camera c to a cell; keep the rankings of the samples that it gains or loses.
 
-
-@kernel
-def _move_in_ranking(p, c, cost, now, by_sample, focus, state):
-    """Give camera c its new cost in sample p's ranking; touch the cameras that see p.
-
-    The sample's other cameras are looked at only where c leaves a gap that one of them may fill.
+    Touches the cameras that see those samples, or only the view's own shots if another one of them
+    holds the sample as well.
     """
-    ranking = state.ranking
-    ranks = ranking.shape[1]
-    key = (cost << CAMERA_BITS) | c
-    worst = ranking[p, ranks - 1]
-    at = 0
-    while at < ranks and ranking[p, at] & _CAMERA != c:
-        at += 1
-    if at == ranks:
-        if key >= worst:
-            return
-        at = ranks - 1
-    elif key > worst:
-        _rank(p, by_sample, focus, state.cell, ranking)
-        at = -1
-    if at >= 0:
-        while at > 0 and key < ranking[p, at - 1]:
-            ranking[p, at] = ranking[p, at - 1]
-            at -= 1
-        while at < ranks - 1 and key > ranking[p, at + 1]:
-            ranking[p, at] = ranking[p, at + 1]
-            at += 1
-        ranking[p, at] = key
-    offsets, camera, touched, summed = (
-        by_sample.offsets,
-        by_sample.camera,
-        state.touched,
-        state.summed,
-    )
-    for q in range(offsets[p], offsets[p + 1]):
-        touched[camera[q]], summed[camera[q]] = now, 0
+    offsets, seen, base, first, last = by_camera
+    cell, touched, summed = state.cell, state.touched, state.summed
+    was, cell[c] = cell[c], to
+    view = views.number[c]
+    for j in range(offsets[c], offsets[c + 1]):
+        holds = first[j] <= to <= last[j]
+        if (first[j] <= was <= last[j]) == holds:
+            continue
+        p = seen[j]
+        if held_by_another(c, view, first[j], last[j], views, cell):
+            for shot in range(views.offsets[view], views.offsets[view + 1]):
+                touched[shot], summed[shot] = now, 0
+            continue
+        cost = base[j] + (0 if holds else focus[p])
+        if rerank(p, view, cost, by_sample, focus, views, cell, state.ranking):
+            for q in range(by_sample.offsets[p], by_sample.offsets[p + 1]):
+                touched[by_sample.camera[q]], summed[by_sample.camera[q]] = now, 0
 
 
 @kernel
-def _hand_over(members, e, tuples, focus, state):
-    """Assign shared sample e, if it is one of the tuple's, to the cheapest of its cameras."""
+def _serve(p, members, views, best, serves):
+    """Fill which members may take sample p, and return how many of its views are theirs.
+
+    A view that the sample is assigned to in a shot outside the tuple stays with that shot.
+    """
+    theirs = 0
+    serves[:] = True
+    for i in range(best.shape[1]):
+        inside = False
+        for c in members:
+            if best[p, i] == c:
+                inside = True
+        if inside:
+            theirs += 1
+        elif best[p, i] != UNSEEN:
+            for m in range(len(members)):
+                if views.number[members[m]] == views.number[best[p, i]]:
+                    serves[m] = False
+    return theirs
+
+
+@kernel
+def _hand_over(members, e, tuples, focus, views, state):
+    """Assign those views of shared sample e that are the tuple's to the cheapest of its cameras."""
     p, cell, best = tuples.samples[e], state.cell, state.best
-    least, which, owner = NEVER, -1, -1
+    serves = np.empty(len(members), dtype=np.bool_)
+    if not _serve(p, members, views, best, serves):
+        return
+    present = np.zeros(len(members), dtype=np.bool_)
     for m in range(len(members)):
-        c = members[m]
-        if best[p] == c:
-            owner = m
-        base = tuples.bases[e, m]
-        if base < NEVER:
-            held = tuples.firsts[e, m] <= cell[c] <= tuples.lasts[e, m]
-            cost = base + (0 if held else focus[p])
-            # Of equal cameras the present one.
-            if cost < least or (cost == least and best[p] == c):
-                least, which = cost, m
-    if owner >= 0:
-        best[p] = members[which]
+        present[m] = is_assigned(p, members[m], best)
+    for i in range(best.shape[1]):
+        inside = False
+        for c in members:
+            if best[p, i] == c:
+                inside = True
+        if not inside:
+            continue
+        # Of equal cameras those that have it.
+        least, which = 2 * NEVER, -1
+        for m in range(len(members)):
+            base = tuples.bases[e, m]
+            if serves[m] and base < NEVER:
+                held = tuples.firsts[e, m] <= cell[members[m]] <= tuples.lasts[e, m]
+                cost = 2 * (base + (0 if held else focus[p])) + (0 if present[m] else 1)
+                if cost < least:
+                    least, which = cost, m
+        best[p, i] = members[which]
+        for m in range(len(members)):
+            if views.number[members[m]] == views.number[members[which]]:
+                serves[m] = False
 
 
 @kernel
-def _solve(t, tuples, focus, cell_offsets, state, move):
+def _solve(t, tuples, focus, views, cell_offsets, state, move):
     """Find tuple t's best cells; return their gain over the present ones, 0 if none.
 
     Fills ``move`` (k,) where there is a gain.
@@ -332,7 +297,7 @@ def _solve(t, tuples, focus, cell_offsets, state, move):
         tuples.samples[part], tuples.bases[part], tuples.firsts[part], tuples.lasts[part]
     )
     step, now = _copy_steps(members, len(shared.samples), cell_offsets, state)
-    now += _correct_steps(members, shared, focus, state, step)
+    now += _correct_steps(members, shared, focus, views, state, step)
     count, thirds = _list_rectangles(shared, step)
     start_a, start_b = np.int64(state.cell[members[0]]), np.int64(state.cell[members[1]])
     if len(members) == 3:
@@ -370,7 +335,7 @@ def _copy_steps(members, count, cell_offsets, state):
     step = _Step(
         steps,
         begin,
-        np.empty(count, dtype=np.int64),
+        np.empty((count, 2**k), dtype=np.int64),
         np.empty((count, 4), dtype=np.int32),
         np.empty(count, dtype=np.int64),
         np.empty(count if k == 3 else 0, dtype=np.int32),
@@ -379,63 +344,123 @@ def _copy_steps(members, count, cell_offsets, state):
 
 
 @kernel
-def _correct_steps(members, shared, focus, state, step):
-    """Correct the members' sums where they share samples, and fill what those cost without them.
+def _correct_steps(members, shared, focus, views, state, step):
+    """Fill what shared samples cost, and correct the members' sums where they share these.
 
     Returns the change of what the tuple gains now.
     """
-    ranking, best, cell = state.ranking, state.best, state.cell
+    ranking, cell = state.ranking, state.cell
     samples, bases, firsts, lasts = shared
-    steps, begin, outs = step.steps, step.begin, step.out
+    steps, begin, costs = step.steps, step.begin, step.costs
+    k, own = len(members), views.number[members]
+    sums, serves = np.empty(k + 1, dtype=np.int64), np.ones(k, dtype=np.bool_)
+    values = np.empty((k, 2), dtype=np.int64)
     change = np.int64(0)
     for e in range(len(samples)):
         p = samples[e]
-        cheapest = ranking[p, 0] & _CAMERA if len(ranking) > 0 else best[p]
-        ours = False
-        for c in members:
-            if c == cheapest:
-                ours = True
-        if not ours:
-            # With scope "all" a camera outside the tuple is cheapest, in or out of focus: it sets
-            # the cost without the tuple, for each camera alone as for all together, and none of
-            # them gains now.
-            outs[e] = ranking[p, 0] >> CAMERA_BITS if len(ranking) > 0 else -1
+        if len(ranking) > 0:
+            needed = sums_beside(p, own, views, ranking, sums)
+        else:
+            theirs = _serve(p, members, views, state.best, serves)
+            sums[:] = NO_CHOICE
+            sums[theirs] = 0
+            needed = theirs > 0
+            if not needed:
+                costs[e, 0] = -1
+                continue
+        for m in range(k):
+            base = bases[e, m] if serves[m] else NO_CHOICE
+            values[m, 0], values[m, 1] = base + focus[p], base
+            if len(ranking) > 0 and _held_outside(m, firsts[e, m], lasts[e, m], members, views, cell):
+                values[m, 0] = base
+        if k == 2:
+            _costs_of_two(own, sums, values, costs[e])
+        else:
+            _costs_of_three(own, sums, values, costs[e])
+        if not needed:
+            # Cameras outside the tuple are cheaper, in or out of focus: what one of the tuple's
+            # gains does not depend on the others, and none of them gains now.
             continue
-        out = _outside(ranking, p, members)
-        for m in range(len(members)):
-            out = min(out, bases[e, m] + focus[p])
-        outs[e], least = out, out
-        for m in range(len(members)):
+        held = 0
+        for m in range(k):
             base, first, last = bases[e, m], firsts[e, m], lasts[e, m]
             if first > last:
                 continue
-            alone = _alone(ranking, best, p, members[m], base, focus[p])
+            alone = _alone(p, members[m], base, first, last, focus[p], views, state)
             if first <= cell[members[m]] <= last:
                 change -= alone
-                least = min(least, base)
-            more = _gain(out, base) - alone
+                held |= 1 << m
+            more = costs[e, 0] - costs[e, 1 << m] - alone
             if more != 0:
                 steps[begin[m] + first] += more
                 steps[begin[m] + last + 1] -= more
-        change += out - least
+        change += costs[e, 0] - costs[e, held]
     return change
+
+
+@kernel
+def _held_outside(m, first, last, members, views, cell):
+    """Return whether a shot of member m's view outside the tuple is at one of these cells."""
+    view = views.number[members[m]]
+    for shot in range(views.offsets[view], views.offsets[view + 1]):
+        outside = first <= cell[shot] <= last
+        for c in members:
+            outside &= c != shot
+        if outside:
+            return True
+    return False
+
+
+@kernel
+def _costs_of_two(own, sums, values, costs):
+    """Fill what a sample costs for every set of two members that hold it.
+
+    ``own`` (k,) are the members' views and ``values`` (k, 2) what they cost out of focus and in it.
+    The sum of the least costs of several views, the members' and those beside them (``sums``), is
+    the least over which of the members' are taken.
+    """
+    apart = own[0] != own[1]
+    for held in range(4):
+        a, b = values[0, held & 1], values[1, held >> 1]
+        least = min(sums[0], min(a, b) + sums[1])
+        if apart:
+            least = min(least, a + b + sums[2])
+        costs[held] = least
+
+
+@kernel
+def _costs_of_three(own, sums, values, costs):
+    """Fill the same for every set of three members."""
+    apart = own[0] != own[1], own[0] != own[2], own[1] != own[2]
+    for held in range(8):
+        a, b, c = values[0, held & 1], values[1, (held >> 1) & 1], values[2, held >> 2]
+        least = min(sums[0], min(a, b, c) + sums[1])
+        if apart[0]:
+            least = min(least, a + b + sums[2])
+        if apart[1]:
+            least = min(least, a + c + sums[2])
+        if apart[2]:
+            least = min(least, b + c + sums[2])
+        if apart[0] and apart[1] and apart[2]:
+            least = min(least, a + b + c + sums[3])
+        costs[held] = least
 
 
 @kernel
 def _list_rectangles(shared, step):
     """List the rectangles, and the samples that the third camera may gain; return their numbers."""
-    bases, firsts, lasts = shared.bases, shared.firsts, shared.lasts
-    out, rectangles, weights, third = step.out, step.rectangles, step.weights, step.third
-    triple, count, thirds = bases.shape[1] == 3, 0, 0
-    for e in range(len(out)):
-        if out[e] < 0:
+    firsts, lasts = shared.firsts, shared.lasts
+    costs, third = step.costs, step.third
+    triple, count, thirds = costs.shape[1] == 8, 0, 0
+    for e in range(len(costs)):
+        if costs[e, 0] < 0:
             continue
-        if triple and firsts[e, 2] <= lasts[e, 2] and bases[e, 2] < out[e]:
+        if triple and firsts[e, 2] <= lasts[e, 2] and costs[e, 4] < costs[e, 0]:
             third[thirds] = e
             thirds += 1
         else:
             count = _add_rectangle(
-                bases[e], firsts[e], lasts[e], out[e], rectangles, weights, count
+                firsts[e], lasts[e], costs[e, :4], step.rectangles, step.weights, count
             )
     return count, thirds
 
@@ -481,33 +506,34 @@ def _best_triple(shared, step, count, thirds, start_a, start_b, now, move):
 def _add_thirds(i_c, shared, step, thirds, steps, rectangles, weights, count):
     """Add the rectangles of the samples that the third camera may gain, at its cell ``i_c``.
 
-    What that cell holds costs no more than with the third camera; the two others gain as much
-    less, and their ``steps`` are corrected. Returns the number of rectangles.
+    Of what that cell holds the two others gain less, and their ``steps`` are corrected. Returns the
+    number of rectangles.
     """
-    bases, firsts, lasts = shared.bases, shared.firsts, shared.lasts
-    third, outs, begin = step.third, step.out, step.begin
+    firsts, lasts = shared.firsts, shared.lasts
+    third, begin = step.third, step.begin
     for n in range(thirds):
         e = third[n]
-        out = outs[e]
+        costs = step.costs[e, :4]
         if firsts[e, 2] <= i_c <= lasts[e, 2]:
-            out = bases[e, 2]
+            costs = step.costs[e, 4:]
             for m in range(2):
-                base, first, last = bases[e, m], firsts[e, m], lasts[e, m]
+                first, last = firsts[e, m], lasts[e, m]
                 if first <= last:
-                    change = _gain(out, base) - _gain(outs[e], base)
+                    alone = step.costs[e, 0] - step.costs[e, 1 << m]
+                    change = costs[0] - costs[1 << m] - alone
                     steps[begin[m] + first] += change
                     steps[begin[m] + last + 1] -= change
-        count = _add_rectangle(bases[e], firsts[e], lasts[e], out, rectangles, weights, count)
+        count = _add_rectangle(firsts[e], lasts[e], costs, rectangles, weights, count)
     return count
 
 
 @kernel
-def _add_rectangle(bases, firsts, lasts, out, rectangles, weights, count):
-    """Add the cells of the first two cameras that both hold a sample, if both gain by it.
+def _add_rectangle(firsts, lasts, costs, rectangles, weights, count):
+    """Add the cells of the first two cameras that both hold a sample, if they share its gain.
 
     Returns the number of rectangles.
     """
-    weight = out - max(bases[0], bases[1])
+    weight = costs[0] - costs[1] - costs[2] + costs[3]
     if weight <= 0 or firsts[0] > lasts[0] or firsts[1] > lasts[1]:
         return count
     rectangles[count, 0], rectangles[count, 1] = firsts[0], lasts[0]
@@ -517,25 +543,65 @@ def _add_rectangle(bases, firsts, lasts, out, rectangles, weights, count):
 
 
 @kernel
-def reassign(by_sample, focus, state):
-    """Assign every sample to its cheapest camera (Eq. 5); return the gain in units."""
-    offsets, camera, base, first, last = by_sample
-    now, cell, best = _tick(state), state.cell, state.best
+def reassign(by_sample, focus, views, state):
+    """Assign every sample to its cheapest cameras (Eq. 5); return the gain in units.
+
+    Of equal ones those that have it.
+    """
+    now, best = _tick(state), state.best
     gain = np.int64(0)
+    chosen, keys = np.empty(best.shape[1], np.int32), np.empty(best.shape[1], np.int64)
     for p in range(len(best)):
-        if best[p] == UNSEEN:
+        before = _cost_as_assigned(p, by_sample, focus, views, state)
+        after = _choose(p, by_sample, focus, views, state, chosen, keys)
+        if after == before:
             continue
-        least, which, present = NEVER, UNSEEN, NEVER
-        for q in range(offsets[p], offsets[p + 1]):
-            c = camera[q]
-            cost = base[q] + (0 if first[q] <= cell[c] <= last[q] else focus[p])
-            if c == best[p]:
-                present = cost
-            if cost < least:
-                least, which = cost, c
-        if least < present:
-            gain += present - least
-            state.touched[best[p]], state.touched[which] = now, now
-            state.summed[best[p]], state.summed[which] = 0, 0
-            best[p] = which
+        gain += before - after
+        for i in range(len(chosen)):
+            for c in (best[p, i], chosen[i]):
+                if c != UNSEEN:
+                    state.touched[c], state.summed[c] = now, 0
+        best[p] = chosen
     return gain
+
+
+@kernel
+def _cost_as_assigned(p, by_sample, focus, views, state):
+    """Return what sample p costs in the cameras that it is assigned to."""
+    offsets, camera, base, first, last = by_sample
+    total = views.count * views.missing[p]
+    for q in range(offsets[p], offsets[p + 1]):
+        if is_assigned(p, camera[q], state.best):
+            held = first[q] <= state.cell[camera[q]] <= last[q]
+            total += base[q] + (0 if held else focus[p]) - views.missing[p]
+    return total
+
+
+@kernel
+def _choose(p, by_sample, focus, views, state, chosen, keys):
+    """Fill sample p's cheapest cameras, each of another view; return what it costs in them."""
+    offsets, camera, base, first, last = by_sample
+    chosen[:] = UNSEEN
+    keys[:] = 2 * views.missing[p] + 2
+    q, high = offsets[p], offsets[p + 1]
+    while q < high:
+        view, least, which = views.number[camera[q]], 4 * NEVER, UNSEEN
+        while q < high and views.number[camera[q]] == view:
+            c = camera[q]
+            held = first[q] <= state.cell[c] <= last[q]
+            key = 2 * (base[q] + (0 if held else focus[p]))
+            key += 0 if is_assigned(p, c, state.best) else 1
+            if key < least:
+                least, which = key, c
+            q += 1
+        at = len(keys)
+        while at > 0 and least < keys[at - 1]:
+            at -= 1
+            if at + 1 < len(keys):
+                keys[at + 1], chosen[at + 1] = keys[at], chosen[at]
+        if at < len(keys):
+            keys[at], chosen[at] = least, which
+    total = np.int64(0)
+    for i in range(len(keys)):
+        total += views.missing[p] if chosen[i] == UNSEEN else keys[i] >> 1
+    return total

@@ -75,55 +75,46 @@ def _cost(pairs, q, focus):
     return pairs.base[q] + pairs.weight  # also where s is NaN: a camera without a distance
 
 
-@parallel_kernel
-def best_cameras(pairs, focus, costs, best):
-    """Fill ``costs`` (N,) and ``best`` (N,), the camera with the least cost (Eq. 2 and 5).
-
-    A sample that no camera sees costs 1; its ``best`` is ``UNSEEN``. Ties go to the first camera.
-    """
-    offsets, camera, _, _, _, _ = pairs
-    for p in prange(len(offsets) - 1):
-        least, which = np.inf, UNSEEN
-        for q in range(offsets[p], offsets[p + 1]):
-            cost = _cost(pairs, q, focus)
-            if cost < least:
-                least, which = cost, camera[q]
-        costs[p] = least if which != UNSEEN else 1.0
-        best[p] = which
-
-
 @kernel
-def _sum_of_least(p, pairs, focus, view, least):
-    """Return the sum of sample p's least costs, each in another view; fill them, ascending.
+def _least_costs(p, pairs, focus, view, best, least):
+    """Fill sample p's cheapest cameras, each of another view, and what they cost; return the sum.
 
     A view that is missing costs 1.
     """
-    least[:] = 1.0
+    best[:] = UNSEEN
+    least[:] = np.inf
     q, high = pairs.offsets[p], pairs.offsets[p + 1]
     while q < high:
-        here, cost = view[pairs.camera[q]], np.inf
+        here, cheapest, which = view[pairs.camera[q]], np.inf, UNSEEN
         while q < high and view[pairs.camera[q]] == here:
-            cost = min(cost, _cost(pairs, q, focus))
+            cost = _cost(pairs, q, focus)
+            if cost < cheapest:
+                cheapest, which = cost, pairs.camera[q]
             q += 1
         at = len(least)
-        while at > 0 and cost < least[at - 1]:
+        while at > 0 and cheapest < least[at - 1]:
             at -= 1
             if at + 1 < len(least):
-                least[at + 1] = least[at]
+                least[at + 1], best[at + 1] = least[at], best[at]
         if at < len(least):
-            least[at] = cost
-    return least.sum()
+            least[at], best[at] = cheapest, which
+    total = 0.0
+    for i in range(len(least)):
+        total += 1.0 if best[i] == UNSEEN else least[i]
+    return total
 
 
 @parallel_kernel
-def costs_in_views(pairs, focus, view, views, costs):
-    """Fill ``costs`` (N,): the mean of each sample's ``views`` least costs in different views.
+def best_cameras(pairs, focus, view, costs, best):
+    """Fill ``costs`` (N,) and ``best`` (N, count), the cameras with the least costs (Eq. 2 and 5).
 
-    ``view`` (C,) tells the cameras that are one view, those of neighbouring indices: the sample
-    costs what it costs in the best of them. A view that is missing costs 1.
+    A sample costs the mean over as many views as ``best`` has columns. ``view`` (C,) tells the
+    cameras that are one view, those of neighbouring indices: it costs what the best of them does. A
+    view that is missing costs 1, its camera is ``UNSEEN``. Ties go to the first camera.
     """
+    count = best.shape[1]
     for p in prange(len(costs)):
-        costs[p] = _sum_of_least(p, pairs, focus, view, np.empty(views)) / views
+        costs[p] = _least_costs(p, pairs, focus, view, best[p], np.empty(count)) / count
 
 
 @parallel_kernel

@@ -20,36 +20,59 @@ from focus_planner.core.kernels.problem import UNSEEN
 
 
 @kernel
-def _cheapest(p, by_sample, focus, cell):
-    """Return sample p's cheapest camera and its cost in units; ``UNSEEN`` where none sees it.
+def is_assigned(p, c, best):
+    """Return whether camera c is one of those that sample p is assigned to."""
+    for i in range(best.shape[1]):
+        if best[p, i] == c:
+            return True
+    return False
+
+
+@kernel
+def _cheapest(p, by_sample, focus, views, cell, best, least):
+    """Fill sample p's cheapest cameras, each of another view; return their cost in units.
 
     A function of its own: inside the prange body of ``assign``, Numba 0.68 rejects the loop on
     Python 3.12 and later ("unexpected cycle in lookup()").
     """
     offsets, camera, base, first, last = by_sample
-    least, which = np.int64(2**62), UNSEEN
-    for q in range(offsets[p], offsets[p + 1]):
-        c = camera[q]
-        cost = base[q]
-        if cell[c] < first[q] or cell[c] > last[q]:
-            cost += focus[p]
-        if cost < least:
-            least, which = cost, c
-    return which, least
+    best[:] = UNSEEN
+    least[:] = views.missing[p] + 1
+    q, high = offsets[p], offsets[p + 1]
+    while q < high:
+        view, cheapest, which = views.number[camera[q]], np.int64(2**62), UNSEEN
+        while q < high and views.number[camera[q]] == view:
+            c = camera[q]
+            cost = base[q]
+            if cell[c] < first[q] or cell[c] > last[q]:
+                cost += focus[p]
+            if cost < cheapest:
+                cheapest, which = cost, c
+            q += 1
+        at = len(least)
+        while at > 0 and cheapest < least[at - 1]:
+            at -= 1
+            if at + 1 < len(least):
+                least[at + 1], best[at + 1] = least[at], best[at]
+        if at < len(least):
+            least[at], best[at] = cheapest, which
+    total = np.int64(0)
+    for i in range(len(least)):
+        total += 0 if best[i] == UNSEEN else least[i]
+    return total
 
 
 @parallel_kernel
-def assign(by_sample, focus, cell, best):
-    """Fill ``best`` (N,) with each sample's cheapest camera (Eq. 5); return the cost in units.
+def assign(by_sample, focus, views, cell, best):
+    """Fill ``best`` (N, count) with each sample's cheapest cameras (Eq. 5); return their cost.
 
-    Samples that no camera sees get ``UNSEEN`` and add nothing to the cost.
+    Each is of another view. Views that are missing get ``UNSEEN`` and add nothing to the cost, in
+    units.
     """
     total = np.int64(0)
     for p in prange(len(best)):
-        which, least = _cheapest(p, by_sample, focus, cell)
-        best[p] = which
-        if which != UNSEEN:
-            total += least
+        least = np.empty(best.shape[1], dtype=np.int64)
+        total += _cheapest(p, by_sample, focus, views, cell, best[p], least)
     return total
 
 
@@ -59,13 +82,13 @@ def focus_room(
 ):
     """Narrow ``room_near``, ``room_far`` (C,) to where each camera keeps its own samples in focus.
 
-    A camera's own samples are those with ``best`` equal to it that are in focus now. A camera
-    without any keeps its range.
+    A camera's own samples are those assigned to it, in ``best`` (N, count), that are in focus now.
+    A camera without any keeps its range.
     """
     for p in range(len(best)):
         for q in range(sample_offsets[p], sample_offsets[p + 1]):
             c = camera_index[q]
-            if c == best[p] and focus_near[q] <= focus[c] <= focus_far[q]:
+            if is_assigned(p, c, best) and focus_near[q] <= focus[c] <= focus_far[q]:
                 if not room_near[c] >= focus_near[q]:
                     room_near[c] = focus_near[q]
                 if not room_far[c] <= focus_far[q]:

@@ -135,6 +135,16 @@ class Problem:
             self.camera_offsets, cells.seen, cells.seen_base, cells.seen_first, cells.seen_last
         )
 
+    @cached_property
+    def camera_views(self) -> kernels.CameraViews:
+        """Which cameras are one view, and what a view costs that is missing."""
+        missing = self.cells.unseen
+        if self.views == 1:
+            missing = np.full_like(missing, kernels.NEVER)
+        number = self.view
+        offsets = np.concatenate([[0], np.cumsum(np.bincount(number))])
+        return kernels.CameraViews(number, offsets, self.views, missing)
+
     def find_cells(self, keep_going: Callable[[], bool]) -> bool:
         """Find the cells ahead of their first use; return False if stopped.
 
@@ -163,8 +173,26 @@ class Problem:
         best : (N,) array of int32
             The camera that images the sample best; -1 where none sees it.
         """
+        costs, best = self.assign(focus)
+        return costs, best[:, 0].copy()
+
+    def assign(self, focus: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return each sample's cost and the cameras that it costs that in (Eq. 2, 5).
+
+        Parameters
+        ----------
+        focus : (C,) array
+            Metres.
+
+        Returns
+        -------
+        costs : (N,) array
+            As :meth:`evaluate` returns them.
+        best : (N, views) array of int32
+            Cameras, each of another view, the cheapest first; -1 for views that are missing.
+        """
         costs = np.empty(self.sample_count)
-        best = np.empty(self.sample_count, dtype=np.int32)
+        best = np.empty((self.sample_count, self.views), dtype=np.int32)
         pairs = kernels.PairCosts(
             self.sample_offsets,
             self.camera_index,
@@ -173,10 +201,8 @@ class Problem:
             self.focus_far,
             self.focus_weight,
         )
-        focus = np.ascontiguousarray(focus, dtype=np.float64)
-        kernels.best_cameras(pairs, focus, costs, best)
-        if self.views > 1:
-            kernels.costs_in_views(pairs, focus, self.view, self.views, costs)
+        chosen = np.ascontiguousarray(focus, dtype=np.float64)
+        kernels.best_cameras(pairs, chosen, self.view, costs, best)
         return costs, best
 
     def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:

@@ -111,8 +111,8 @@ class Descent:
         cameras = problem.camera_count
         self._state = kernels.DescentState(
             cell=np.empty(cameras, dtype=np.int32),
-            ranking=np.empty((ranked, options.k + 1), dtype=np.int64),
-            best=np.empty(problem.sample_count, dtype=np.int32),
+            ranking=np.empty((ranked, problem.views + options.k), dtype=np.int64),
+            best=np.empty((problem.sample_count, problem.views), dtype=np.int32),
             steps=np.empty(len(cells.near) + cameras, dtype=np.int64),
             touched=np.empty(cameras, dtype=np.int64),
             summed=np.empty(cameras, dtype=np.int64),
@@ -137,7 +137,13 @@ class Descent:
         problem, self.cell = self._problem, cell
         best, self.units = assign_samples(problem, cell)
         self._state = state = self._state._replace(cell=cell, best=best)
-        kernels.rank_cameras(problem.pairs_by_sample, problem.cells.focus, cell, state.ranking)
+        kernels.rank_views(
+            problem.pairs_by_sample,
+            problem.cells.focus,
+            problem.camera_views,
+            cell,
+            state.ranking,
+        )
         state.summed[:], state.touched[:], state.solved[:], state.clock[:] = 0, 1, 0, 1
 
     def _take_pass(self) -> Iterator[int]:
@@ -151,7 +157,9 @@ class Descent:
         if self._assigned:
             # A step counts its gain from the best assignment within its tuple, not the present.
             problem = self._problem
-            kernels.reassign(problem.pairs_by_sample, problem.cells.focus, self._state)
+            kernels.reassign(
+                problem.pairs_by_sample, problem.cells.focus, problem.camera_views, self._state
+            )
             self.units = assign_samples(problem, self.cell)[1]
         yield self.units
 
@@ -164,6 +172,7 @@ class Descent:
             problem.pairs_by_camera,
             problem.pairs_by_sample,
             cells.focus,
+            problem.camera_views,
             cells.offsets,
             self._state,
         )

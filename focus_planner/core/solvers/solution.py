@@ -83,7 +83,7 @@ def finish_cells(problem: Problem, cell: IntArray, iterations: int, converged: b
     range ends at listed ones, and the listed one nearest to its middle is taken.
     """
     focus = distances_of_cells(problem, cell)
-    _, best = problem.evaluate(focus)
+    _, best = problem.assign(focus)
     near, far = np.full((2, len(focus)), np.nan)
     kernels.focus_room(
         problem.sample_offsets,
@@ -111,11 +111,16 @@ def distances_of_cells(problem: Problem, cell: IntArray) -> FloatArray:
 
 
 def assign_samples(problem: Problem, cell: IntArray) -> tuple[IntArray, int]:
-    """Return each sample's cheapest camera at these cells, and the total in units (Eq. 5)."""
-    cells = problem.cells
-    best = np.empty(problem.sample_count, dtype=np.int32)
-    seen = kernels.assign(problem.pairs_by_sample, cells.focus, cell, best)
-    return best, int(seen) + int(cells.unseen[best == kernels.UNSEEN].sum())
+    """Return (N, views) each sample's cheapest cameras at these cells, and the total (Eq. 5).
+
+    The total is in units. Each of a sample's cameras is of another view; -1 for views that are
+    missing.
+    """
+    cells, views = problem.cells, problem.camera_views
+    best = np.empty((problem.sample_count, problem.views), dtype=np.int32)
+    seen = kernels.assign(problem.pairs_by_sample, cells.focus, views, cell, best)
+    missing = (best == kernels.UNSEEN).sum(axis=1)
+    return best, int(seen) + int((cells.unseen * missing).sum())
 
 
 def start_cells(problem: Problem, start: FloatArray) -> IntArray:
