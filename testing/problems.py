@@ -163,11 +163,14 @@ def random_problem(
     lens=None,
     weight=1 / 3,
     tolerance=0.0,
+    views=1,
+    shots=1,
 ):
     """A problem with random visibility, depths and costs, without a surface.
 
     Each camera sees each sample with probability ``share``, or as in the mask ``visible``. With
     ``ties`` depths and costs are drawn from a few values; with ``equal`` all weights are equal.
+    Each camera takes so many ``shots``, each sample needs so many ``views``.
     """
     random = np.random.default_rng(seed)
     lens = lens or Lens()
@@ -184,7 +187,7 @@ def random_problem(
     near, far = focus_interval(depth, lens, tolerance)
     points = random.random((samples, 3))
     weights = np.ones(samples) if equal else random.uniform(0.5, 1.5, samples)
-    return Problem(
+    problem = Problem(
         samples=Samples(points, np.tile([0.0, 0.0, 1.0], (samples, 1)), np.ones(samples), weights),
         names=tuple(f"c{i}" for i in range(cameras)),
         lenses=(lens,) * cameras,
@@ -197,6 +200,7 @@ def random_problem(
         focus_far=far,
         focus_weight=weight,
     )
+    return dataclasses.replace(with_shots(problem, shots), views=views)
 
 
 #: A lens whose table and own limit leave a range, and one that takes whole values only.

@@ -306,6 +306,8 @@ class Table:
     weights: list
     focus_weight: float
     cameras: int
+    views: int = 1
+    shots: int = 1
 
     def share(self, p):
         """Return what sample p adds to the cost per unit of pointwise cost."""
@@ -323,16 +325,41 @@ def table(problem):
             float(problem.base_cost[q]), float(problem.focus_near[q]), float(problem.focus_far[q])
         )
     weights = [float(weight) for weight in problem.samples.weights]
-    return Table(seen, weights, problem.focus_weight, len(problem.names))
+    return Table(
+        seen, weights, problem.focus_weight, len(problem.names), problem.views, problem.shots
+    )
 
 
 def cost(table, focus):
-    """Return the total cost at these focus distances (Eq. 2)."""
-    return sum(
-        table.share(p)
-        * min((seen.cost(focus[c], table.focus_weight) for c, seen in cameras.items()), default=1)
-        for p, cameras in enumerate(table.seen)
-    )
+    """Return the total cost at these focus distances (Eq. 2): the mean over the cheapest views."""
+    return cost_as_assigned(table, focus, assign_views(table, focus))
+
+
+def cost_as_assigned(table, focus, phi):
+    """Return the total cost where each sample has its views in these cameras, a list each."""
+    total = 0.0
+    for p, cameras in enumerate(table.seen):
+        costs = [cameras[c].cost(focus[c], table.focus_weight) for c in phi[p]]
+        total += table.share(p) * (sum(costs) + table.views - len(costs)) / table.views
+    return total
+
+
+def assign_views(table, focus):
+    """Return each sample's cheapest cameras, no two of them shots of one, cheapest first."""
+    return [
+        _cheapest(table, focus, cameras.items(), table.views, frozenset()) for cameras in table.seen
+    ]
+
+
+def _cheapest(table, focus, cameras, count, taken):
+    """Return the cheapest of these cameras; those of views that are taken are no choice."""
+    costs = {c: seen.cost(focus[c], table.focus_weight) for c, seen in cameras}
+    chosen, taken = [], set(taken)
+    for c in sorted(costs, key=lambda c: (costs[c], c)):
+        if len(chosen) < count and c // table.shots not in taken:
+            chosen.append(c)
+            taken.add(c // table.shots)
+    return chosen
 
 
 def assign(table, focus):
@@ -366,14 +393,14 @@ def camera_candidates(table, c):
 def stab(table, c, phi, present):
     """Return camera c's best focus distance for its own samples by trying them all (Eq. 8).
 
-    Of equal distances the one that holds most of all that the camera sees, and the present one
-    before all others.
+    Its own are those p with c in the list phi[p]. Of equal distances the one that holds most of all
+    that the camera sees, and the present one before all others.
     """
     seen = table.of_camera(c)
 
     def held(s):
         inside = [p for p in seen if seen[p].near <= s <= seen[p].far]
-        own = sum(table.weights[p] for p in inside if phi[p] == c)
+        own = sum(table.weights[p] for p in inside if c in phi[p])
         return own, sum(table.weights[p] for p in inside)
 
     best, best_held = present, held(present)
@@ -395,7 +422,7 @@ def em(table, focus):
     """Return the costs of EM's iterations and its last focus distances (Sec. 3.3)."""
     focus, costs = list(focus), []
     while True:
-        phi = assign(table, focus)
+        phi = assign_views(table, focus)
         moved = [stab(table, c, phi, focus[c]) for c in range(table.cameras)]
         costs.append(cost(table, moved))
         if moved == focus:
@@ -411,7 +438,7 @@ def best_step(table, focus, members, scope):
     to the members stay among them, and all others keep their camera: its cost is that of the
     assignment, not of the cheapest camera.
     """
-    phi = assign(table, focus)
+    phi = assign_views(table, focus)
     trials = [camera_candidates(table, c) for c in members]
     best, best_focus = math.inf, None
     for distances in itertools.product(*trials):
@@ -426,17 +453,18 @@ def best_step(table, focus, members, scope):
 
 
 def assigned_cost(table, focus, phi, members):
-    """Return the cost where the samples of the members go to the cheapest of them (Sec. 3.4)."""
-    total = 0.0
+    """Return the cost where the views that the members have go to the cheapest of them (Sec. 3.4).
+
+    A sample keeps its views in other cameras, and has none in another shot of these.
+    """
+    handed_over = []
     for p, cameras in enumerate(table.seen):
-        if phi[p] is None:
-            total += table.share(p)
-            continue
-        allowed = members if phi[p] in members else [phi[p]]
-        total += table.share(p) * min(
-            cameras[c].cost(focus[c], table.focus_weight) for c in allowed if c in cameras
-        )
-    return total
+        kept = [c for c in phi[p] if c not in members]
+        choice = [(c, seen) for c, seen in cameras.items() if c in members]
+        taken = {c // table.shots for c in kept}
+        theirs = _cheapest(table, focus, choice, len(phi[p]) - len(kept), taken)
+        handed_over.append(kept + theirs)
+    return cost_as_assigned(table, focus, handed_over)
 
 
 def optimum_by_enumeration(table):

@@ -75,7 +75,7 @@ class CameraViews(NamedTuple):
         pairs.
     offsets : (V + 1,) array of int64
         View v's cameras are ``offsets[v]`` to ``offsets[v + 1]``.
-    count : int
+    needed : int
         A sample costs the sum of so many least costs, each of another view.
     missing : (N,) array of int64
         What a view that is missing costs, units: no view costs more. ``NEVER`` where one view is
@@ -84,7 +84,7 @@ class CameraViews(NamedTuple):
 
     number: IntArray
     offsets: Offsets
-    count: int
+    needed: int
     missing: Offsets
 
 

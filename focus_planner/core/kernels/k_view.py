@@ -56,9 +56,9 @@ class DescentState(NamedTuple):
     ----------
     cell : (C,) array of int32
         Each camera's cell.
-    ranking : (N, count + k) array of int64
+    ranking : (N, needed + k) array of int64
         The cheapest views of each sample, see ``ranking.py``; no rows with scope "assigned".
-    best : (N, count) array of int32
+    best : (N, needed) array of int32
         The cameras that each sample is assigned to, each of another view; kept up to date with
         scope "assigned" only.
     steps : (M + C,) array of int64
@@ -371,7 +371,9 @@ def _correct_steps(members, shared, focus, views, state, step):
         for m in range(k):
             base = bases[e, m] if serves[m] else NO_CHOICE
             values[m, 0], values[m, 1] = base + focus[p], base
-            if len(ranking) > 0 and _held_outside(m, firsts[e, m], lasts[e, m], members, views, cell):
+            if len(ranking) > 0 and _held_outside(
+                m, firsts[e, m], lasts[e, m], members, views, cell
+            ):
                 values[m, 0] = base
         if k == 2:
             _costs_of_two(own, sums, values, costs[e])
@@ -569,7 +571,7 @@ def reassign(by_sample, focus, views, state):
 def _cost_as_assigned(p, by_sample, focus, views, state):
     """Return what sample p costs in the cameras that it is assigned to."""
     offsets, camera, base, first, last = by_sample
-    total = views.count * views.missing[p]
+    total = views.needed * views.missing[p]
     for q in range(offsets[p], offsets[p + 1]):
         if is_assigned(p, camera[q], state.best):
             held = first[q] <= state.cell[camera[q]] <= last[q]

@@ -106,7 +106,7 @@ def _least_costs(p, pairs, focus, view, best, least):
 
 @parallel_kernel
 def best_cameras(pairs, focus, view, costs, best):
-    """Fill ``costs`` (N,) and ``best`` (N, count), the cameras with the least costs (Eq. 2 and 5).
+    """Fill ``costs`` (N,) and ``best`` (N, needed), the cameras with the least costs (Eq. 2 and 5).
 
     A sample costs the mean over as many views as ``best`` has columns. ``view`` (C,) tells the
     cameras that are one view, those of neighbouring indices: it costs what the best of them does. A

@@ -32,7 +32,7 @@ NO_CHOICE = np.int64(2**50)
 
 @parallel_kernel
 def rank_views(by_sample, focus, views, cell, ranking):
-    """Fill every sample's ranking (N, count + k) at these cells."""
+    """Fill every sample's ranking (N, needed + k) at these cells."""
     for p in prange(len(ranking)):
         rank(p, by_sample, focus, views, cell, ranking)
 
@@ -93,21 +93,21 @@ def rerank(p, view, cost, by_sample, focus, views, cell, ranking):
 @kernel
 def least_beside(p, view, views, ranking):
     """Return what the last of sample p's views costs, as many as it needs, without this one."""
-    for i in range(views.count):
+    for i in range(views.needed):
         if ranking[p, i] & _VIEW == view:
-            return ranking[p, views.count] >> VIEW_BITS
-    return ranking[p, views.count - 1] >> VIEW_BITS
+            return ranking[p, views.needed] >> VIEW_BITS
+    return ranking[p, views.needed - 1] >> VIEW_BITS
 
 
 @kernel
 def sums_beside(p, own, views, ranking, sums):
     """Fill sample p's least costs without some views; return whether it costs one of those now.
 
-    ``own`` (k,) are these views. ``sums[j]`` becomes the sum of j views fewer than the sample needs,
-    ``NO_CHOICE`` where j is more.
+    ``own`` (k,) are these views. ``sums[j]`` becomes the sum of j views fewer than the sample
+    needs, ``NO_CHOICE`` where j is more.
     """
     sums[:] = NO_CHOICE
-    total, left, needed = np.int64(0), views.count, False
+    total, left, needed = np.int64(0), views.needed, False
     i = 0
     while left > 0:
         if left < len(sums):
@@ -120,7 +120,7 @@ def sums_beside(p, own, views, ranking, sums):
             total += ranking[p, i] >> VIEW_BITS
             left -= 1
         else:
-            needed |= i < views.count
+            needed |= i < views.needed
         i += 1
     sums[0] = total
     return needed

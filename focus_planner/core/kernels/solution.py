@@ -22,10 +22,10 @@ from focus_planner.core.kernels.problem import UNSEEN
 @kernel
 def is_assigned(p, c, best):
     """Return whether camera c is one of those that sample p is assigned to."""
+    assigned = False
     for i in range(best.shape[1]):
-        if best[p, i] == c:
-            return True
-    return False
+        assigned |= best[p, i] == c
+    return assigned
 
 
 @kernel
@@ -64,7 +64,7 @@ def _cheapest(p, by_sample, focus, views, cell, best, least):
 
 @parallel_kernel
 def assign(by_sample, focus, views, cell, best):
-    """Fill ``best`` (N, count) with each sample's cheapest cameras (Eq. 5); return their cost.
+    """Fill ``best`` (N, needed) with each sample's cheapest cameras (Eq. 5); return their cost.
 
     Each is of another view. Views that are missing get ``UNSEEN`` and add nothing to the cost, in
     units.
@@ -82,7 +82,7 @@ def focus_room(
 ):
     """Narrow ``room_near``, ``room_far`` (C,) to where each camera keeps its own samples in focus.
 
-    A camera's own samples are those assigned to it, in ``best`` (N, count), that are in focus now.
+    A camera's own samples are those assigned to it, in ``best`` (N, needed), that are in focus now.
     A camera without any keeps its range.
     """
     for p in range(len(best)):

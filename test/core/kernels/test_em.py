@@ -30,13 +30,14 @@ def distances(problem, cell):
 
 
 @pytest.mark.parametrize("ties", [False, True])
-def test_stab_finds_each_cameras_best_distance(ties):
+@pytest.mark.parametrize("count", [1, 2])
+def test_stab_finds_each_cameras_best_distance(count, ties):
     moved_at_all = 0
     for seed in range(30):
         random = np.random.default_rng(seed)
         problem = random_problem(seed, 30, 3, share=0.8, ties=ties)
         cell = random_cells(problem, random)
-        best = random.integers(0, 3, 30).astype(np.int32)
+        best = random.integers(0, 3, (30, count)).astype(np.int32)
         table, before = reference.table(problem), distances(problem, cell)
         was = cell.copy()
         moved = stab(problem, best, cell)
@@ -44,7 +45,7 @@ def test_stab_finds_each_cameras_best_distance(ties):
         moved_at_all += moved
         after = distances(problem, cell)
         for c in range(3):
-            wanted = reference.stab(table, c, list(best), before[c])
+            wanted = reference.stab(table, c, best.tolist(), before[c])
             seen = table.of_camera(c).values()
             assert [s.near <= after[c] <= s.far for s in seen] == [
                 s.near <= wanted <= s.far for s in seen
@@ -55,7 +56,7 @@ def test_stab_finds_each_cameras_best_distance(ties):
 def test_a_camera_without_cells_or_samples_stays():
     problem = random_problem(2, 20, 3)
     cell = random_cells(problem, np.random.default_rng(0))
-    nobody = np.full(20, kernels.UNSEEN, dtype=np.int32)
+    nobody = np.full((20, 1), kernels.UNSEEN, dtype=np.int32)
     stab(problem, nobody, cell)
     # Without samples of its own a camera takes what it sees most of, and is content there.
     assert stab(problem, nobody, cell) == 0

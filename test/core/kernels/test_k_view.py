@@ -32,7 +32,8 @@ class Search:
         self.cell = np.random.default_rng(seed).integers(0, counts).astype(np.int32)
         self.best, self.units = assign_samples(problem, self.cell)
         self.tuples = camera_tuples(problem, k, scope, grid)
-        self.ranking = np.empty((len(self.best) if scope == "all" else 0, k + 1), dtype=np.int64)
+        ranked = len(self.best) if scope == "all" else 0
+        self.ranking = np.empty((ranked, problem.views + k), dtype=np.int64)
         self.rank(self.ranking)
         self.steps = np.empty(len(problem.cells.near) + len(counts), dtype=np.int64)
         self.summed = np.zeros(len(counts), dtype=np.int64)
@@ -47,7 +48,13 @@ class Search:
 
     def rank(self, ranking):
         problem = self.problem
-        kernels.rank_cameras(problem.pairs_by_sample, problem.cells.focus, self.cell, ranking)
+        kernels.rank_views(
+            problem.pairs_by_sample,
+            problem.cells.focus,
+            problem.camera_views,
+            self.cell,
+            ranking,
+        )
 
     def improve(self, batches=None):
         problem, cells = self.problem, self.problem.cells
@@ -58,13 +65,16 @@ class Search:
             problem.pairs_by_camera,
             problem.pairs_by_sample,
             cells.focus,
+            problem.camera_views,
             cells.offsets,
             self.state,
         )
 
     def reassign(self):
         problem = self.problem
-        return kernels.reassign(problem.pairs_by_sample, problem.cells.focus, self.state)
+        return kernels.reassign(
+            problem.pairs_by_sample, problem.cells.focus, problem.camera_views, self.state
+        )
 
     def focus(self):
         return self.problem.cells.distances()[self.problem.cells.offsets[:-1] + self.cell]
@@ -77,6 +87,12 @@ PROBLEMS = {
     "deep field": {"lens": Lens(0.05, 3.0)},
     "sparse": {"share": 0.25},
     "little weight": {"weight": 0.1},
+    "two views": {"views": 2},
+    "three views, ties": {"views": 3, "ties": True},
+    "five views, sparse": {"views": 5, "share": 0.4},
+    "shots": {"shots": 2},
+    "two views, shots": {"views": 2, "shots": 2},
+    "three views, three shots": {"views": 3, "shots": 3},
 }
 
 
@@ -96,11 +112,11 @@ def test_a_step_is_the_best_of_all(k, samples, scope, options):
         # The first batch's first tuple alone.
         search.tuples.batch_offsets[1] = 1
         members = search.tuples.cameras[0].tolist()
-        phi = reference.assign(table, before)
+        phi = reference.assign_views(table, before)
         gain = 1000 * search.improve(1) / UNITS
         best, _ = reference.best_step(table, before, members, scope)
         after = search.focus()
-        others = [c for c in range(4) if c not in members]
+        others = [c for c in range(problem.camera_count) if c not in members]
         np.testing.assert_array_equal(after[others], before[others])
         if scope == "all":
             reached = reference.cost(table, after)
@@ -156,13 +172,13 @@ def test_assigned_steps_and_reassignment_lower_the_total(k, samples, options):
 
 
 def cost_in_units(search, best):
-    """Each sample's cost at its camera, -1 where no camera sees it."""
+    """Each sample's cost in the cameras that it is assigned to."""
     cells, problem = search.problem.cells, search.problem
-    costs = np.full(len(best), -1)
+    costs = problem.views * cells.unseen
     for q, (p, c) in enumerate(zip(problem.sample_index, problem.camera_index, strict=True)):
-        if best[p] == c:
+        if c in best[p]:
             held = cells.first[q] <= search.cell[c] <= cells.last[q]
-            costs[p] = cells.base[q] + (0 if held else cells.focus[p])
+            costs[p] += cells.base[q] + (0 if held else cells.focus[p]) - cells.unseen[p]
     return costs
 
 
@@ -224,20 +240,23 @@ def test_tuples_that_nothing_touched_are_passed_over():
 
 
 @pytest.mark.parametrize("k", [2, 3])
-def test_a_ranking_holds_the_cheapest_cameras_in_order(k):
-    problem = random_problem(5, 40, 6, share=0.4, ties=True)
+@pytest.mark.parametrize(("views", "shots"), [(1, 1), (3, 1), (2, 2)])
+def test_a_ranking_holds_the_cheapest_views_in_order(k, views, shots):
+    problem = random_problem(5, 40, 6, share=0.4, ties=True, views=views, shots=shots)
     search = Search(problem, k, "all", 1)
     costs = [{} for _ in range(40)]
     cells = problem.cells
     for q, (p, c) in enumerate(zip(problem.sample_index, problem.camera_index, strict=True)):
         held = cells.first[q] <= search.cell[c] <= cells.last[q]
-        costs[p][int(c)] = int(cells.base[q]) + (0 if held else int(cells.focus[p]))
+        cost = int(cells.base[q]) + (0 if held else int(cells.focus[p]))
+        costs[p][int(c) // shots] = min(cost, costs[p].get(int(c) // shots, cost))
     for p in range(40):
-        cheapest = sorted((cost, c) for c, cost in costs[p].items())[: k + 1]
-        keys = [(cost << kernels.CAMERA_BITS) | c for cost, c in cheapest]
+        missing = kernels.NEVER if views == 1 else int(cells.unseen[p])
+        cheapest = sorted((cost, v) for v, cost in costs[p].items() if cost <= missing)
+        keys = [(cost << kernels.VIEW_BITS) | v for cost, v in cheapest][: views + k]
         assert search.ranking[p, : len(keys)].tolist() == keys
         for key in search.ranking[p, len(keys) :]:
-            assert key >> kernels.CAMERA_BITS == kernels.NEVER
+            assert key >> kernels.VIEW_BITS == missing
 
 
 def test_batches_run_in_parallel_give_what_they_give_one_by_one():
@@ -254,4 +273,4 @@ def test_batches_run_in_parallel_give_what_they_give_one_by_one():
 
 
 def test_every_camera_of_the_largest_rig_has_a_number_of_its_own():
-    assert MAX_CAMERAS < 2**kernels.CAMERA_BITS - 1
+    assert MAX_CAMERAS < 2**kernels.VIEW_BITS - 1

@@ -17,7 +17,8 @@ from testing.problems import random_problem
 
 
 def evaluate(problem, focus):
-    costs, best = np.empty(problem.sample_count), np.empty(problem.sample_count, dtype=np.int32)
+    costs = np.empty(problem.sample_count)
+    best = np.empty((problem.sample_count, problem.views), dtype=np.int32)
     pairs = kernels.PairCosts(
         problem.sample_offsets,
         problem.camera_index,
@@ -26,7 +27,7 @@ def evaluate(problem, focus):
         problem.focus_far,
         problem.focus_weight,
     )
-    kernels.best_cameras(pairs, np.asarray(focus, dtype=np.float64), costs, best)
+    kernels.best_cameras(pairs, np.asarray(focus, dtype=np.float64), problem.view, costs, best)
     return costs, best
 
 
@@ -38,6 +39,7 @@ def test_best_cameras(ties):
         table = reference.table(problem)
         focus = np.random.default_rng(seed).uniform(0.5, 0.8, 4)
         costs, best = evaluate(problem, focus)
+        best = best[:, 0]
         phi = reference.assign(table, focus)
         assert [None if c < 0 else c for c in best] == phi
         assert sum(table.share(p) * costs[p] for p in range(25)) == pytest.approx(
@@ -50,6 +52,24 @@ def test_best_cameras(ties):
             else:
                 assert costs[p] == table.seen[p][phi[p]].cost(focus[phi[p]], 1 / 3)
     assert unseen > 10
+
+
+@pytest.mark.parametrize("ties", [False, True])
+@pytest.mark.parametrize(("views", "shots"), [(2, 1), (3, 1), (2, 3), (5, 2)])
+def test_cameras_of_several_views(views, shots, ties):
+    missing = 0
+    for seed in range(10):
+        problem = random_problem(seed, 25, 4, ties=ties, share=0.5, views=views, shots=shots)
+        table = reference.table(problem)
+        focus = np.random.default_rng(seed).uniform(0.5, 0.8, 4 * shots)
+        costs, best = evaluate(problem, focus)
+        phi = reference.assign_views(table, focus)
+        assert [[c for c in row if c >= 0] for row in best.tolist()] == phi
+        missing += (best < 0).sum()
+        assert sum(table.share(p) * costs[p] for p in range(25)) == pytest.approx(
+            reference.cost(table, focus), rel=1e-12
+        )
+    assert missing
 
 
 def test_a_camera_without_a_focus_distance_holds_nothing_in_focus():

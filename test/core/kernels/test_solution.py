@@ -18,8 +18,9 @@ from testing.problems import random_problem
 
 
 def assign(problem, cell):
-    cells, best = problem.cells, np.empty(problem.sample_count, dtype=np.int32)
-    units = kernels.assign(problem.pairs_by_sample, cells.focus, cell, best)
+    cells, best = problem.cells, np.empty((problem.sample_count, problem.views), dtype=np.int32)
+    views = problem.camera_views
+    units = kernels.assign(problem.pairs_by_sample, cells.focus, views, cell, best)
     return int(units), best
 
 
@@ -37,11 +38,28 @@ def test_assign_takes_each_samples_cheapest_camera(ties):
         problem = random_problem(seed, 25, 4, share=0.6, ties=ties, equal=ties)
         cell = random_cells(problem, np.random.default_rng(seed))
         units, best = assign(problem, cell)
+        best = best[:, 0]
         table, focus = reference.table(problem), distances(problem, cell)
         if not ties:  # else what is equal in units may differ by rounding here
             assert [None if c < 0 else c for c in best] == reference.assign(table, focus)
         unseen = sum(table.share(p) for p in range(25) if best[p] < 0)
         assert 1000 * units / UNITS + unseen == pytest.approx(reference.cost(table, focus))
+
+
+@pytest.mark.parametrize("ties", [False, True])
+@pytest.mark.parametrize(("views", "shots"), [(2, 1), (3, 1), (2, 3), (5, 2)])
+def test_assign_takes_cameras_of_different_views(views, shots, ties):
+    for seed in range(10):
+        problem = random_problem(seed, 25, 4, share=0.6, ties=ties, views=views, shots=shots)
+        cell = random_cells(problem, np.random.default_rng(seed))
+        units, best = assign(problem, cell)
+        table, focus = reference.table(problem), distances(problem, cell)
+        if not ties:
+            assert [[c for c in row if c >= 0] for row in best.tolist()] == (
+                reference.assign_views(table, focus)
+            )
+        missing = sum(table.share(p) / views for p in range(25) for c in best[p] if c < 0)
+        assert 1000 * units / UNITS + missing == pytest.approx(reference.cost(table, focus))
 
 
 def test_of_equal_cameras_the_first_is_taken():
@@ -59,7 +77,7 @@ def test_focus_room_keeps_each_cameras_own_samples_in_focus(ties):
         problem = random_problem(seed, 30, 3, ties=ties)
         table = reference.table(problem)
         focus = np.random.default_rng(seed).uniform(0.5, 0.8, 3)
-        _, best = problem.evaluate(focus)
+        _, best = problem.assign(focus)
         near, far = np.full((2, 3), np.nan)
         kernels.focus_room(
             problem.sample_offsets,
