@@ -76,9 +76,7 @@ def plan_units(problem, cell):
     for p in range(len(cells.unseen)):
         costs, missing, views = [], int(cells.unseen[p]), _views(problem, p)
         for shots in views.values():
-            held = [
-                cells.first[r] <= cell[problem.camera_index[r]] <= cells.last[r] for r in shots
-            ]
+            held = [cells.first[r] <= cell[problem.camera_index[r]] <= cells.last[r] for r in shots]
             cost = int(cells.base[shots[0]]) + (0 if any(held) else int(cells.focus[p]))
             costs.append(cost if problem.views == 1 else min(cost, missing))
         costs += [missing] * (problem.views - len(costs))

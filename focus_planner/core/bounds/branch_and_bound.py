@@ -22,6 +22,10 @@ local, and rank the candidates by it; cameras not yet measured rank by how often
 alternated. With this, and steps that aim beyond the goal, a hundred nodes close a body with 8,192
 samples to 1e-4, where three thousand had not.
 
+With several views per sample a price is free only if every camera that takes the sample is near, so
+more cameras are; and where a view takes several shots its cells are ascending, which leaves one
+order of the same cells, and all prices adapt.
+
 Also tried on bodies: HiGHS on the problem that reduced costs leave, slower at every size; and a
 bound whose blocks are pairs of cameras, solved exactly by the sweep of ``kernels/pairs.py``, which
 closed a quarter of the gap at most.

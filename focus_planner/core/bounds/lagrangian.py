@@ -15,6 +15,9 @@ above their prices:
 
     D(v) = Σ_p v_p + Σ_c max_j Σ_{p held by cell j of camera c} (g_pc − v_p)⁺
 
+With several views per sample the bound has a term more, for views out of focus, and takes the
+shots of one camera together: see kernels/lagrangian.py and docs/algorithm.md.
+
 A sample's largest gain is at most v_p plus what all its cameras gain above v_p, so D(v) bounds
 the gain of every plan, whatever v ≥ 0. It is the dual of the facility-location relaxation, with a
 price per pair eliminated: at given v the best price of a pair is (g − v)⁺. One evaluation is a
