@@ -15,6 +15,9 @@ above their prices:
 
     D(v) = Σ_p v_p + Σ_c max_j Σ_{p held by cell j of camera c} (g_pc − v_p)⁺
 
+With several views per sample the bound has a term more, for views out of focus, and takes the
+shots of one camera together: see kernels/lagrangian.py and docs/algorithm.md.
+
 A sample's largest gain is at most v_p plus what all its cameras gain above v_p, so D(v) bounds
 the gain of every plan, whatever v ≥ 0. It is the dual of the facility-location relaxation, with a
 price per pair eliminated: at given v the best price of a pair is (g − v)⁺. One evaluation is a
@@ -59,7 +62,8 @@ class Prices:
     ----------
     gains : Gains
     start : (N,) array of int64, optional
-        In units, from 0 to each sample's largest gain; by default half of that.
+        In units, from 0 to each sample's largest gain; by default that over one
+        more than it needs views, which of the starts tried on bodies came down soonest.
 
     Attributes
     ----------
@@ -71,11 +75,15 @@ class Prices:
 
     def __init__(self, gains: Gains, start: Offsets | None = None) -> None:
         samples = len(gains.most)
-        price = gains.most // 2 if start is None else np.clip(start, 0, gains.most)
+        price = gains.most // (gains.views + 1) if start is None else np.clip(start, 0, gains.most)
         self.price = price.copy()
         self.steps = 0
         self._gains = gains
-        self._active = kernels.GainsByCamera(*map(np.empty_like, gains.by_camera))
+        gained, blurred = (
+            kernels.GainsByCamera(*map(np.empty_like, pairs))
+            for pairs in (gains.by_camera, gains.blurred)
+        )
+        self._active = gains.priced._replace(gains=gained, blurred=blurred)
         cells = int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             threads = get_num_threads()
@@ -110,12 +118,16 @@ class Prices:
         """
         gains, state = self._gains, self._state
         reach = gains.most // (_REACH_FIRST if self.steps < _STEPS_FIRST else _REACH)
-        kernels.activate(gains.by_camera, state.price, reach, self._active, state.floor)
-        work = int(self._active.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
+        state.floor[:] = 0
+        for pairs, active in (
+            (gains.by_camera, self._active.gains),
+            (gains.blurred, self._active.blurred),
+        ):
+            kernels.activate(pairs, state.price, reach, active, state.floor)
+        work = int(self._active.gains.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(
-                self._active,
-                gains.cell_offsets,
+                *self._active,
                 state,
                 float(goal),
                 max(5, min(_STEPS_LEFT_OUT, _WORK // work)),
@@ -138,9 +150,14 @@ class Prices:
 def cost_below(gains: Gains, bound: int) -> float:
     """Return a lower bound on the cost of every plan, given that none gains more than ``bound``.
 
-    It allows for rounding to whole units, at most one per sample.
+    It allows for rounding to whole units, see :func:`rounding`.
     """
-    return cost_of_units(max(gains.out - bound - len(gains.most), 0))
+    return cost_of_units(max(gains.out - bound - rounding(gains), 0))
+
+
+def rounding(gains: Gains) -> int:
+    """Return how many units a plan's cost may be off by: at most one per view of each sample."""
+    return gains.views * len(gains.most)
 
 
 def pointwise_prices(problem: Problem, price: Offsets) -> FloatArray:

@@ -82,14 +82,13 @@ def lower_bound(
     gap = gap if most_steps is None else 0.0
     goal = gains.out - units_of_cost(near * (1 - gap))
     prices = Prices(gains, None if start is None else prices_in_units(problem, start))
-    in_focus = int(gains.most.sum())  # the gain with every sample in focus in its best camera
     rounds = 0
     while prices.steps < (most_steps or prices.steps + 1) and not prices.settled(goal):
         prices.descend(goal)
         rounds += 1
-        below = cost_below(gains, min(prices.bound, in_focus))
+        below = cost_below(gains, min(prices.bound, gains.in_focus))
         share = min(prices.steps / most_steps, 1.0) if most_steps else None
         if not on_progress(Progress("prices", rounds, cost, below, share)):
             break
-    bound = min(cost_below(gains, min(prices.bound, in_focus)), cost)
+    bound = min(cost_below(gains, min(prices.bound, gains.in_focus)), cost)
     return Bound(bound, pointwise_prices(problem, prices.price))

@@ -12,20 +12,24 @@
 
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
-``pairs`` the search within ``k_view``, ``point_grid`` and ``local_fit`` the points near a place and
-the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is kept.
+``pairs`` the search within ``k_view``, ``local_prices`` and ``stabbing`` those within
+``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
+and the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is
+kept.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
 """
 
 from focus_planner.core.kernels.arrays import (
+    BlurredViews,
     CameraTuples,
     CameraViews,
     GainsByCamera,
     GainsBySample,
     PairsByCamera,
     PairsBySample,
+    PricedPairs,
 )
 from focus_planner.core.kernels.branch_and_bound import (
     Cuts,
@@ -136,6 +140,7 @@ __all__ = [
     "VIEW_BITS",
     "Averages",
     "Blocks",
+    "BlurredViews",
     "CameraTuples",
     "CameraViews",
     "CostTerms",
@@ -152,6 +157,7 @@ __all__ = [
     "PairsBySample",
     "PointGrid",
     "PriceDescent",
+    "PricedPairs",
     "Tiles",
     "Triangles",
     "Views",

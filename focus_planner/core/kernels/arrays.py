@@ -129,6 +129,46 @@ class GainsBySample(NamedTuple):
     most: Offsets
 
 
+class BlurredViews(NamedTuple):
+    """What views gain out of focus, sample by sample, one view per camera of the rig.
+
+    Attributes
+    ----------
+    offsets : (N + 1,) array of int64
+        Sample p's are ``offsets[p]`` to ``offsets[p + 1]``: fewer than it needs views.
+    gain : (B,) array of int64
+        Units, above 0.
+    """
+
+    offsets: Offsets
+    gain: Offsets
+
+
+class PricedPairs(NamedTuple):
+    """What prices bound.
+
+    Kernels with ``prange`` loops take its parts: Numba takes no tuples of tuples into these.
+
+    Attributes
+    ----------
+    gains, blurred : GainsByCamera
+        What pairs gain in focus, and what those gain that gain even out of focus.
+    blurred_views : BlurredViews
+        The latter sample by sample.
+    cell_offsets : (C + 1,) array of int64
+        Camera c's cells are ``cell_offsets[c]`` to ``cell_offsets[c + 1]``.
+    views, shots : int
+        How many views each sample needs, and how many cameras, one after the other, are one view.
+    """
+
+    gains: GainsByCamera
+    blurred: GainsByCamera
+    blurred_views: BlurredViews
+    cell_offsets: Offsets
+    views: int
+    shots: int
+
+
 class CameraTuples(NamedTuple):
     """Camera tuples, batch by batch, with the samples that each one's cameras share.
 

@@ -19,18 +19,17 @@ from numba import prange
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import IntArray, Offsets
+from focus_planner.core.kernels.arrays import PricedPairs
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
-
-_MOMENTUM = 0.7
-_PATIENCE = 12
-_PROGRESS = 0.25
-_FALL = 0.5
-# At most some 20 ms of work on a node between two checks of the clock, but always a few steps.
-_WORK = 5_000_000
-_FEWEST_STEPS = 10
-# Steps aim beyond the goal by this part of the bound: aimed at it, they would only approach it. And
-# a node closed in fewer steps is worth more than one whose bound is exact.
-_BEYOND = 2e-4
+from focus_planner.core.kernels.local_prices import (
+    Node,
+    adapt,
+    empty_local,
+    gather,
+    takings_of,
+    takings_of_view,
+)
+from focus_planner.core.kernels.stabbing import best_cells, intervals_above
 
 
 class Nodes(NamedTuple):
@@ -41,7 +40,8 @@ class Nodes(NamedTuple):
     bound : (B,) array of int64
         What no plan of the node gains more than, units.
     low, high : (B, C) arrays of int32
-        Each camera's first and last cell; low > high for a camera without cells.
+        Each camera's first and last cell; low > high for a camera without cells. The cells of the
+        shots of one view are ascending, and so are these.
     price : (B, N) array of int64
         Prices that prove the bound, units.
     score : (B, C) array of int64
@@ -94,207 +94,6 @@ class Neighbourhoods(NamedTuple):
     camera: IntArray
 
 
-class _Node(NamedTuple):
-    """One row of :class:`Nodes`, without its bound."""
-
-    low: IntArray
-    high: IntArray
-    price: Offsets
-    score: Offsets
-    split: IntArray
-    cell: IntArray
-
-
-class _Local(NamedTuple):
-    """What n cameras' bound depends on: their pairs with the F samples whose prices are free.
-
-    ``offsets`` (n + 1) of the k-th camera's pairs; their ``member``, one of the F samples, the
-    ``first`` and ``last`` cell, counted from the camera's ``low``, and the ``gain``. ``place`` (N,)
-    of a sample is its member's index, -1 if none of the cameras sees it, -2 if its price is held.
-    ``sample`` is each member's sample and ``floor`` its least price. ``fixed`` is what samples
-    with held prices add, as differences from cell to cell; the k-th camera's part is
-    ``cell_offsets[k]`` to ``cell_offsets[k + 1]``, one longer than its cells.
-    """
-
-    offsets: Offsets
-    member: IntArray
-    first: IntArray
-    last: IntArray
-    gain: Offsets
-    place: IntArray
-    sample: IntArray
-    floor: Offsets
-    fixed: Offsets
-    cell_offsets: Offsets
-
-
-@kernel
-def _empty_local(node, cameras, gains):
-    """Return room for a local problem."""
-    n, samples, pairs = len(cameras), len(node.price), 0
-    cell_offsets = np.zeros(n + 1, dtype=np.int64)
-    for k in range(n):
-        c = cameras[k]
-        pairs += gains.offsets[c + 1] - gains.offsets[c]
-        cells = node.high[c] - node.low[c] + 2 if node.high[c] >= node.low[c] else 0
-        cell_offsets[k + 1] = cell_offsets[k] + cells
-    return _Local(
-        np.empty(n + 1, dtype=np.int64),
-        np.empty(pairs, dtype=np.int32),
-        np.empty(pairs, dtype=np.int32),
-        np.empty(pairs, dtype=np.int32),
-        np.empty(pairs, dtype=np.int64),
-        np.full(samples, -1, dtype=np.int32),
-        np.empty(samples, dtype=np.int32),
-        np.empty(samples, dtype=np.int64),
-        np.zeros(cell_offsets[n], dtype=np.int64),
-        cell_offsets,
-    )
-
-
-@kernel
-def _best_elsewhere(p, inside, by_sample):
-    """Return the most that sample p gains from a camera that is not inside."""
-    least = np.int64(0)
-    for q in range(by_sample.offsets[p], by_sample.offsets[p + 1]):
-        if not inside[by_sample.camera[q]] and by_sample.gain[q] > least:
-            least = by_sample.gain[q]
-    return least
-
-
-@kernel
-def _gather(node, cameras, gains, by_sample, reach, local):
-    """Fill a local problem; return how many samples' prices are free.
-
-    A sample's price is free if no other camera takes anything above it. It may then fall to what
-    the best of the others gains, and does where no range holds the sample any more.
-    """
-    offsets, sample, gain, first, last = gains
-    low, high, price, most = node.low, node.high, node.price, by_sample.most
-    place, floor = local.place, local.floor
-    inside = np.zeros(len(low), dtype=np.bool_)
-    for c in cameras:
-        inside[c] = True
-    count, at = 0, 0
-    for k in range(len(cameras)):
-        c = cameras[k]
-        local.offsets[k] = at
-        a, b = low[c], high[c]
-        part = local.fixed[local.cell_offsets[k] : local.cell_offsets[k + 1]]
-        for j in range(offsets[c], offsets[c + 1]):
-            p = sample[j]
-            if place[p] == -1:
-                least = _best_elsewhere(p, inside, by_sample)
-                if least > price[p]:
-                    place[p] = -2
-                else:
-                    place[p], local.sample[count], floor[count] = count, p, least
-                    count += 1
-            if first[j] > b or last[j] < a:
-                continue
-            if place[p] == -2:
-                above = gain[j] - price[p]
-                if above > 0:
-                    part[max(first[j], a) - a] += above
-                    part[min(last[j], b) - a + 1] -= above
-            elif gain[j] > price[p] - (most[p] >> reach):
-                local.member[at], local.gain[at] = place[p], gain[j]
-                local.first[at], local.last[at] = max(first[j], a) - a, min(last[j], b) - a
-                at += 1
-            elif gain[j] > floor[place[p]]:
-                floor[place[p]] = gain[j]
-    local.offsets[len(cameras)] = at
-    return count
-
-
-@kernel
-def _takings(k, local, price, takings):
-    """Fill what each cell of the k-th camera takes; return the most and its cell."""
-    offsets, member, first, last, gain = local[:5]
-    takings[:] = local.fixed[local.cell_offsets[k] : local.cell_offsets[k + 1]]
-    for j in range(offsets[k], offsets[k + 1]):
-        above = max(gain[j] - price[member[j]], 0)
-        takings[first[j]] += above
-        takings[last[j] + 1] -= above
-    best, where, total = np.int64(-1), 0, np.int64(0)
-    for i in range(len(takings) - 1):
-        total += takings[i]
-        takings[i] = total
-        if total > best:
-            best, where = total, i
-    return best, where
-
-
-@kernel
-def _bound(local, price, takings, chosen, slope):
-    """Return the local bound at these prices; fill its subgradient, and count the best cells."""
-    offsets, member, first, last, gain = local[:5]
-    cell_offsets = local.cell_offsets
-    bound = np.int64(0)
-    for i in range(len(price)):
-        bound += price[i]
-        slope[i] = 1.0
-    for k in range(len(offsets) - 1):
-        if cell_offsets[k + 1] == cell_offsets[k]:
-            continue
-        value, top = _takings(k, local, price, takings[cell_offsets[k] : cell_offsets[k + 1]])
-        bound += value
-        chosen[cell_offsets[k] + top] += 1
-        for j in range(offsets[k], offsets[k + 1]):
-            i = member[j]
-            held = (first[j] <= top) & (top <= last[j]) & (gain[j] > price[i])
-            slope[i] -= held
-    return bound
-
-
-@kernel
-def _step(local, most, slope, direction, aim, price):
-    """Move prices against the direction, turned to the subgradient, to lower the bound by aim."""
-    square = 0.0
-    for i in range(len(price)):
-        direction[i] += (1.0 - _MOMENTUM) * (slope[i] - direction[i])
-        square += direction[i] * direction[i]
-    step = aim / max(square, 1e-9)
-    for i in range(len(price)):
-        moved = price[i] - np.int64(np.rint(step * direction[i]))
-        price[i] = min(max(moved, local.floor[i]), most[local.sample[i]])
-
-
-@kernel
-def _adapt(local, most, base, goal, iterations, price, chosen):
-    """Adapt the free prices by subgradient steps; return the node's bound, ``base`` at first.
-
-    ``price`` (F,) becomes the best found; ``chosen`` counts how often each cell was the best.
-    """
-    now, takings = price.copy(), np.empty(len(chosen), dtype=np.int64)
-    direction, slope = np.zeros(len(price)), np.empty(len(price))
-    best, reference, start = np.int64(2**62), np.int64(2**62), np.int64(0)
-    hope, since = 0.0, 0
-    work = local.offsets[-1] + len(chosen) + len(price) + 1
-    for iteration in range(min(iterations, max(_FEWEST_STEPS, _WORK // work))):
-        bound = _bound(local, now, takings, chosen, slope)
-        if iteration == 0:
-            start = reference = bound
-            hope = max(0.3 * (base - goal), _BEYOND * base)
-        if bound < best:
-            best = bound
-            price[:] = now
-        if base + best - start <= goal:
-            break
-        if best <= reference - _PROGRESS * hope:
-            reference, since = best, 0
-        else:
-            since += 1
-        if since < _PATIENCE:
-            _step(local, most, slope, direction, bound - best + hope, now)
-        else:
-            hope *= _FALL
-            reference, since = best, 0
-            now[:] = price
-            direction[:] = 0
-    return base + best - start
-
-
 @kernel
 def _split(c, a, b, value, slack, takings, chosen, node):
     """Choose where to split camera c's cells a to b, and score that.
@@ -318,94 +117,168 @@ def _split(c, a, b, value, slack, takings, chosen, node):
 
 
 @kernel
-def _report(cameras, local, price, chosen, slack, node):
-    """Report each camera's best cell and where to split it; cut off ends that no plan can use."""
-    takings, cell_offsets = np.empty(len(chosen), dtype=np.int64), local.cell_offsets
+def _cut(k, c, local, value, top, slack, takings, chosen, node):
+    """Report the best cell of the k-th camera, c, and where to split it; cut off its ends."""
     low, high = node.low, node.high
-    for k in range(len(cameras)):
-        c = cameras[k]
-        node.score[c] = 0
-        if high[c] < low[c]:
-            continue
-        part = slice(cell_offsets[k], cell_offsets[k + 1])
-        value, top = _takings(k, local, price, takings[part])
-        # Where the best prices serve each sample once, these cells are a plan that gains as much.
-        node.cell[c] = low[c] + top
-        if high[c] == low[c]:
-            continue
-        a, b = cell_offsets[k], cell_offsets[k] + high[c] - low[c]
-        while takings[a] < value - slack:
-            a += 1
-        while takings[b] < value - slack:
-            b -= 1
-        a, b = a - cell_offsets[k], b - cell_offsets[k]
-        _split(c, a, b, value, slack, takings[part], chosen[part], node)
-        high[c] = low[c] + b
-        low[c] = low[c] + a
+    # Where the best prices serve each sample once, these cells are a plan that gains as much.
+    node.cell[c] = low[c] - local.low[k] + top
+    if high[c] == low[c]:
+        return
+    begin = local.cell_offsets[k] + local.low[k]
+    a, b = begin, begin + high[c] - low[c]
+    while takings[a] < value - slack:
+        a += 1
+    while takings[b] < value - slack:
+        b -= 1
+    a, b = a - begin, b - begin
+    part = slice(begin, local.cell_offsets[k + 1])
+    _split(c, a, b, value, slack, takings[part], chosen[part], node)
+    high[c] = low[c] + b
+    low[c] = low[c] + a
 
 
 @kernel
-def _tighten(node, base, cameras, gains, by_sample, goal, reach, iterations):
+def _report(cameras, local, shots, price, chosen, slack, node):
+    """Report each camera's best cell and where to split it; cut off ends that no plan can use."""
+    takings, cell_offsets = np.empty(len(chosen), dtype=np.int64), local.cell_offsets
+    cells = np.empty(shots, dtype=np.int32)
+    for k in range(0, len(cameras), shots):
+        c = cameras[k]
+        node.score[c : c + shots] = 0
+        if node.high[c] < node.low[c]:
+            continue
+        if shots == 1:
+            part = takings[cell_offsets[k] : cell_offsets[k + 1]]
+            value, cells[0] = takings_of(k, local, price, part)
+        else:
+            value = takings_of_view(k, local, price, takings, cells)
+        for shot in range(shots):
+            _cut(k + shot, c + shot, local, value, cells[shot], slack, takings, chosen, node)
+
+
+@kernel
+def _tighten(node, base, cameras, pairs, by_sample, goal, reach, iterations):
     """Lower a node's bound, ``base`` at its prices, by the prices around cameras; return it.
 
     The cameras lose the ends of their ranges that no plan above ``goal`` can use.
     """
-    local = _empty_local(node, cameras, gains)
-    count = _gather(node, cameras, gains, by_sample, reach, local)
+    local = empty_local(node, cameras, pairs)
+    count = gather(node, cameras, pairs, by_sample, reach, local)
     sample, chosen = local.sample[:count], np.zeros(len(local.fixed), dtype=np.int64)
     price = node.price[sample]
-    bound = _adapt(local, by_sample.most, base, goal, iterations, price, chosen)
+    bound = adapt(local, pairs, by_sample.most, base, goal, iterations, price, chosen)
     node.price[sample] = price
     if bound > goal:
-        _report(cameras, local, price, chosen, bound - goal, node)
+        _report(cameras, local, pairs.shots, price, chosen, bound - goal, node)
     return bound
 
 
 @kernel
-def _most_taken(c, gains, low, high, price):
-    """Return the most that one of the cells ``low`` to ``high`` of camera c takes."""
+def _add_clipped(c, gains, low, high, price, sign, steps):
+    """Add, or take away, what camera c takes, as differences from cell ``low`` to ``high``."""
     offsets, sample, gain, first, last = gains
-    steps = np.zeros(high - low + 2, dtype=np.int64)
     for j in range(offsets[c], offsets[c + 1]):
         above = gain[j] - price[sample[j]]
         if above > 0 and first[j] <= high and last[j] >= low:
-            steps[max(first[j], low) - low] += above
-            steps[min(last[j], high) - low + 1] -= above
+            steps[max(first[j], low) - low] += sign * above
+            steps[min(last[j], high) - low + 1] -= sign * above
+
+
+@kernel
+def _most_taken(c, pairs, low, high, price):
+    """Return the most that camera c's view takes within the cells ``low`` to ``high`` (C,)."""
+    if pairs.shots > 1:
+        begin = c - c % pairs.shots
+        end = begin + pairs.shots
+        return best_cells(
+            intervals_above(begin, pairs.gains, pairs.blurred, price),
+            low[begin:end],
+            high[begin:end],
+            pairs.cell_offsets[c + 1] - pairs.cell_offsets[c],
+            np.empty(pairs.shots, dtype=np.int32),
+        )
+    steps = np.zeros(high[c] - low[c] + 2, dtype=np.int64)
+    _add_clipped(c, pairs.gains, low[c], high[c], price, 1, steps)
+    _add_clipped(c, pairs.blurred, low[c], high[c], price, -1, steps)
     best, total = np.int64(-1), np.int64(0)
-    for i in range(high - low + 1):
+    for i in range(high[c] - low[c] + 1):
         total += steps[i]
         best = max(best, total)
     return best
 
 
 @kernel
-def _confine(b, cuts, near, gains, by_sample, nodes, goal, reach, iterations):
+def _order(c, shots, low, high):
+    """Narrow the ranges of camera c's view to ascending cells; return whether there are any."""
+    begin = c - c % shots
+    for other in range(begin + 1, begin + shots):
+        low[other] = max(low[other], low[other - 1])
+    for other in range(begin + shots - 2, begin - 1, -1):
+        high[other] = min(high[other], high[other + 1])
+    return bool((low[begin : begin + shots] <= high[begin : begin + shots]).all())
+
+
+@kernel
+def _confine(
+    b,
+    cuts,
+    near,
+    gains,
+    blurred,
+    blurred_views,
+    cell_offsets,
+    views,
+    shots,
+    by_sample,
+    nodes,
+    goal,
+    reach,
+    iterations,
+):
     """Confine one camera of node b, and bound what is left; return the bound."""
+    pairs = PricedPairs(gains, blurred, blurred_views, cell_offsets, views, shots)
     low, high, price = nodes.low[b], nodes.high[b], nodes.price[b]
     c, bound = cuts.camera[b], nodes.bound[b]
     if c >= 0:
-        bound -= _most_taken(c, gains, low[c], high[c], price)
+        bound -= _most_taken(c, pairs, low, high, price)
         low[c], high[c] = cuts.first[b], cuts.last[b]
-        bound += _most_taken(c, gains, low[c], high[c], price)
+        if not _order(c, shots, low, high):
+            return np.int64(0)
+        bound += _most_taken(c, pairs, low, high, price)
     if bound <= goal:
         return bound
     if cuts.wide[b]:
         cameras = np.arange(len(low)).astype(np.int32)
     else:
         cameras = near.camera[near.offsets[c] : near.offsets[c + 1]].copy()
-    node = _Node(low, high, price, nodes.score[b], nodes.split[b], nodes.cell[b])
-    return _tighten(node, bound, cameras, gains, by_sample, goal, reach, iterations)
+    node = Node(low, high, price, nodes.score[b], nodes.split[b], nodes.cell[b])
+    return _tighten(node, bound, cameras, pairs, by_sample, goal, reach, iterations)
 
 
 @parallel_kernel
-def confine(cuts, near, gains, by_sample, nodes, goal, reach, iterations):
+def confine(
+    cuts,
+    near,
+    gains,
+    blurred,
+    blurred_views,
+    cell_offsets,
+    views,
+    shots,
+    by_sample,
+    nodes,
+    goal,
+    reach,
+    iterations,
+):
     """Confine one camera of each node to some of its cells, and bound what is left.
 
     Parameters
     ----------
     cuts : Cuts
     near : Neighbourhoods
-    gains : GainsByCamera
+    gains, blurred, blurred_views, cell_offsets, views, shots
+        See :class:`PricedPairs`. Where several shots are one view all prices have to adapt.
     by_sample : GainsBySample
     nodes : Nodes
         At first copies of the parents, with bounds that are exact at their prices.
@@ -418,7 +291,22 @@ def confine(cuts, near, gains, by_sample, nodes, goal, reach, iterations):
     """
     bound = nodes.bound
     for b in prange(len(bound)):
-        bound[b] = _confine(b, cuts, near, gains, by_sample, nodes, goal, reach, iterations)
+        bound[b] = _confine(
+            b,
+            cuts,
+            near,
+            gains,
+            blurred,
+            blurred_views,
+            cell_offsets,
+            views,
+            shots,
+            by_sample,
+            nodes,
+            goal,
+            reach,
+            iterations,
+        )
 
 
 @kernel

@@ -12,33 +12,80 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import prange
 
-from focus_planner.core.kernels.compiling import parallel_kernel
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+
+
+@kernel
+def _keep_least(cost, least):
+    """Insert a cost into the least so far, ascending; the largest of them drops out."""
+    at = len(least) - 1
+    if cost < least[at]:
+        while at > 0 and cost < least[at - 1]:
+            least[at] = least[at - 1]
+            at -= 1
+        least[at] = cost
+
+
+@kernel
+def _cost_out(p, by_sample, focus, unseen, shots, least):
+    """Return what the last of sample p's views costs with every camera out of focus.
+
+    Fills the ``least`` costs of as many views, each in another camera of the rig.
+    """
+    offsets, camera, base, _, _ = by_sample
+    low, high = offsets[p], offsets[p + 1]
+    # Rounded, a view out of focus may cost a unit more than one that is missing. If one view is
+    # all that a sample needs it still has that view.
+    least[:] = unseen[p] if low == high or len(least) > 1 else np.int64(2**62)
+    for q in range(low, high):
+        if camera[q] % shots == 0:
+            _keep_least(base[q] + focus[p], least)
+    return least[-1]
+
+
+@kernel
+def _cost_sharp(p, by_sample, focus, shots, out, least):
+    """Return what sample p costs in focus in its best cameras; ``out`` for each view missing.
+
+    Fills the ``least`` costs.
+    """
+    offsets, camera, base, first, last = by_sample
+    least[:] = out
+    for q in range(offsets[p], offsets[p + 1]):
+        if camera[q] % shots == 0:
+            _keep_least(base[q] + (0 if first[q] <= last[q] else focus[p]), least)
+    return least.sum()
 
 
 @parallel_kernel
-def most_gains(by_sample, focus, unseen, out, most):
-    """Fill each sample's cost with all cameras out of focus, and the most that focus gains."""
-    offsets, _, base, first, last = by_sample
+def most_gains(by_sample, focus, unseen, views, shots, out, most, total):
+    """Fill what each sample's views cost out of focus, and the most that they gain.
+
+    Parameters
+    ----------
+    by_sample : PairsBySample
+    focus, unseen : (N,) arrays of int64
+        What a view costs more out of focus, and what it costs if it is missing, units.
+    views, shots : int
+        How many views a sample needs, and how many cameras, one after the other, are one view.
+    out : (N,) array of int64
+        Becomes the cost of the last of its views with every camera out of focus.
+    most, total : (N,) arrays of int64
+        Become the most that one view gains, and that all do.
+    """
     for p in prange(len(out)):
-        low, high = offsets[p], offsets[p + 1]
-        least = base[low] if low < high else unseen[p]
-        sharp = least
-        for q in range(low, high):
-            least = min(least, base[q])
-        least += focus[p] if low < high else 0
-        sharp = least
-        for q in range(low, high):
-            if first[q] <= last[q]:
-                sharp = min(sharp, base[q])
-        out[p] = least
-        most[p] = least - sharp
+        least = np.empty(views, dtype=np.int64)
+        out[p] = _cost_out(p, by_sample, focus, unseen, shots, least)
+        total[p] = views * out[p] - _cost_sharp(p, by_sample, focus, shots, out[p], least)
+        most[p] = out[p] - least[0]
 
 
 @parallel_kernel
 def count_gains(by_camera, out, counts):
-    """Fill ``counts`` (C,): how many of each camera's pairs gain anything from focus."""
+    """Fill ``counts`` (C,): how many of each camera's pairs cost less in focus than ``out``."""
     offsets, seen, base, first, last = by_camera
     for c in prange(len(counts)):
         count = 0
@@ -50,7 +97,7 @@ def count_gains(by_camera, out, counts):
 
 @parallel_kernel
 def list_gains(by_camera, out, gains):
-    """Fill the gains that :func:`count_gains` counted; their ``offsets`` are given."""
+    """Fill by how much those that :func:`count_gains` counted do; their ``offsets`` are given."""
     pair_offsets, seen, base, first, last = by_camera
     offsets, sample, gain, gain_first, gain_last = gains
     for c in prange(len(offsets) - 1):

@@ -11,6 +11,11 @@
 """Prices of samples, and the bound that they prove (docs/algorithm.md).
 
 At prices v no plan gains more than D(v) = Σ v_p + Σ_c max_j Σ_{p held by cell j of c} (g − v_p)⁺.
+With q views per sample that is
+
+    Σ_p [q v_p + Σ_c (e − v_p)⁺] + Σ_c max_j Σ_{p held by cell j of c} [(g − v_p)⁺ − (e − v_p)⁺],
+
+where e is what a view gains out of focus, and j stands for as many cells as c takes shots.
 Everything is in whole units, so D is exact and does not depend on the order of its sums.
 """
 
@@ -23,6 +28,7 @@ from numba import prange
 
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+from focus_planner.core.kernels.stabbing import best_cells, intervals_above
 
 # Sums of floats are taken over this many parts, each in order, whatever the number of threads.
 _PARTS = 32
@@ -52,7 +58,8 @@ class PriceDescent(NamedTuple):
     direction : (N,) array of float64
         The mean of the subgradients so far, the recent ones weighted more.
     served : (W, N) array of int32
-        Scratch: how many cameras of each of W parts take a sample above its price.
+        Scratch: how many cameras of each of W parts take a sample above its price, less those that
+        would take it out of focus.
     steps : (M + C,) array of int64
         Scratch: a camera's part is one longer than its cells.
     chosen : (M,) array of int64
@@ -85,7 +92,7 @@ def _count_active(c, gains, price, reach):
 
 @parallel_kernel
 def activate(gains, price, reach, active, floor):
-    """List the pairs that gain more than ``price - reach``; fill the most that the others gain.
+    """List the pairs that gain more than ``price - reach``; raise floors to what the others gain.
 
     At prices above ``floor`` (N,) the others add nothing to the bound.
     """
@@ -96,7 +103,6 @@ def activate(gains, price, reach, active, floor):
     active_offsets[0] = 0
     for c in range(len(offsets) - 1):
         active_offsets[c + 1] += active_offsets[c]
-    floor[:] = 0
     for c in range(len(offsets) - 1):
         at = active_offsets[c]
         for j in range(offsets[c], offsets[c + 1]):
@@ -110,7 +116,7 @@ def activate(gains, price, reach, active, floor):
 
 
 @kernel
-def _best_cell(c, gains, price, steps):
+def _best_cell(c, gains, blurred, price, steps):
     """Return the most that one cell of camera c takes above the prices, and that cell."""
     offsets, sample, gain, first, last = gains
     steps[:] = 0
@@ -119,6 +125,11 @@ def _best_cell(c, gains, price, steps):
         above = max(gain[j] - price[sample[j]], 0)
         steps[first[j]] += above
         steps[last[j] + 1] -= above
+    offsets, sample, gain, first, last = blurred
+    for j in range(offsets[c], offsets[c + 1]):
+        above = max(gain[j] - price[sample[j]], 0)
+        steps[first[j]] -= above
+        steps[last[j] + 1] += above
     best, where, total = np.int64(-1), 0, np.int64(0)
     for i in range(len(steps) - 1):
         total += steps[i]
@@ -128,33 +139,65 @@ def _best_cell(c, gains, price, steps):
 
 
 @kernel
-def _serve(low, high, gains, cell_offsets, price, served, steps, chosen, values):
-    """Find the best cells of cameras ``low`` to ``high``; count which samples they take."""
-    offsets, sample, gain, first, last = gains
-    served[:] = 0
-    for c in range(low, high):
-        values[c] = 0
-        if cell_offsets[c] == cell_offsets[c + 1]:
-            continue
-        own = steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
-        values[c], cell = _best_cell(c, gains, price, own)
-        chosen[cell_offsets[c] + cell] += 1
-        for j in range(offsets[c], offsets[c + 1]):
-            p = sample[j]
-            held = (first[j] <= cell) & (cell <= last[j]) & (gain[j] > price[p])
-            served[p] += held
+def _best_of_view(c, gains, blurred, count, price, cells):
+    """Fill the cells, of ``count``, of camera c's shots that take most; return how much."""
+    low, high = np.zeros_like(cells), np.full_like(cells, count - 1)
+    return best_cells(intervals_above(c, gains, blurred, price), low, high, count, cells)
 
 
 @kernel
-def _turn(low, high, price, served, direction):
+def _count_served(c, gains, price, sign, cell, before, served):
+    """Add ``sign`` to each sample that a cell of camera c takes and the cell ``before`` does not.
+
+    The latter lies below it; -1 for none.
+    """
+    offsets, sample, gain, first, last = gains
+    for j in range(offsets[c], offsets[c + 1]):
+        p = sample[j]
+        held = (before < first[j]) & (first[j] <= cell) & (cell <= last[j]) & (gain[j] > price[p])
+        served[p] += sign * held
+
+
+@kernel
+def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps, chosen, values):
+    """Find the best cells of views ``low`` to ``high``; count which samples they take."""
+    cells = np.empty(shots, dtype=np.int32)
+    served[:] = 0
+    for view in range(low, high):
+        c = view * shots
+        values[view] = 0
+        if cell_offsets[c] == cell_offsets[c + 1]:
+            continue
+        if shots == 1:
+            own = steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
+            values[view], cells[0] = _best_cell(c, gains, blurred, price, own)
+        else:
+            count = cell_offsets[c + 1] - cell_offsets[c]
+            values[view] = _best_of_view(c, gains, blurred, count, price, cells)
+        before = -1
+        for shot in range(shots):
+            cell = cells[shot]
+            chosen[cell_offsets[c + shot] + cell] += 1
+            _count_served(c, gains, price, 1, cell, before, served)
+            _count_served(c, blurred, price, -1, cell, before, served)
+            before = cell
+
+
+@kernel
+def _turn(low, high, views, blurred_views, price, served, direction):
     """Turn the direction of some samples to the present subgradient.
 
-    Returns the sum of their prices and of the direction's squares.
+    Returns the sum of what they add to the bound and of the direction's squares.
     """
+    offsets, blurred = blurred_views
     total, square = np.int64(0), 0.0
     for p in range(low, high):
-        total += price[p]
-        slope = 1.0
+        total += views * price[p]
+        slope = float(views)
+        for b in range(offsets[p], offsets[p + 1]):
+            if blurred[b] > price[p]:
+                total += blurred[b] - price[p]
+                slope -= 1.0
         for other in range(len(served)):
             slope -= served[other, p]
         direction[p] += (1.0 - _MOMENTUM) * (slope - direction[p])
@@ -193,7 +236,7 @@ def _restart(hope, descent):
 
 
 @parallel_kernel
-def descend(gains, cell_offsets, descent, goal, iterations):
+def descend(gains, blurred, blurred_views, cell_offsets, views, shots, descent, goal, iterations):
     """Lower the bound by subgradient steps; return how many were taken.
 
     A step aims at a level below the least bound so far, but not far below ``goal``: the
@@ -202,9 +245,8 @@ def descend(gains, cell_offsets, descent, goal, iterations):
 
     Parameters
     ----------
-    gains : GainsByCamera
-        The active pairs.
-    cell_offsets : (C + 1,) array of int64
+    gains, blurred, blurred_views, cell_offsets, views, shots
+        Those pairs that are active, see :class:`PricedPairs`.
     descent : PriceDescent
     goal : float
         Units; steps end when the bound is there.
@@ -212,17 +254,31 @@ def descend(gains, cell_offsets, descent, goal, iterations):
         The most steps to take.
     """
     price, floor, most, best_price, direction, served, steps, chosen, progress = descent
-    samples, cameras, parts = len(price), len(cell_offsets) - 1, len(served)
+    samples, parts, cameras = len(price), len(served), (len(cell_offsets) - 1) // shots
     values = np.empty(cameras, dtype=np.int64)
     sums, squares = np.empty(_PARTS, dtype=np.int64), np.empty(_PARTS, dtype=np.float64)
     size = (samples + _PARTS - 1) // _PARTS
     for iteration in range(iterations):
         for part in prange(parts):
             low, high = part * cameras // parts, (part + 1) * cameras // parts
-            _serve(low, high, gains, cell_offsets, price, served[part], steps, chosen, values)
+            _serve(
+                low,
+                high,
+                gains,
+                blurred,
+                cell_offsets,
+                shots,
+                price,
+                served[part],
+                steps,
+                chosen,
+                values,
+            )
         for part in prange(_PARTS):
             low, high = part * size, min((part + 1) * size, samples)
-            sums[part], squares[part] = _turn(low, high, price, served, direction)
+            sums[part], squares[part] = _turn(
+                low, high, views, blurred_views, price, served, direction
+            )
         bound = float(values.sum() + sums.sum())
         if bound < progress[0]:
             progress[0] = bound

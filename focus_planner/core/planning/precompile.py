@@ -66,6 +66,7 @@ _SECONDS = {
     "k_view": 24.0,
     "lagrangian": 12.0,
     "local_fit": 7.5,
+    "local_prices": 10.0,
     "noise": 5.0,
     "orientation": 10.0,
     "pairs": 6.5,
@@ -354,7 +355,7 @@ CLOUDS = _work(_prepare_clouds, "local_fit", "noise", "orientation", "point_grid
 #: Solving with tuples of cameras.
 TUPLES_OF_CAMERAS = _work(_plan_tuples, "camera_tuples", "k_view", "pairs")
 #: Proving that a plan is the best.
-PROOFS = _work(_prove, "branch_and_bound")
+PROOFS = _work(_prove, "branch_and_bound", "local_prices")
 #: How far away is what a camera sees.
 DEPTHS = _work(_see_depths, "rasterize")
 #: What it looks like.

@@ -26,9 +26,14 @@ from focus_planner.core.problem.problem import Problem
 class Gains:
     """How much each camera reduces a sample's cost by holding it in focus, in whole units.
 
-    Gains are relative to the sample's cost with every camera out of focus. A plan costs ``out``
-    less the sum, over the samples, of the largest gain among the cameras that hold it in focus.
-    Pairs without a gain, where another camera is better even out of focus, are left out.
+    Gains are relative to what the last of the sample's views costs with every camera out of focus.
+    A plan costs ``out`` less the sum, over the samples, of the largest gain among the cameras that
+    hold it in focus. Pairs without a gain, where another camera is better even out of focus, are
+    left out.
+
+    With q views per sample a plan costs ``out`` less the sum of the q largest gains, each of
+    another camera of the rig. Up to q − 1 views of a sample gain something even out of focus, since
+    they cost less than its last one.
 
     Attributes
     ----------
@@ -42,9 +47,21 @@ class Gains:
     cell_offsets : (C + 1,) array of int64
         Camera c's cells are ``cell_offsets[c]`` to ``cell_offsets[c + 1]``.
     most : (N,) array of int64
-        Each sample's largest gain; 0 if it has none.
+        Each sample's largest gain, in or out of focus; 0 if it has none.
+    in_focus : int
+        The gain with every sample in focus in its best cameras.
     out : int
-        The cost with every camera out of focus.
+        The cost without any gain: with one view, that with every camera out of focus.
+    views : int
+        How many views each sample needs, q.
+    shots : int
+        So many cameras, one after the other, are one view: a sample gains the same whether one or
+        all of them hold it. 1 if one view is needed, since then it gains from one camera anyway.
+    blurred : GainsByCamera
+        Of those pairs that gain even out of focus, by how much; no pairs with one view. The gain
+        of focus over that is what is left of ``gain``.
+    blurred_views : BlurredViews
+        The same sample by sample, with the cameras that cannot focus on it, a view each.
     """
 
     offsets: Offsets
@@ -54,7 +71,12 @@ class Gains:
     last: IntArray
     cell_offsets: Offsets
     most: Offsets
+    in_focus: int
     out: int
+    views: int
+    shots: int
+    blurred: kernels.GainsByCamera
+    blurred_views: kernels.BlurredViews
 
     __repr__ = brief_repr
 
@@ -64,6 +86,18 @@ class Gains:
         return kernels.GainsByCamera(self.offsets, self.sample, self.gain, self.first, self.last)
 
     @property
+    def priced(self) -> kernels.PricedPairs:
+        """All that prices bound, as kernels take it."""
+        return kernels.PricedPairs(
+            self.by_camera,
+            self.blurred,
+            self.blurred_views,
+            self.cell_offsets,
+            self.views,
+            self.shots,
+        )
+
+    @property
     def camera_count(self) -> int:
         """The number of cameras, C."""
         return len(self.offsets) - 1
@@ -71,14 +105,43 @@ class Gains:
 
 def gains_of(problem: Problem) -> Gains:
     """Return the problem's gains, in O(pairs)."""
-    cells = problem.cells
-    out, most = np.empty((2, problem.sample_count), dtype=np.int64)
-    kernels.most_gains(problem.pairs_by_sample, cells.focus, cells.unseen, out, most)
+    cells, views = problem.cells, problem.views
+    shots = problem.shots if views > 1 else 1
+    out, most, total = np.empty((3, problem.sample_count), dtype=np.int64)
+    kernels.most_gains(
+        problem.pairs_by_sample, cells.focus, cells.unseen, views, shots, out, most, total
+    )
+    # With one view no camera out of focus costs less than the best of them.
+    gained, blurred = _list(problem, out), _list(problem, out - cells.focus)
+    return Gains(
+        *gained,
+        cell_offsets=cells.offsets,
+        most=most,
+        in_focus=int(total.sum()),
+        out=views * int(out.sum()),
+        views=views,
+        shots=shots,
+        blurred=blurred,
+        blurred_views=_blurred_views(problem, out - cells.focus, shots),
+    )
+
+
+def _list(problem: Problem, out: Offsets) -> kernels.GainsByCamera:
+    """Return by how much pairs that can be in focus then cost less than ``out`` (N,)."""
     counts = np.empty(problem.camera_count, dtype=np.int64)
     kernels.count_gains(problem.pairs_by_camera, out, counts)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     sample, first, last = np.empty((3, offsets[-1]), dtype=np.int32)
-    gain = np.empty(offsets[-1], dtype=np.int64)
-    gains = Gains(offsets, sample, gain, first, last, cells.offsets, most, int(out.sum()))
-    kernels.list_gains(problem.pairs_by_camera, out, gains.by_camera)
+    gains = kernels.GainsByCamera(
+        offsets, sample, np.empty(offsets[-1], dtype=np.int64), first, last
+    )
+    kernels.list_gains(problem.pairs_by_camera, out, gains)
     return gains
+
+
+def _blurred_views(problem: Problem, out: Offsets, shots: int) -> kernels.BlurredViews:
+    """Return by how much views cost less than ``out`` (N,), sample by sample."""
+    gain = out[problem.sample_index] - problem.cells.base
+    kept = (gain > 0) & (problem.camera_index % shots == 0)
+    counts = np.bincount(problem.sample_index[kept], minlength=problem.sample_count)
+    return kernels.BlurredViews(np.concatenate([[0], np.cumsum(counts)]), gain[kept])

@@ -24,6 +24,7 @@ from focus_planner.core.bounds.lagrangian import (
     cost_below,
     pointwise_prices,
     prices_in_units,
+    rounding,
 )
 from focus_planner.core.problem.camera_tuples import Abandoned
 from focus_planner.core.problem.cells import cost_of_units
@@ -71,7 +72,7 @@ class _Search:
         self._options = replace(options, k=2, scope="all")
         self._on_progress = on_progress
         self._gains = gains_of(problem)
-        self._bound = int(self._gains.most.sum())  # all in focus in their best cameras
+        self._bound = self._gains.in_focus
         self._prices: Prices | None = None
         self._descent: Descent | None = None
         self._keep_going = True
@@ -102,8 +103,7 @@ class _Search:
 
         The allowance for rounding, of the bound and of the plan's cost, is part of the gap.
         """
-        rounding = 2 * len(self._gains.most)
-        gap = max(int(self._options.gap * self._units) - rounding, 0)
+        gap = max(int(self._options.gap * self._units) - 2 * rounding(self._gains), 0)
         return self._gains.out - self._units + gap
 
     def _unproven(self) -> bool:

@@ -65,7 +65,7 @@ def confine(gains, nodes, camera, first, last, wide, near, goal, steps=STEPS):
     kernels.confine(
         kernels.Cuts(camera, first, last, wide),
         kernels.Neighbourhoods(offsets, np.concatenate(near).astype(np.int32)),
-        gains.by_camera,
+        *gains.priced,
         by_sample(gains),
         nodes,
         goal,

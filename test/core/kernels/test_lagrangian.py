@@ -26,7 +26,7 @@ def test_active_pairs_gain_more_than_what_is_within_reach():
         price = (random.random(len(gains.most)) * gains.most).astype(np.int64)
         reach = gains.most // 8
         active = kernels.GainsByCamera(*(np.empty_like(array) for array in gains.by_camera))
-        floor = np.full(len(gains.most), -1, dtype=np.int64)
+        floor = np.zeros(len(gains.most), dtype=np.int64)
         kernels.activate(gains.by_camera, price, reach, active, floor)
         at, highest = 0, np.zeros_like(floor)
         for c in range(gains.camera_count):
