@@ -79,9 +79,9 @@ class Prices:
         self.price = price.copy()
         self.steps = 0
         self._gains = gains
-        gained, blurred = (
-            kernels.GainsByCamera(*map(np.empty_like, pairs))
-            for pairs in (gains.by_camera, gains.blurred)
+        self._pairs = (gains.by_camera, gains.blurred, gains.seen)
+        gained, blurred, self._seen = (
+            kernels.GainsByCamera(*map(np.empty_like, pairs)) for pairs in self._pairs
         )
         self._active = gains.priced._replace(gains=gained, blurred=blurred)
         cells = int(gains.cell_offsets[-1])
@@ -119,15 +119,15 @@ class Prices:
         gains, state = self._gains, self._state
         reach = gains.most // (_REACH_FIRST if self.steps < _STEPS_FIRST else _REACH)
         state.floor[:] = 0
-        for pairs, active in (
-            (gains.by_camera, self._active.gains),
-            (gains.blurred, self._active.blurred),
-        ):
+        active_pairs = (self._active.gains, self._active.blurred, self._seen)
+        for pairs, active in zip(self._pairs, active_pairs, strict=True):
             kernels.activate(pairs, state.price, reach, active, state.floor)
         work = int(self._active.gains.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(
                 *self._active,
+                self._seen,
+                gains.images,
                 state,
                 float(goal),
                 max(5, min(_STEPS_LEFT_OUT, _WORK // work)),

@@ -54,6 +54,7 @@ def lower_bound(
     start: FloatArray | None = None,
     on_progress: ProgressCallback = never_stop,
     most_steps: int | None = None,
+    images: int | None = None,
 ) -> Bound:
     """Return a lower bound on the cost of every plan for a problem.
 
@@ -76,8 +77,10 @@ def lower_bound(
     most_steps : int, optional
         Price steps, each as long as some 3 to 5 evaluations of the cost. When absent, steps are
         taken until they hardly raise the bound.
+    images : int, optional
+        How many pictures plans may have; by default all.
     """
-    gains = gains_of(problem)
+    gains = gains_of(problem, images)
     # With few steps, take them all: no gap is good enough to stop earlier.
     gap = gap if most_steps is None else 0.0
     goal = gains.out - units_of_cost(near * (1 - gap))

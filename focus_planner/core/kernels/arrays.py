@@ -154,7 +154,7 @@ class PricedPairs(NamedTuple):
     gains, blurred : GainsByCamera
         What pairs gain in focus, and what those gain that gain even out of focus.
     blurred_views : BlurredViews
-        The latter sample by sample.
+        The latter sample by sample; empty if pictures are limited.
     cell_offsets : (C + 1,) array of int64
         Camera c's cells are ``cell_offsets[c]`` to ``cell_offsets[c + 1]``.
     views, shots : int

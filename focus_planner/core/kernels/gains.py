@@ -61,7 +61,7 @@ def _cost_sharp(p, by_sample, focus, shots, out, least):
 
 
 @parallel_kernel
-def most_gains(by_sample, focus, unseen, views, shots, out, most, total):
+def most_gains(by_sample, focus, unseen, views, shots, limited, out, most, total):
     """Fill what each sample's views cost out of focus, and the most that they gain.
 
     Parameters
@@ -71,14 +71,18 @@ def most_gains(by_sample, focus, unseen, views, shots, out, most, total):
         What a view costs more out of focus, and what it costs if it is missing, units.
     views, shots : int
         How many views a sample needs, and how many cameras, one after the other, are one view.
+    limited : bool
+        Whether pictures are limited: then a sample may have no view at all.
     out : (N,) array of int64
-        Becomes the cost of the last of its views with every camera out of focus.
+        Becomes the cost of the last of its views with every camera out of focus, or without any.
     most, total : (N,) arrays of int64
         Become the most that one view gains, and that all do.
     """
     for p in prange(len(out)):
         least = np.empty(views, dtype=np.int64)
         out[p] = _cost_out(p, by_sample, focus, unseen, shots, least)
+        if limited:
+            out[p] = unseen[p]
         total[p] = views * out[p] - _cost_sharp(p, by_sample, focus, shots, out[p], least)
         most[p] = out[p] - least[0]
 

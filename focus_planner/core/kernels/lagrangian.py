@@ -16,6 +16,10 @@ With q views per sample that is
     Σ_p [q v_p + Σ_c (e − v_p)⁺] + Σ_c max_j Σ_{p held by cell j of c} [(g − v_p)⁺ − (e − v_p)⁺],
 
 where e is what a view gains out of focus, and j stands for as many cells as c takes shots.
+
+With at most B pictures in all, what c adds depends on how many it takes: the first adds Σ_p (e − v)⁺
+as well, and each further one no more than the one before. So the most that B pictures add is the sum
+of the B largest of these differences, and that is what takes the place of the sum over c.
 Everything is in whole units, so D is exact and does not depend on the order of its sums.
 """
 
@@ -28,7 +32,7 @@ from numba import prange
 
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
-from focus_planner.core.kernels.stabbing import best_cells, intervals_above
+from focus_planner.core.kernels.stabbing import best_cells, best_cells_of_each, intervals_above
 
 # Sums of floats are taken over this many parts, each in order, whatever the number of threads.
 _PARTS = 32
@@ -184,6 +188,68 @@ def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps,
 
 
 @kernel
+def _offer(low, high, gains, blurred, seen, cell_offsets, price, offers, cells):
+    """Fill by how much more views ``low`` to ``high`` take with every picture, and in which cells.
+
+    Parameters
+    ----------
+    offers : (V, shots) array of int64
+    cells : (V, shots, shots) array of int32
+        A row for each number of pictures.
+    """
+    shots = offers.shape[1]
+    for view in range(low, high):
+        c = view * shots
+        offers[view] = 0
+        count = cell_offsets[c + 1] - cell_offsets[c]
+        if count > 0:
+            above = intervals_above(c, gains, blurred, price)
+            best_cells_of_each(above, count, offers[view], cells[view])
+            for k in range(shots - 1, 0, -1):
+                offers[view, k] -= offers[view, k - 1]
+        for j in range(seen.offsets[c], seen.offsets[c + 1]):
+            offers[view, 0] += max(seen.gain[j] - price[seen.sample[j]], 0)
+
+
+@kernel
+def _accept(offers, images, values, pictures):
+    """Take the largest offers, ``images`` at most; fill each view's total, and how many it has."""
+    shots = offers.shape[1]
+    values[:], pictures[:] = 0, 0
+    # A view's offers do not rise; of equal ones the stable sort leaves the first first.
+    order = np.argsort(-offers.ravel(), kind="mergesort")
+    for i in range(min(images, len(order))):
+        view = order[i] // shots
+        offer = offers[view, order[i] % shots]
+        if offer <= 0:
+            break
+        values[view] += offer
+        pictures[view] += 1
+
+
+@kernel
+def _serve_accepted(
+    low, high, gains, blurred, seen, cell_offsets, price, cells, pictures, served, chosen
+):
+    """Count which samples the accepted pictures of views ``low`` to ``high`` take."""
+    shots = cells.shape[1]
+    served[:] = 0
+    for view in range(low, high):
+        c, taken = view * shots, pictures[view]
+        if taken == 0:
+            continue
+        for j in range(seen.offsets[c], seen.offsets[c + 1]):
+            served[seen.sample[j]] += seen.gain[j] > price[seen.sample[j]]
+        before = -1
+        for shot in range(taken if cell_offsets[c] < cell_offsets[c + 1] else 0):
+            cell = cells[view, taken - 1, shot]
+            chosen[cell_offsets[c + shot] + cell] += 1
+            _count_served(c, gains, price, 1, cell, before, served)
+            _count_served(c, blurred, price, -1, cell, before, served)
+            before = cell
+
+
+@kernel
 def _turn(low, high, views, blurred_views, price, served, direction):
     """Turn the direction of some samples to the present subgradient.
 
@@ -236,7 +302,19 @@ def _restart(hope, descent):
 
 
 @parallel_kernel
-def descend(gains, blurred, blurred_views, cell_offsets, views, shots, descent, goal, iterations):
+def descend(
+    gains,
+    blurred,
+    blurred_views,
+    cell_offsets,
+    views,
+    shots,
+    seen,
+    images,
+    descent,
+    goal,
+    iterations,
+):
     """Lower the bound by subgradient steps; return how many were taken.
 
     A step aims at a level below the least bound so far, but not far below ``goal``: the
@@ -247,6 +325,11 @@ def descend(gains, blurred, blurred_views, cell_offsets, views, shots, descent, 
     ----------
     gains, blurred, blurred_views, cell_offsets, views, shots
         Those pairs that are active, see :class:`PricedPairs`.
+    seen : GainsByCamera
+        Where pictures are limited, what pairs gain by being in one, even out of focus: those of each
+        view's first shot. Their ranges of cells do not matter.
+    images : int
+        How many pictures there may be; -1 for all.
     descent : PriceDescent
     goal : float
         Units; steps end when the bound is there.
@@ -256,24 +339,48 @@ def descend(gains, blurred, blurred_views, cell_offsets, views, shots, descent, 
     price, floor, most, best_price, direction, served, steps, chosen, progress = descent
     samples, parts, cameras = len(price), len(served), (len(cell_offsets) - 1) // shots
     values = np.empty(cameras, dtype=np.int64)
+    limited = cameras if images >= 0 else 0
+    offers = np.empty((limited, shots), dtype=np.int64)
+    cells = np.empty((limited, shots, shots), dtype=np.int32)
+    pictures = np.empty(limited, dtype=np.int32)
     sums, squares = np.empty(_PARTS, dtype=np.int64), np.empty(_PARTS, dtype=np.float64)
     size = (samples + _PARTS - 1) // _PARTS
     for iteration in range(iterations):
         for part in prange(parts):
             low, high = part * cameras // parts, (part + 1) * cameras // parts
-            _serve(
-                low,
-                high,
-                gains,
-                blurred,
-                cell_offsets,
-                shots,
-                price,
-                served[part],
-                steps,
-                chosen,
-                values,
-            )
+            if images >= 0:
+                _offer(low, high, gains, blurred, seen, cell_offsets, price, offers, cells)
+            else:
+                _serve(
+                    low,
+                    high,
+                    gains,
+                    blurred,
+                    cell_offsets,
+                    shots,
+                    price,
+                    served[part],
+                    steps,
+                    chosen,
+                    values,
+                )
+        if images >= 0:
+            _accept(offers, images, values, pictures)
+            for part in prange(parts):
+                low, high = part * cameras // parts, (part + 1) * cameras // parts
+                _serve_accepted(
+                    low,
+                    high,
+                    gains,
+                    blurred,
+                    seen,
+                    cell_offsets,
+                    price,
+                    cells,
+                    pictures,
+                    served[part],
+                    chosen,
+                )
         for part in prange(_PARTS):
             low, high = part * size, min((part + 1) * size, samples)
             sums[part], squares[part] = _turn(

@@ -249,6 +249,27 @@ def best_cells(intervals, low, high, count, chosen):
 
 
 @kernel
+def best_cells_of_each(intervals, count, values, chosen):
+    """Choose one cell, two cells and so on up to K as :func:`best_cells` does, of all ``count``.
+
+    Fills ``values`` (K,), the sums of the weights, and ``chosen`` (K, K), a row of cells for each
+    number of them. One cell more adds no more than the one before did.
+    """
+    shots = len(values)
+    best = np.empty((shots, count), dtype=np.int64)
+    parents = np.empty((shots, count), dtype=np.int32)
+    low, high = np.zeros(shots, dtype=np.int32), np.full(shots, count - 1, dtype=np.int32)
+    _levels(intervals, low, high, best, parents)
+    for most in range(shots):
+        cell = np.argmax(best[most])
+        values[most] = best[most, cell]
+        for k in range(most, -1, -1):
+            chosen[most, k] = cell
+            if k > 0:
+                cell = parents[k, cell]
+
+
+@kernel
 def _mirrored(cells, count):
     """Return cells counted from the other end."""
     return (count - 1 - cells).astype(np.int32)

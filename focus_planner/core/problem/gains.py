@@ -62,6 +62,11 @@ class Gains:
         of focus over that is what is left of ``gain``.
     blurred_views : BlurredViews
         The same sample by sample, with the cameras that cannot focus on it, a view each.
+    seen : GainsByCamera
+        The same by the first camera of each view, where pictures are limited: a view gains nothing
+        without a picture. No pairs otherwise.
+    images : int
+        How many pictures there may be; -1 for all.
     """
 
     offsets: Offsets
@@ -77,6 +82,8 @@ class Gains:
     shots: int
     blurred: kernels.GainsByCamera
     blurred_views: kernels.BlurredViews
+    seen: kernels.GainsByCamera
+    images: int = -1
 
     __repr__ = brief_repr
 
@@ -103,16 +110,26 @@ class Gains:
         return len(self.offsets) - 1
 
 
-def gains_of(problem: Problem) -> Gains:
-    """Return the problem's gains, in O(pairs)."""
+def gains_of(problem: Problem, images: int | None = None) -> Gains:
+    """Return the problem's gains, in O(pairs).
+
+    Parameters
+    ----------
+    problem : Problem
+    images : int, optional
+        How many pictures there may be. Gains are then relative to samples that no camera sees.
+    """
+    limited = images is not None
     cells, views = problem.cells, problem.views
-    shots = problem.shots if views > 1 else 1
+    shots = problem.shots if views > 1 or limited else 1
     out, most, total = np.empty((3, problem.sample_count), dtype=np.int64)
     kernels.most_gains(
-        problem.pairs_by_sample, cells.focus, cells.unseen, views, shots, out, most, total
+        problem.pairs_by_sample, cells.focus, cells.unseen, views, shots, limited, out, most, total
     )
     # With one view no camera out of focus costs less than the best of them.
     gained, blurred = _list(problem, out), _list(problem, out - cells.focus)
+    below = out - cells.focus
+    none = np.full_like(below, -1)
     return Gains(
         *gained,
         cell_offsets=cells.offsets,
@@ -122,7 +139,22 @@ def gains_of(problem: Problem) -> Gains:
         views=views,
         shots=shots,
         blurred=blurred,
-        blurred_views=_blurred_views(problem, out - cells.focus, shots),
+        blurred_views=_blurred_views(problem, none if limited else below, shots),
+        seen=_seen(problem, below if limited else none, shots),
+        images=-1 if images is None else images,
+    )
+
+
+def _seen(problem: Problem, out: Offsets, shots: int) -> kernels.GainsByCamera:
+    """Return by how much each view's pairs cost less than ``out`` (N,), by its first camera."""
+    cells, cameras = problem.cells, problem.camera_count
+    camera = np.repeat(np.arange(cameras), np.diff(problem.camera_offsets))
+    gain = out[cells.seen] - cells.seen_base
+    kept = (gain > 0) & (camera % shots == 0)
+    counts = np.bincount(camera[kept], minlength=cameras)
+    ranges = np.zeros((2, int(counts.sum())), dtype=np.int32)
+    return kernels.GainsByCamera(
+        np.concatenate([[0], np.cumsum(counts)]), cells.seen[kept], gain[kept], *ranges
     )
 
 

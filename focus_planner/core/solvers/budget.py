@@ -193,7 +193,7 @@ class _Search:
         other did.
         """
         exchanged = False
-        for camera in np.flatnonzero(self._cell != kernels.NO_PICTURE):
+        for camera in np.flatnonzero(self._cell != kernels.NO_PICTURE).tolist():
             if not self._keep_going:
                 break
             before, cell = self._units, int(self._cell[camera])
