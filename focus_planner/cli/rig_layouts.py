@@ -210,16 +210,12 @@ def _turntable(options: argparse.Namespace) -> int:
 def _gantry(options: argparse.Namespace) -> int:
     from focus_planner.core.rig.gantry import gantry_rig
 
-    measures = ("width", "height", "distance", "overlap")
-    choices = ("columns", "rows", "look", "centre")
+    measures = ("width", "height", "distance", "overlap", "columns", "rows", "look", "centre")
+    values = _shared(options) | {name: getattr(options, name) for name in measures}
     # The camera is one: what its first picture shows, all show.
-    shared = _shared(options) | {"intrinsics": intrinsics_of(options)("cam_0_00")}
-    with errors_of_options(dict.fromkeys((*measures, *choices))):
-        rig = gantry_rig(
-            *(getattr(options, name) for name in measures),
-            **{name: getattr(options, name) for name in choices},
-            **shared,
-        )
+    values["intrinsics"] = intrinsics_of(options)("cam_0_00")
+    with errors_of_options(dict.fromkeys(measures)):
+        rig = gantry_rig(**values)
     return print_layout(rig, options)
 
 

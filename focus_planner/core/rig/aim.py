@@ -58,4 +58,4 @@ def looking_along(directions: FloatArray) -> Rotation:
     x[vertical & (z[:, 2] > 0)] *= -1
     y = np.cross(z, x)
     y /= np.linalg.norm(y, axis=1)[:, None]
-    return Rotation.from_matrix(np.stack([x, y, np.cross(x, y)], axis=2))
+    return Rotation.from_matrix(np.stack([np.cross(y, z), y, z], axis=2))

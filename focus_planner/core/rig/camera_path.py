@@ -135,10 +135,15 @@ def _rotations(orientations: ArrayLike, count: int) -> Rotation:
 
 
 def _targets(targets: ArrayLike, count: int) -> FloatArray:
-    points = _vectors("targets", [targets] if np.ndim(targets) == 1 else targets, 3)
-    if len(points) not in (1, count):
-        raise InputError("targets", f"one, or {count}, one for each position", str(len(points)))
-    return np.tile(points, (count, 1)) if len(points) == 1 else points
+    if np.ndim(targets) == 1:
+        point = check_array("targets", targets, (3,))
+        check_finite("targets", point, "number")
+        return np.tile(point, (count, 1))
+    points = _vectors("targets", targets, 3)
+    if len(points) != count:
+        expected = f"one point, or {count}, one for each position"
+        raise InputError("targets", expected, str(len(points)))
+    return points
 
 
 def _spread(

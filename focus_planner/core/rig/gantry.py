@@ -27,6 +27,7 @@ from focus_planner.core.validation import (
     InputError,
     check_array,
     check_choice,
+    check_finite,
     check_number,
     check_whole,
 )
@@ -101,6 +102,7 @@ def gantry_rig(
         raise InputError("overlap", "a share of at least 0, below 1", f"{overlap:g}")
     direction = np.array(LOOKS[check_choice("look", look, tuple(LOOKS))])
     middle = check_array("centre", centre, (3,))
+    check_finite("centre", middle, "number")
     image = intrinsics or CameraIntrinsics()
     x, y, read_width, read_height = image.pixels_read
     across = _places(

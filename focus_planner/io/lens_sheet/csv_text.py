@@ -24,9 +24,11 @@ _FORMULAS = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
 def sheet_to_csv(sheet: LensSheet) -> str:
     """Return the table as CSV: a line of names with units, then one line per row of the sheet.
 
-    After its columns come those that only programs need: ``picture``, ``take`` and the pose. Numbers have all their digits; an infinite distance is ``inf``, and what is unknown is empty,
-    as are the boxes to tick. A text that a spreadsheet would take for a formula has an apostrophe
-    before it; only the names of a driver's unit and of the frame can be one.
+    After its columns come those that only programs need: ``picture``, ``take`` and the pose
+    (:data:`~focus_planner.io.lens_sheet.content.CAPTURE`). Numbers have all their digits; an
+    infinite distance is ``inf``, and what is unknown is empty, as are the boxes to tick. A text
+    that a spreadsheet would take for a formula has an apostrophe before it; only the names of a
+    driver's unit and of the frame can be one.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text)
