@@ -111,16 +111,15 @@ def test_rig_cylinder_prints_the_contracts_rig(here: Path, capsys: Any) -> None:
         ),
         ("gantry", gantry_rig()),
         (
-            "gantry --width 0.8 --height 0.5 --distance 0.3 --overlap 0.7 --look left --centre 1 -2 0"
-            + " --image 400x300 --fx 500 --frame-id cell",
+            "gantry --look left --centre 1 -2 0 --image 400x300 --fx 500 --distance 0.3",
             gantry_rig(
-                *(0.8, 0.5, 0.3, 0.7),
+                distance=0.3,
                 look="left",
                 centre=(1, -2, 0),
                 intrinsics=CameraIntrinsics(400, 300, 500.0, 500.0, 199.5, 149.5),
-                frame_id="cell",
             ),
         ),
+        ("gantry --width 2 --height 3 --overlap 0.7", gantry_rig(2.0, 3.0, overlap=0.7)),
         ("gantry --rows 4 --columns 9", gantry_rig(rows=4, columns=9)),
     ],
 )
