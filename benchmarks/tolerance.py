@@ -28,31 +28,37 @@ from focus_planner.core.problem.problem import Problem, with_depth_tolerance
 # Standard deviations: of where the subject stands and of where each camera is, metres along each
 # axis; of what each lens is set to, dioptres.
 _SUBJECT, _CAMERA, _LENS = 0.010, 0.005, 0.02
+_SCALES = (1.0, 0.5, 2.0)
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 _DRAWS = 40
 
 
 def run(console: Console) -> None:
-    """Print what is really in focus, by tolerance."""
+    """Print what is really in focus, by tolerance, with such errors, half and twice as large."""
+    for scale in _SCALES:
+        console.print(_measured(scale))
+
+
+def _measured(scale: float) -> Table:
     rows: dict[float, list[list[float]]] = {share: [] for share in _SHARES}
     errors = []
     for scene in body_scenes().values():
-        error = _standard_error(scene)
+        error = _standard_error(scene, scale)
         errors.append(error)
         plans = [
             plan_focus(scene, rig(), PlanRequest(depth_tolerance=share * error, bound="none"))
             for share in _SHARES
         ]
-        truths = [_truth(scene, seed) for seed in range(_DRAWS)]
+        truths = [_truth(scene, scale, seed) for seed in range(_DRAWS)]
         for share, plan in zip(_SHARES, plans, strict=True):
             rows[share].append([*_as_planned(plan), *_really(plan, truths)])
     mean = np.mean(errors)
     table = Table(
         *("tolerance / σ", "tolerance", "within it, as planned", "in focus, as planned"),
         *("really in focus", "real cost"),
-        title=f"{len(errors)} bodies × {_DRAWS} draws: subject off by {1000 * _SUBJECT:g} mm,"
-        f" cameras by {1000 * _CAMERA:g} mm, lenses by {_LENS:g} D: σ of depths {1000 * mean:.1f}"
-        " mm",
+        title=f"{len(errors)} bodies × {_DRAWS} draws; off by {1000 * scale * _SUBJECT:g} mm:"
+        f" subject, {1000 * scale * _CAMERA:g} mm: cameras, {scale * _LENS:g} D: lenses;"
+        f" σ of depths {1000 * mean:.1f} mm",
     )
     for share, values in rows.items():
         within, nominal, really, spread, cost = np.mean(values, axis=0)
@@ -61,22 +67,22 @@ def run(console: Console) -> None:
             *(f"{share:g}", f"{1000 * share * mean:.1f} mm", f"{within:.1%}", f"{nominal:.1%}"),
             *(f"{100 * really:.1f} ± {100 * error:.1f} %", f"{cost:.1f}"),
         )
-    console.print(table)
+    return table
 
 
-def depth_errors(depths: FloatArray) -> FloatArray:
+def depth_errors(depths: FloatArray, scale: float = 1.0) -> FloatArray:
     """Return the standard error of depths: of the subject, the camera and the lens together.
 
     A lens that is off by so many dioptres is focused d² times that away from d.
     """
-    errors: FloatArray = np.sqrt(_SUBJECT**2 + _CAMERA**2 + (_LENS * depths**2) ** 2)
+    errors: FloatArray = scale * np.sqrt(_SUBJECT**2 + _CAMERA**2 + (_LENS * depths**2) ** 2)
     return errors
 
 
-def real_rig(planned: Rig, random: np.random.Generator) -> Rig:
+def real_rig(planned: Rig, random: np.random.Generator, scale: float = 1.0) -> Rig:
     """Return the cameras where they really are, as seen from a subject that is elsewhere too."""
-    subject = random.normal(scale=_SUBJECT, size=3)
-    moved = random.normal(scale=_CAMERA, size=(len(planned), 3)) - subject
+    subject = random.normal(scale=scale * _SUBJECT, size=3)
+    moved = random.normal(scale=scale * _CAMERA, size=(len(planned), 3)) - subject
     cameras = (
         replace(camera, position=tuple((np.array(camera.position) + by).tolist()))
         for camera, by in zip(planned.cameras, moved, strict=True)
@@ -84,21 +90,21 @@ def real_rig(planned: Rig, random: np.random.Generator) -> Rig:
     return replace(planned, cameras=tuple(cameras))
 
 
-def _standard_error(scene: Scene) -> float:
+def _standard_error(scene: Scene, scale: float) -> float:
     """Return the root mean square of the errors of the depths at which cameras image samples."""
     plan = plan_focus(scene, rig(), PlanRequest(bound="none"))
     fresh = plan.fresh_problem
     _, best = fresh.evaluate(plan.focus_distances)
     imaged = fresh.camera_index == np.repeat(best, np.diff(fresh.sample_offsets))
-    return float(np.sqrt((depth_errors(fresh.depth[imaged]) ** 2).mean()))
+    return float(np.sqrt((depth_errors(fresh.depth[imaged], scale) ** 2).mean()))
 
 
-def _truth(scene: Scene, seed: int) -> tuple[Problem, FloatArray]:
+def _truth(scene: Scene, scale: float, seed: int) -> tuple[Problem, FloatArray]:
     """Return the problem as it really is, on fresh samples, and by how many dioptres lenses err."""
     random = np.random.default_rng(seed)
-    really = real_rig(rig(), random)
+    really = real_rig(rig(), random, scale)
     problem = formulate_problem(scene, really, PlanRequest(seed=seed), fresh=True)
-    return problem, random.normal(scale=_LENS, size=len(really))
+    return problem, random.normal(scale=scale * _LENS, size=len(really))
 
 
 def _as_planned(plan: SolvedPlan) -> tuple[float, float]:

@@ -86,9 +86,9 @@ def cost_of_tolerance(tolerance: float, area: float, within: float, nominal: flo
     return Note(
         "tolerance",
         f"{1000 * tolerance:g} mm are allowed for errors of depth: {within / area:.1%} of the"
-        f" surface stays in focus with them, {nominal / area:.1%} is in focus if depths are as planned;"
-        " allowing for more than about half of their standard error costs more coverage than it"
-        " saves: compare with a plan without",
+        f" surface stays in focus with them, {nominal / area:.1%} is in focus if depths are as"
+        " planned; allowing for more than about half of their standard error costs more coverage"
+        " than it saves: compare with a plan without",
     )
 
 

@@ -83,8 +83,8 @@ def test_the_note_tells_what_is_in_focus_with_the_tolerance_and_without():
     assert shares[0] < shares[1]
     assert note.text.startswith(
         f"12.5 mm are allowed for errors of depth: {shares[0]:.1%} of the surface stays in focus"
-        f" with them, {shares[1]:.1%} is in focus if depths are as planned; allowing for more than about"
-        " half of their standard error costs more coverage than it saves"
+        f" with them, {shares[1]:.1%} is in focus if depths are as planned; allowing for more than"
+        " about half of their standard error costs more coverage than it saves"
     )
     assert plan.summary().endswith("see its notes: tolerance")
     without = plan_focus(SCENE, RIG, PlanRequest(samples=500))
