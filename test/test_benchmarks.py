@@ -67,7 +67,7 @@ def test_altered_bytes_are_as_many():
 
 def test_every_kind_of_file_is_there(tmp_path):
     names = [kind.name for kind in kinds(tmp_path)]
-    assert len(names) == len(set(names)) == 26
+    assert len(names) == len(set(names)) == 27
     assert all(kind.good for kind in kinds(tmp_path / "again"))
 
 

@@ -23,7 +23,13 @@ from focus_planner.core.rig.aim import looking_along
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
-from focus_planner.core.validation import InputError, check_array, check_finite, check_whole
+from focus_planner.core.validation import (
+    MAX_COORDINATE,
+    InputError,
+    check_array,
+    check_finite,
+    check_whole,
+)
 
 
 def path_rig(
@@ -117,6 +123,9 @@ def _vectors(name: str, values: ArrayLike, size: int) -> FloatArray:
     if not len(array):
         raise InputError(name, "at least one", "none")
     check_finite(name, array, "row")
+    if np.abs(array).max() > MAX_COORDINATE:
+        expected = f"coordinates up to {MAX_COORDINATE:g} m"
+        raise InputError(name, expected, f"{np.abs(array).max():g}")
     return array
 
 
@@ -136,9 +145,7 @@ def _rotations(orientations: ArrayLike, count: int) -> Rotation:
 
 def _targets(targets: ArrayLike, count: int) -> FloatArray:
     if np.ndim(targets) == 1:
-        point = check_array("targets", targets, (3,))
-        check_finite("targets", point, "number")
-        return np.tile(point, (count, 1))
+        return np.tile(_vectors("targets", np.reshape(targets, (1, -1)), 3), (count, 1))
     points = _vectors("targets", targets, 3)
     if len(points) != count:
         expected = f"one point, or {count}, one for each position"

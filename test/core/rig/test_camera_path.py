@@ -127,6 +127,8 @@ LINE = [(0, 0, 0), (1, 0, 0)]
         ({"orientations": [FORWARD, (0, 0, 0, 2)]}, r"orientations\[1\]: .* of norm 2"),
         ({"targets": [(0, 0, 9)] * 3}, "targets: expected one point, or 2, .* got 3"),
         ({"targets": (0, 0, math.nan)}, "targets"),
+        ({"targets": (0, 0, 1e300)}, r"targets: expected coordinates up to 1e\+08 m, got 1e\+300"),
+        ({"targets": (0, 0)}, r"targets: .*\(n, 3\)"),
         ({"targets": (1, 0, 0)}, "pose 2: expected a point elsewhere to look at, got its own pos"),
         ({"targets": (0, 0, 9), "steps": -1}, "steps: expected a whole number of at least 0"),
         ({"targets": (0, 0, 9), "names": ["a"]}, "names: expected 2, one for each position, got 1"),

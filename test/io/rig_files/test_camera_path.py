@@ -135,6 +135,7 @@ def test_scale_transform_and_steps(tmp_path):
         ("x y z\n1 2\n", {"target": (0, 0, 0)}, "line 2: expected 3 values, as there are titles"),
         ("name,x,y,z\n!,0,0,0\n", {"target": (1, 0, 0)}, "line 2: expected a name with letters"),
         ("name,x,y,z\na,0,0,0\na,1,0,0\n", {"target": (9, 0, 0)}, "path.txt: rig: .* unique"),
+        ("x,y,z\n0,0," + 200_000 * "0" + "\n", {"target": (9, 9, 0)}, "line 2: expected 3 values"),
         ("0 0 0\n900 0 0\n", {"target": (9, 9, 0)}, "positions: .* give --scale 0.001 if"),
         ("0 0 0\n1 0 0\n", {"target": (9, 9, 0), "scale": 0.0}, "--scale: expected a number above"),
         ("0 0 0\n1 0 0\n", {"target": (1, 0, 0)}, "path.txt: pose 2: expected a point elsewhere"),
