@@ -106,7 +106,9 @@ def test_what_one_picture_shows_takes_one():
     assert (rig.frame_id, rig.cameras[0].lens) == ("table", Lens(0.1, 20.0))
     # Exactly as large as a picture, despite rounding.
     assert len(gantry_rig(WIDE, TALL, 0.4, 0.5, intrinsics=IMAGE)) == 1
-    assert len(gantry_rig(2 * WIDE, TALL, 0.4, 0.5, intrinsics=IMAGE)) == 3
+    for more in range(1, 40):
+        width = WIDE + more * (1 - 0.3) * WIDE
+        assert len(gantry_rig(width, TALL, 0.4, 0.3, intrinsics=IMAGE)) == 1 + more
 
 
 @pytest.mark.parametrize(
