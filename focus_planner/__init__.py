@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
     from focus_planner.core.rig.camera import Camera, CameraIntrinsics
+    from focus_planner.core.rig.camera_path import path_rig
+    from focus_planner.core.rig.gantry import gantry_rig
     from focus_planner.core.rig.layouts import cylinder_rig, dome_rig, turntable_rig
     from focus_planner.core.rig.lens import Lens
     from focus_planner.core.rig.lens_table import LensTable
@@ -73,11 +75,13 @@ __all__ = [
     "distance_from_sensor",
     "dome_rig",
     "focus_interval",
+    "gantry_rig",
     "hyperfocal_distance",
     "lens_sheet",
     "load_plan",
     "load_rig",
     "load_surface",
+    "path_rig",
     "plan_focus",
     "precompile",
     "save_lens_sheet",
@@ -98,6 +102,8 @@ _HOMES = {
         "hyperfocal_distance",
     ),
     "core.rig.camera": ("Camera", "CameraIntrinsics"),
+    "core.rig.camera_path": ("path_rig",),
+    "core.rig.gantry": ("gantry_rig",),
     "core.rig.rig": ("Grid", "Rig"),
     "core.rig.layouts": ("cylinder_rig", "dome_rig", "turntable_rig"),
     "core.surface.surface": ("Mesh", "PointCloud"),

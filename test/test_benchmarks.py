@@ -18,13 +18,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import attacks, fuzz
+from benchmarks import attacks, fuzz, tolerance
 from benchmarks.attacks.hostile_files import quotes_the_key, write
 from benchmarks.attacks.hostile_runs import KINDS
 from benchmarks.attacks.table import Seen, attack
 from benchmarks.fuzz.damage import altered, damaged
 from benchmarks.fuzz.good_files import kinds
 from benchmarks.fuzz.random_requests import random_request
+from focus_planner.core.rig.layouts import dome_rig
+from testing import reference
 
 ROOT = Path(__file__).parents[1]
 PARTS = [
@@ -65,7 +67,7 @@ def test_altered_bytes_are_as_many():
 
 def test_every_kind_of_file_is_there(tmp_path):
     names = [kind.name for kind in kinds(tmp_path)]
-    assert len(names) == len(set(names)) == 26
+    assert len(names) == len(set(names)) == 27
     assert all(kind.good for kind in kinds(tmp_path / "again"))
 
 
@@ -89,3 +91,20 @@ def test_an_attack_keeps_what_it_is(tmp_path):
         return Seen(str(folder), held=True)
 
     assert (made.what, made.asked, made.carry_out(tmp_path).observed) == ("a", "b", str(tmp_path))
+
+
+def test_errors_of_depth_are_what_the_tolerance_is_measured_against():
+    planned = dome_rig(1, 4, 0.6, 30.0, 30.0, 0.0)
+    camera = planned.cameras[0]
+    _, _, axis = reference.camera_axes(camera)
+    random = np.random.default_rng(2)
+    errors = []
+    for _ in range(4000):
+        moved = tolerance.real_rig(planned, random).cameras[0]
+        # Of the subject's middle, 0.6 m away, and of a lens that is set to be sharp there.
+        depth = np.dot(np.negative(moved.position), axis)
+        errors.append(depth - 1 / (1 / 0.6 + random.normal(scale=0.02)))
+    expected = tolerance.depth_errors(np.array([0.6]))[0]
+    assert expected == pytest.approx(np.sqrt(0.01**2 + 0.005**2 + (0.02 * 0.36) ** 2))
+    assert np.std(errors) == pytest.approx(expected, rel=0.05)
+    assert abs(np.mean(errors)) < 0.001

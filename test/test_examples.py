@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from pathlib import Path
 
@@ -69,6 +70,22 @@ def test_compare_methods(rig_file):
     assert len(shares) == 3
     assert all(closest < k_view for closest, _, k_view in shares)  # planning pays
     assert shares == sorted(shares)  # so does stopping down
+
+
+def test_turntable(tmp_path):
+    said = run("turntable", body("arms_out"), tmp_path / "capture.csv").splitlines()
+    closest, planned = (
+        int(re.search(r": (\d+)% of the surface in focus", line)[1]) for line in said
+    )
+    assert planned > 90
+    assert closest < 20
+    with (tmp_path / "capture.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["picture"]) for row in rows] == list(range(1, 97))
+    # Turn by turn, two pictures at each stop.
+    taken = [f"cam_{turn}_{stop:02d}" for turn in range(3) for stop in range(16) for _ in range(2)]
+    assert [row["name"] for row in rows] == taken
+    assert all(0.27 < float(row["distance_m"]) < 0.33 for row in rows)
 
 
 def test_another_aperture():

@@ -11,7 +11,8 @@
 """Calibrations as other programs write them, for the recipes in the docs.
 
 ``python -m testing.calibrations colmap FOLDER``, and likewise ``transforms FILE``, ``camera_info
-FOLDER``, ``nerfstudio FILE``, ``metashape FILE``, ``realitycapture FOLDER``, ``kalibr FILE``.
+FOLDER``, ``nerfstudio FILE``, ``metashape FILE``, ``realitycapture FOLDER``, ``kalibr FILE``,
+``path FILE``.
 """
 
 from __future__ import annotations
@@ -77,6 +78,13 @@ def write_camera_info(folder: Path) -> None:
         (folder / f"cam_{i}.yaml").write_text(yaml.safe_dump(calibration))
 
 
+def write_path(path: Path) -> None:
+    """Write eight positions of a camera that goes around the origin, as a table."""
+    rig = cylinder_rig(1, 8, radius=1.5, bottom=0.9, top=0.9)
+    rows = (",".join(map(repr, camera.position)) for camera in rig.cameras)
+    path.write_text("\n".join(["x,y,z", *rows]) + "\n")
+
+
 def write_nerfstudio(path: Path) -> None:
     """Write a transforms.json of twelve pictures around the origin, in units of its own."""
     rig = cylinder_rig(2, 6, radius=1.2)
@@ -140,6 +148,7 @@ _WRITERS = {
     "metashape": write_metashape,
     "realitycapture": write_realitycapture,
     "kalibr": write_kalibr,
+    "path": write_path,
 }
 
 if __name__ == "__main__":

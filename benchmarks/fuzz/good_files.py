@@ -28,6 +28,7 @@ from testing.calibrations import (
     write_colmap,
     write_kalibr,
     write_metashape,
+    write_path,
     write_realitycapture,
     write_transforms,
 )
@@ -114,6 +115,7 @@ def _rigs(folder: Path) -> list[Kind]:
     write_transforms(folder / "tf.yaml")
     write_camera_info(folder / "info")
     write_metashape(folder / "metashape.xml")
+    write_path(folder / "path.csv")
     write_kalibr(folder / "camchain.yaml")
     write_realitycapture(folder / "scan")
     images, cameras = (folder / "colmap" / f"{name}.txt" for name in ("images", "cameras"))
@@ -152,6 +154,9 @@ def _rigs(folder: Path) -> list[Kind]:
         Kind("tf.txt", lines, transforms),
         Kind("transforms.json", json.dumps(_nerfstudio()).encode(), kind("nerfstudio")),
         Kind("metashape.xml", (folder / "metashape.xml").read_bytes(), kind("metashape")),
+        Kind(
+            "path.csv", (folder / "path.csv").read_bytes(), kind("path", "--target", "0", "0", "0")
+        ),
         Kind("camchain.yaml", (folder / "camchain.yaml").read_bytes(), kind("kalibr")),
         Kind(
             "cameras.csv",

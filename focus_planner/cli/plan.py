@@ -101,8 +101,8 @@ def _add_outputs(group: Any) -> None:
         default=[],
         metavar="FILE",
         help="write the plan (.json, or no ending; - for stdout) or the lens sheet, a table of what"
-        " to set on every lens, as one walks the rig (.csv, .html to print or for a tablet, .pdf);"
-        " may be repeated",
+        " to set on every lens, as one walks the rig or as one camera takes its pictures (.html to"
+        " print or for a tablet, .pdf, .csv, which has the poses too); may be repeated",
     )
     option(
         "--problem",

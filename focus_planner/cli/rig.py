@@ -20,6 +20,7 @@ from focus_planner.cli import (
     rig_layouts,
     rig_metashape,
     rig_nerfstudio,
+    rig_path,
     rig_realitycapture,
     rig_transforms,
 )
@@ -30,12 +31,13 @@ def add(commands: Any) -> None:
     rig = commands.add_parser(
         "rig",
         help="make a rig.yaml from a layout or from another program's cameras",
-        description="Print a rig.yaml made from a regular layout, from tf2 transforms, or from the"
-        " cameras of COLMAP, Kalibr, Metashape, nerfstudio or RealityScan.",
+        description="Print a rig.yaml made from a regular layout, from a path, from tf2 transforms,"
+        " or from the cameras of COLMAP, Kalibr, Metashape, nerfstudio or RealityScan.",
     )
     kinds = rig.add_subparsers(title="kinds of rig", metavar="KIND")
     for kind in (
         rig_layouts,
+        rig_path,
         rig_colmap,
         rig_kalibr,
         rig_metashape,

@@ -8,7 +8,7 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""``focus_planner rig cylinder | dome | turntable``: rigs of regular layout."""
+"""``focus_planner rig cylinder | dome | turntable | gantry``: rigs of regular layout."""
 
 from __future__ import annotations
 
@@ -41,6 +41,7 @@ def add(kinds: Any) -> None:
     _add_cylinder(kinds)
     _add_dome(kinds)
     _add_turntable(kinds)
+    _add_gantry(kinds)
 
 
 def _add_cylinder(kinds: Any) -> None:
@@ -80,6 +81,12 @@ def _add_dome(kinds: Any) -> None:
         highest=(80.0, "elevation of the highest ring, degrees", _DEGREES),
         height=(0.8, "z of the centre, metres", _METRES),
     )
+    dome.add_argument(
+        "--one-camera",
+        action="store_true",
+        help="one camera moves to all places: list them in shooting order, every second ring"
+        " backwards",
+    )
 
 
 def _add_turntable(kinds: Any) -> None:
@@ -89,7 +96,7 @@ def _add_turntable(kinds: Any) -> None:
         description="Print the rig.yaml of cameras on an arc before a subject that turns: every"
         " picture is a camera, cam_CAMERA_STOP, with a focus distance of its own. Poses are in the"
         " turning subject's frame, its axis is z. At stop 0 the cameras are above +x; the subject"
-        " turns counter-clockwise seen from above.",
+        " turns counter-clockwise seen from above, by 360°/STOPS from stop to stop.",
     )
     turntable.set_defaults(command=_turntable)
     _add_numbers(
@@ -100,6 +107,56 @@ def _add_turntable(kinds: Any) -> None:
         lowest=(10.0, "elevation of the lowest camera above the centre, degrees", _DEGREES),
         highest=(60.0, "elevation of the highest camera, degrees", _DEGREES),
         height=(0.05, "z of the centre, at which the cameras look, metres", _METRES),
+    )
+    option = turntable.add_argument
+    option("--bottom", help="or level cameras at heights: z of the lowest, metres", **_METRES)
+    option("--top", help="z of the highest of them, metres; --radius away from the axis", **_METRES)
+    option(
+        "--one-camera",
+        action="store_true",
+        help="one camera, moved after every turn: shooting order is turn by turn (default: stop by"
+        " stop)",
+    )
+
+
+def _add_gantry(kinds: Any) -> None:
+    gantry = kinds.add_parser(
+        "gantry",
+        help="one camera that moves over a plane",
+        description="Print the rig.yaml of the places from which one camera that moves over a plane"
+        " photographs a rectangle of it: every picture is a camera, cam_ROW_COLUMN, with a focus"
+        " distance of its own. The order is that of shooting, row by row there and back from the"
+        " lowest.",
+    )
+    gantry.set_defaults(command=_gantry)
+    _add_numbers(
+        gantry,
+        width=(1.0, "width of the rectangle, along the image's x axis, metres", _METRES),
+        height=(0.7, "its height, along the image's y axis, metres", _METRES),
+        distance=(0.5, "from the plane to the camera, metres", _METRES),
+        overlap=(
+            0.5,
+            "least share of a picture that the next one shows too, beside it and above it",
+            {"type": float, "metavar": "SHARE"},
+        ),
+    )
+    option = gantry.add_argument
+    option("--columns", help="pictures per row (default: as --overlap asks for)", **_COUNT)
+    option("--rows", help="number of rows (default: as --overlap asks for)", **_COUNT)
+    option(
+        "--look",
+        default="down",
+        metavar="WAY",
+        help="down, up, forward (+x), backward, left (+y) or right (default: %(default)s)",
+    )
+    option(
+        "--centre",
+        "--center",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 0.0),
+        metavar=("X", "Y", "Z"),
+        help="middle of the rectangle, metres (default: 0 0 0)",
     )
 
 
@@ -125,7 +182,7 @@ def _cylinder(options: argparse.Namespace) -> int:
     shared = _shared(options)
     with errors_of_options(dict.fromkeys(("rows", "columns", "radius", "bottom", "top"))):
         rig = cylinder_rig(*numbers, **shared)
-    return _print(rig, options)
+    return print_layout(rig, options)
 
 
 def _dome(options: argparse.Namespace) -> int:
@@ -134,18 +191,32 @@ def _dome(options: argparse.Namespace) -> int:
     numbers = (options.rings, options.columns, *_around_a_centre(options))
     shared = _shared(options)
     with errors_of_options(dict.fromkeys(("rings", "columns", *_CENTRED))):
-        rig = dome_rig(*numbers, **shared)
-    return _print(rig, options)
+        rig = dome_rig(*numbers, one_camera=options.one_camera, **shared)
+    return print_layout(rig, options)
 
 
 def _turntable(options: argparse.Namespace) -> int:
     from focus_planner.core.rig.layouts import turntable_rig
 
     numbers = (options.cameras, options.stops, *_around_a_centre(options))
-    shared = _shared(options)
-    with errors_of_options(dict.fromkeys(("cameras", "stops", *_CENTRED))):
+    shared = _shared(options) | {
+        name: getattr(options, name) for name in ("bottom", "top", "one_camera")
+    }
+    with errors_of_options(dict.fromkeys(("cameras", "stops", *_CENTRED, "bottom", "top"))):
         rig = turntable_rig(*numbers, **shared)
-    return _print(rig, options)
+    return print_layout(rig, options)
+
+
+def _gantry(options: argparse.Namespace) -> int:
+    from focus_planner.core.rig.gantry import gantry_rig
+
+    measures = ("width", "height", "distance", "overlap", "columns", "rows", "look", "centre")
+    values = _shared(options) | {name: getattr(options, name) for name in measures}
+    # The camera is one: what its first picture shows, all show.
+    values["intrinsics"] = intrinsics_of(options)("cam_0_00")
+    with errors_of_options(dict.fromkeys(measures)):
+        rig = gantry_rig(**values)
+    return print_layout(rig, options)
 
 
 def _around_a_centre(options: argparse.Namespace) -> list[float]:
@@ -156,7 +227,7 @@ def _shared(options: argparse.Namespace) -> dict[str, Any]:
     return {"lens": lens_of(options), "frame_id": options.frame_id}
 
 
-def _print(rig: Rig, options: argparse.Namespace) -> int:
+def print_layout(rig: Rig, options: argparse.Namespace) -> int:
     """Print a layout with the image that the options tell."""
     from dataclasses import replace
 

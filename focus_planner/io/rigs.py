@@ -53,7 +53,7 @@ from focus_planner.io.yaml_values import (
 _Reader = Callable[[str, Any], Any]
 
 _WHAT = "a rig.yaml"
-_RIG_KEYS = ("frame_id", "image", "lens", "defaults", "grid", "cameras")
+_RIG_KEYS = ("frame_id", "image", "lens", "defaults", "grid", "sequence", "cameras")
 _DEFAULTS = {
     **{kind: keys_of(kind) for kind in KINDS},
     **{key: frozenset([key]) for kind in KINDS for key in sorted(keys_of(kind))},
@@ -104,7 +104,8 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     ``focus_distances`` and ``focus_steps``, where null stands for neither. ``table``
     converts distances to the driver's values
     (:class:`~focus_planner.core.rig.lens_table.LensTable`); null for none. ``grid`` describes the
-    arrangement of the cameras for ``--tuples grid``. ``defaults`` lists what a program filled in,
+    arrangement of the cameras for ``--tuples grid``; ``sequence: true`` says that they are in
+    shooting order. ``defaults`` lists what a program filled in,
     ``image`` or ``lens`` or one value such as ``lens.focal_length``: of these, values that still
     are the default's count as said by nobody, unless a camera gives them itself. A camera may
     have ``defaults`` of its own instead. The rig has notes on cameras whose image or lens nothing
@@ -142,7 +143,10 @@ def load_rig(path: str | PathLike[str]) -> Rig:
     notes = _notes(path, read)
     with errors_within(str(path)):
         cameras = tuple(camera for camera, _ in read)
-        return Rig(cameras, frame_id, _grid(f"{path}: grid", top), notes, assumed)
+        return Rig(
+            *(cameras, frame_id, _grid(f"{path}: grid", top), notes, assumed),
+            sequence=_sequence(f"{path}: sequence", top),
+        )
 
 
 def _notes(path: Path, read: Sequence[tuple[Camera, _Optics]]) -> tuple[Note, ...]:
@@ -190,6 +194,8 @@ def rig_to_yaml(rig: Rig) -> str:
         )
     if rig.grid:
         lines.append(f"grid: {flow(asdict(rig.grid))}")
+    if rig.sequence:
+        lines.append("sequence: true   # the cameras are in shooting order")
     lines.append("cameras:   # position in metres; orientation x, y, z, w of the optical frame")
     for camera, own_lens, own in zip(rig.cameras, lenses, assumed, strict=True):
         values = _camera_values(camera, intrinsics, _written(own_lens, lens))
@@ -340,6 +346,13 @@ def _grid(where: str, top: Values) -> Grid | None:
         if key not in values:
             raise InputError(f"{where}.{key}", "a value", "none")
     return Grid(**values)
+
+
+def _sequence(where: str, top: Values) -> bool:
+    given = top.get("sequence", False)
+    if not isinstance(given, bool):
+        raise InputError(where, "true or false", abbreviated(given))
+    return given
 
 
 def _values(where: str, data: Any, keys: tuple[str, ...]) -> Values:

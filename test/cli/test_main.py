@@ -30,6 +30,8 @@ import yaml
 from focus_planner.cli import main as cli
 from focus_planner.core.planning.field_spec import specified_fields
 from focus_planner.core.planning.request import BOUNDS, METHODS, SCOPES, TUPLES, PlanRequest
+from focus_planner.core.rig.camera import CameraIntrinsics
+from focus_planner.core.rig.gantry import gantry_rig
 from focus_planner.core.rig.layouts import cylinder_rig, dome_rig, turntable_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -102,12 +104,84 @@ def test_rig_cylinder_prints_the_contracts_rig(here: Path, capsys: Any) -> None:
             "turntable --cameras 2 --stops 5 --radius 0.5 --lowest -5 --frame-id table",
             turntable_rig(2, 5, 0.5, -5.0, frame_id="table"),
         ),
+        ("dome --rings 3 --one-camera", dome_rig(3, one_camera=True)),
+        (
+            "turntable --cameras 3 --bottom 0.1 --top 0.3 --one-camera",
+            turntable_rig(3, bottom=0.1, top=0.3, one_camera=True),
+        ),
+        ("gantry", gantry_rig()),
+        (
+            "gantry --look left --centre 1 -2 0 --image 400x300 --fx 500 --distance 0.3",
+            gantry_rig(
+                distance=0.3,
+                look="left",
+                centre=(1, -2, 0),
+                intrinsics=CameraIntrinsics(400, 300, 500.0, 500.0, 199.5, 149.5),
+            ),
+        ),
+        ("gantry --width 2 --height 3 --overlap 0.7", gantry_rig(2.0, 3.0, overlap=0.7)),
+        ("gantry --rows 4 --columns 9", gantry_rig(rows=4, columns=9)),
     ],
 )
-def test_rig_prints_domes_and_turntables(words: str, rig: Rig, here: Path, capsys: Any) -> None:
+def test_rig_prints_other_layouts(words: str, rig: Rig, here: Path, capsys: Any) -> None:
     assert cli.main(["rig", *words.split()]) == 0
     Path("rig.yaml").write_text(capsys.readouterr().out)
     assert load_rig(Path("rig.yaml")) == rig
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("gantry --overlap 1", "--overlap: expected a share of at least 0, below 1, got 1"),
+        ("gantry --distance 500", "--distance: expected metres, usually"),
+        ("gantry --look north", "--look: expected one of down, up, forward"),
+        ("turntable --bottom 0.1", "--bottom and --top: expected both or neither"),
+        ("dome --lowest 5 --highest 1", "--highest: expected at least --lowest (5°), got 1°"),
+        ("path poses.csv --closed", "--closed: expected --steps with it, got none"),
+        ("path poses.csv --steps -2", "--steps: expected a whole number of at least 0, got -2"),
+        ("path poses.csv --convention up", "--convention: expected one of optical, body, got 'up'"),
+        ("path none.csv", "none.csv"),
+        ("path rig.yaml", "rig.yaml: line 1: expected lines of x y z qx qy qz qw"),
+    ],
+)
+def test_layouts_that_cannot_be(words: str, message: str, here: Path, capsys: Any) -> None:
+    Path("poses.csv").write_text("x,y,z,target_x,target_y,target_z\n1,0,0,0,0,0\n0,1,0,0,0,0\n")
+    fails_in_one_line(capsys, cli.main(["rig", *words.split()]), message)
+
+
+def test_a_path_becomes_a_rig_a_plan_and_a_list_of_pictures(here: Path, capsys: Any) -> None:
+    Path("ring.csv").write_text(
+        "x,y,z\n1,0,0.9\n0,1,0.9\n-1,0,0.9\n0,-1,0.9\n"  # around the ball
+    )
+    options = "--target 0 0 0.9 --steps 6 --closed --hyperfocal-distance 8 --focal-length 0.05"
+    assert cli.main(["rig", "path", "ring.csv", *options.split()]) == 0
+    Path("ring.yaml").write_text(capsys.readouterr().out)
+    rig = load_rig("ring.yaml")
+    assert rig.sequence
+    asked = ("--samples", "200", "--shots", "2", "-o", "plan.json", "-o", "capture.csv")
+    assert plan(*asked, rig="ring.yaml") == 0
+    planned = load_plan(Path("plan.json"))
+    with Path("capture.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    told = [
+        (
+            (row["name"], int(row["shot"])),
+            tuple(float(row[key]) for key in ("x_m", "y_m", "z_m")),
+            tuple(float(row[key]) for key in ("qx", "qy", "qz", "qw")),
+            *(float(row[key]) for key in ("distance_m", "dioptres", "from_sensor_m")),
+            (int(row["picture"]), row["take"] == "1", row["frame"]),
+        )
+        for row in rows
+    ]
+    expected = [
+        ((at.name, k), at.position, at.orientation)
+        + (shot.focus_distance, 1 / shot.focus_distance, shot.from_sensor)
+        for at, camera in zip(rig.cameras, planned.cameras, strict=True)
+        for k, shot in enumerate(camera.shots, 1)
+    ]
+    needed = [shot.assigned_samples > 0 for each in planned.cameras for shot in each.shots]
+    assert [row[:-1] for row in told] == expected
+    assert [row[-1] for row in told] == [(i, take, "world") for i, take in enumerate(needed, 1)]
 
 
 def test_rig_cylinder_takes_a_lens(here: Path, capsys: Any) -> None:

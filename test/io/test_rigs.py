@@ -91,7 +91,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         for name in names
     )
     grid = draw(st.sampled_from([None, Grid(1, len(cameras)), Grid(len(cameras), 1)]))
-    return Rig(cameras, draw(st.text(max_size=10)), grid)
+    return Rig(cameras, draw(st.text(max_size=10)), grid, sequence=draw(st.booleans()))
 
 
 @st.composite
@@ -423,6 +423,7 @@ def test_a_camera_overrides_what_its_lens_takes(
         ),
         (f"image:\ncameras: [{CAMERA}]", r"image: expected keys and values: width, .*got nothing"),
         (f"grid: {{rows: 2}}\ncameras: [{CAMERA}]", r"grid\.columns: expected a value"),
+        (f"sequence: 1\ncameras: [{CAMERA}]", "sequence: expected true or false, got 1"),
         (f"grid: {{rows: 2, columns: 3}}\ncameras: [{CAMERA}]", "rows × columns = 1"),
         (f"frame_id: 3\ncameras: [{CAMERA}]", "frame_id: expected a name, got 3"),
     ],

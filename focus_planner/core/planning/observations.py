@@ -71,6 +71,27 @@ def fewer_samples(request: PlanRequest, problem: Problem, fresh: Problem, *, sto
     )
 
 
+def cost_of_tolerance(tolerance: float, area: float, within: float, nominal: float) -> Note:
+    """Return the note on what a plan gives for its depth tolerance.
+
+    Parameters
+    ----------
+    tolerance : float
+        Metres, above 0.
+    area : float
+        Of the surface; this and the following in square metres.
+    within, nominal : float
+        What the plan holds in focus with depths off by the tolerance, and with depths as planned.
+    """
+    return Note(
+        "tolerance",
+        f"{1000 * tolerance:g} mm are allowed for errors of depth: {within / area:.1%} of the"
+        f" surface stays in focus with them, {nominal / area:.1%} is in focus if depths are as"
+        " planned; allowing for more than about half of their standard error costs more coverage"
+        " than it saves: compare with a plan without",
+    )
+
+
 def _fit(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> Iterator[Note]:
     blind = ~(_sees(problem) | _sees(fresh))
     unseen = np.diff(problem.sample_offsets) == 0

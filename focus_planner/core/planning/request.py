@@ -132,7 +132,8 @@ class PlanRequest:
         0.0,
         FieldSpec(
             "depth error to allow for: a sample counts as in focus only if it stays in focus when"
-            " its depth is off by this much either way",
+            " its depth is off by this much either way; more than about half of the standard error"
+            " of depths costs more coverage than it saves",
             unit="metres",
             at_least=0,
             at_most=MAX_COORDINATE,

@@ -23,7 +23,7 @@ from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import choose_samples, formulate_problem, subsample
-from focus_planner.core.planning.observations import fewer_samples, observe
+from focus_planner.core.planning.observations import cost_of_tolerance, fewer_samples, observe
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
 from focus_planner.core.planning.quality import estimate_quality
@@ -33,7 +33,7 @@ from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
 from focus_planner.core.planning.warm_start import warm_options
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.problem.problem import Problem, mean_cost
+from focus_planner.core.problem.problem import Problem, mean_cost, with_depth_tolerance
 from focus_planner.core.problem.shots import sort_shots, spread_start
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
@@ -176,6 +176,11 @@ def _plan(
     focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
     quality = estimate_quality(fresh, focus)
+    if request.depth_tolerance:
+        nominal = estimate_quality(with_depth_tolerance(fresh, 0.0), focus).in_focus_area.value
+        within = quality.in_focus_area.value
+        note = cost_of_tolerance(request.depth_tolerance, scene.area, within, nominal)
+        notes = (*notes, note)
     cost = mean_cost(problem.samples.weights, costs)
     bound = solution.lower_bound
     return SolvedPlan(

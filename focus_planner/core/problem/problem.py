@@ -16,7 +16,7 @@ Solvers see nothing but this.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -281,10 +281,8 @@ def build_problem(
         depth,
         base_cost,
     )
-    near, far = np.empty(len(depth)), np.empty(len(depth))
     lenses = tuple(camera.lens for camera in rig.cameras)
-    for lens, part in group_by_lens(lenses, camera_index):
-        near[part], far[part] = focus_interval(depth[part], lens, depth_tolerance)
+    near, far = _intervals(depth, lenses, camera_index, depth_tolerance)
     return Problem(
         samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
         names=tuple(camera.name for camera in rig.cameras),
@@ -298,6 +296,22 @@ def build_problem(
         focus_far=far,
         focus_weight=model.focus_weight,
     )
+
+
+def with_depth_tolerance(problem: Problem, depth_tolerance: float) -> Problem:
+    """Return the same problem with another depth tolerance, in metres."""
+    near, far = _intervals(problem.depth, problem.lenses, problem.camera_index, depth_tolerance)
+    return replace(problem, focus_near=near, focus_far=far)
+
+
+def _intervals(
+    depth: FloatArray, lenses: tuple[Lens, ...], camera_index: IntArray, depth_tolerance: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the focus distances that hold each pair in focus: from where, to where."""
+    near, far = np.empty(len(depth)), np.empty(len(depth))
+    for lens, part in group_by_lens(lenses, camera_index):
+        near[part], far[part] = focus_interval(depth[part], lens, depth_tolerance)
+    return near, far
 
 
 def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:

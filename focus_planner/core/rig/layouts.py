@@ -58,14 +58,10 @@ def cylinder_rig(
     check_whole("columns", columns, 1)
     _check_total("rows × columns", rows * columns)
     _check_radius(radius)
-    _check_height("bottom", bottom)
-    _check_height("top", top)
-    if top < bottom:
-        raise InputError("top", f"at least bottom ({bottom:g} m)", f"{top:g} m")
+    heights = _heights(rows, bottom, top)
     digits = max(2, len(str(columns - 1)))
     cameras = []
-    for row in range(rows):
-        share = row / (rows - 1) if rows > 1 else 0.5
+    for row, z in enumerate(heights):
         for column in range(columns):
             angle = 2 * math.pi * column / columns
             cameras.append(
@@ -74,7 +70,7 @@ def cylinder_rig(
                     position=(
                         radius * math.cos(angle),
                         radius * math.sin(angle),
-                        bottom + share * (top - bottom),
+                        z,
                     ),
                     orientation=_facing_axis(angle),
                     intrinsics=intrinsics or CameraIntrinsics(),
@@ -92,6 +88,7 @@ def dome_rig(
     highest: float = 80.0,
     height: float = 0.8,
     *,
+    one_camera: bool = False,
     intrinsics: CameraIntrinsics | None = None,
     lens: Lens | None = None,
     frame_id: str = "world",
@@ -100,7 +97,7 @@ def dome_rig(
 
     The rings are equally spaced in elevation. Higher ones are shorter and have fewer cameras, so
     that their distances stay alike. Camera j of n stands at the angle 2πj/n from +x. Cameras are
-    listed ring by ring from the lowest.
+    listed ring by ring from the lowest, each ring from +x on.
 
     Parameters
     ----------
@@ -114,6 +111,9 @@ def dome_rig(
         halfway between them.
     height : float
         z of the centre, metres.
+    one_camera : bool
+        Whether one camera moves from place to place. They are then listed in shooting order: every
+        second ring backwards, so that an arm goes there and back instead of round and round.
     intrinsics, lens, frame_id
         As for :func:`cylinder_rig`.
 
@@ -141,9 +141,9 @@ def dome_rig(
             lens or Lens(),
         )
         for ring, (elevation, count) in enumerate(zip(elevations, counts, strict=True))
-        for column in range(count)
+        for column in _there_and_back(count, back=one_camera and ring % 2 == 1)
     ]
-    return Rig(tuple(cameras), frame_id)
+    return Rig(tuple(cameras), frame_id, sequence=one_camera)
 
 
 def turntable_rig(
@@ -154,6 +154,9 @@ def turntable_rig(
     highest: float = 60.0,
     height: float = 0.05,
     *,
+    bottom: float | None = None,
+    top: float | None = None,
+    one_camera: bool = False,
     intrinsics: CameraIntrinsics | None = None,
     lens: Lens | None = None,
     frame_id: str = "world",
@@ -163,13 +166,22 @@ def turntable_rig(
     At every stop each camera takes a picture with a focus distance of its own, so it is planned as
     one camera per stop: ``cam_<camera>_<stop>``. Poses are in the frame of the turning subject,
     with its axis as z. At stop 0 the cameras are above +x. The subject turns counter-clockwise
-    seen from above, so around it the cameras go clockwise: at stop k they are at −2πk/stops.
+    seen from above, so around it the cameras go clockwise: at stop k, which is a turn of the table
+    by 2πk/stops, they are at −2πk/stops.
 
     Parameters
     ----------
     cameras, stops : int
-    radius, lowest, highest, height, intrinsics, lens, frame_id
+    radius, lowest, highest, height
         As for :func:`dome_rig`, of whose rings each is a camera.
+    bottom, top : float, optional
+        Instead of elevations and a centre: z of the lowest and of the highest camera, metres, all
+        of which look horizontally at the axis from ``radius`` away; a single one is halfway.
+    one_camera : bool
+        Whether there is one camera, which is moved after every turn of the table. Shooting order is
+        then turn by turn, as the cameras are listed, instead of stop by stop.
+    intrinsics, lens, frame_id
+        As for :func:`cylinder_rig`.
 
     Raises
     ------
@@ -181,6 +193,14 @@ def turntable_rig(
     _check_total("cameras × stops", cameras * stops)
     _check_radius(radius)
     _check_height("height", height)
+    if (bottom is None) != (top is None):
+        raise InputError("bottom and top", "both or neither", "one without the other")
+    levels = [(elevation, height) for elevation in _elevations(cameras, lowest, highest)]
+    if bottom is not None and top is not None:
+        if (lowest, highest, height) != (10.0, 60.0, 0.05):
+            expected = "these, or lowest, highest and height"
+            raise InputError("bottom and top", expected, "both")
+        levels = [(0.0, z) for z in _heights(cameras, bottom, top)]
     digits = max(2, len(str(stops - 1)))
     views = [
         _looking_at_centre(
@@ -188,14 +208,14 @@ def turntable_rig(
             -2 * math.pi * stop / stops,
             elevation,
             radius,
-            height,
+            z,
             intrinsics or CameraIntrinsics(),
             lens or Lens(),
         )
-        for camera, elevation in enumerate(_elevations(cameras, lowest, highest))
+        for camera, (elevation, z) in enumerate(levels)
         for stop in range(stops)
     ]
-    return Rig(tuple(views), frame_id, Grid(cameras, stops))
+    return Rig(tuple(views), frame_id, Grid(cameras, stops), sequence=one_camera)
 
 
 def _check_total(argument: str, count: int) -> None:
@@ -212,14 +232,30 @@ def _check_height(argument: str, z: float) -> None:
         RIG_SIZE.check(argument, z)
 
 
+def _heights(count: int, bottom: float, top: float) -> Sequence[float]:
+    """Return equally spaced heights, metres; that of one is halfway."""
+    _check_height("bottom", bottom)
+    _check_height("top", top)
+    if top < bottom:
+        raise InputError("top", f"at least bottom ({bottom:g} m)", f"{top:g} m")
+    return [bottom + share * (top - bottom) for share in _shares(count)]
+
+
+def _shares(count: int) -> Sequence[float]:
+    return [i / (count - 1) for i in range(count)] if count > 1 else [0.5]
+
+
+def _there_and_back(count: int, *, back: bool) -> Sequence[int]:
+    return range(count - 1, -1, -1) if back else range(count)
+
+
 def _elevations(count: int, lowest: float, highest: float) -> Sequence[float]:
     """Return equally spaced elevations, radians; that of one is halfway."""
     check_number("lowest", lowest, at_least=-90, at_most=90)
     check_number("highest", highest, at_least=-90, at_most=90)
     if highest < lowest:
         raise InputError("highest", f"at least lowest ({lowest:g}°)", f"{highest:g}°")
-    shares = [i / (count - 1) for i in range(count)] if count > 1 else [0.5]
-    return [math.radians(lowest + share * (highest - lowest)) for share in shares]
+    return [math.radians(lowest + share * (highest - lowest)) for share in _shares(count)]
 
 
 def _looking_at_centre(

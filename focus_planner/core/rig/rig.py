@@ -59,6 +59,10 @@ class Rig:
     assumed : mapping of str to frozenset of str
         By the name of a camera, which of its values nothing told: ``lens.focal_length``,
         ``image.width``. Of cameras that are not named, everything was told.
+    sequence : bool
+        Whether the cameras are places that one camera, or a few, take one after the other, in this
+        order: the shooting order. It changes no plan, only the order in which people and programs
+        are told what to set.
 
     Raises
     ------
@@ -72,6 +76,7 @@ class Rig:
     grid: Grid | None = None
     notes: tuple[Note, ...] = field(default=(), compare=False)
     assumed: Mapping[str, frozenset[str]] = field(default_factory=dict, compare=False, repr=False)
+    sequence: bool = False
 
     __repr__ = brief_repr
 

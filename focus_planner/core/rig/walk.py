@@ -8,7 +8,7 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The order in which a person who sets all lenses by hand walks past the cameras of a rig."""
+"""The order in which the cameras of a rig are visited, by who sets lenses or by what moves."""
 
 from __future__ import annotations
 
@@ -30,20 +30,22 @@ _OPENING, _WIDER = 90.0, 1.5
 def walking_order(rig: Rig) -> IntArray:
     """Return the indices of the cameras as one walks the rig: column by column, each from below.
 
-    With a grid, its columns. Otherwise z is up (REP 103), and columns are found in the poses: where
-    the optical axes meet in the middle, by the angle around it, anticlockwise from the column of
-    the first camera or, if the ring is open, from the end nearer to it; else, as with cameras on a
-    wall or on a gantry, along the longer horizontal side, from the end nearer to the first camera.
-    Cameras above or below the middle come last. Of cameras in one spot, the axes stand for
-    the places.
+    A rig that is a sequence is in its own order, that of shooting. With a grid, its columns.
+    Otherwise z is up (REP 103), and columns are found in the poses: where the optical axes meet in
+    the middle, by the angle around it, anticlockwise from the column of the first camera or, if the
+    ring is open, from the end nearer to it; else, as with cameras on a wall or on a gantry, along
+    the longer horizontal side, from the end nearer to the first camera. Cameras above or below the
+    middle come last. Of cameras in one spot, the axes stand for the places.
 
     Returns
     -------
     (C,) array of int
         Every index once.
     """
+    indices = np.arange(len(rig), dtype=np.int32)
+    if rig.sequence:
+        return indices
     if rig.grid is not None:
-        indices = np.arange(len(rig), dtype=np.int32)
         return indices.reshape(rig.grid.rows, rig.grid.columns).T.ravel()
     places, axes = camera_positions(rig), camera_rotations(rig)[:, :, 2]
     size = float(np.ptp(places, axis=0).max())

@@ -20,6 +20,7 @@ from datetime import datetime
 from enum import Enum
 
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.rig.walk import walking_order
@@ -27,6 +28,11 @@ from focus_planner.core.text import printable
 from focus_planner.core.validation import InputError
 
 Value = str | int | float | None
+
+#: What only programs are told of a picture: its number in shooting order, whether it is needed (1)
+#: or may be skipped (0), and the pose of the optical frame, in metres and as a quaternion, with the
+#: name of the frame that it is in.
+CAPTURE = ("picture", "take", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "frame")
 
 # Decimals of a distance: at least millimetres, at most micrometres.
 _FEWEST, _MOST = 3, 6
@@ -92,11 +98,14 @@ class Row:
     ----------
     cells : tuple of Cell
         One per column.
+    capture : tuple of Value
+        One per name in ``CAPTURE``: what a program that moves the camera needs beside them.
     idle : bool
         Whether there is nothing to set.
     """
 
     cells: tuple[Cell, ...]
+    capture: tuple[Value, ...]
     idle: bool
 
 
@@ -115,7 +124,8 @@ class LensSheet:
         What whoever sets the lenses should know about the plan.
     columns : tuple of Column
     rows : tuple of Row
-        As one walks the rig; the shots of a camera one after the other.
+        As one walks the rig or, if its cameras are a sequence, in shooting order; the shots of a
+        camera one after the other.
     """
 
     title: str
@@ -156,11 +166,18 @@ def lens_sheet(
             "rig", "the cameras that the plan is for, in their order", "others", "give its own rig"
         )
     fields = _fields(plan)
-    cameras = [plan.cameras[i] for i in walking_order(rig)]
-    entries = (_Entry(c, shot, k) for c in cameras for k, shot in enumerate(c.shots, 1))
+    entries = [
+        _Entry(plan.cameras[i], rig.cameras[i], shot, k)
+        for i in walking_order(rig)
+        for k, shot in enumerate(plan.cameras[i].shots, 1)
+    ]
     rows = (
-        Row(tuple(cell(entry) for _, cell in fields), idle=not entry.shot.assigned_samples)
-        for entry in entries
+        Row(
+            tuple(cell(entry) for _, cell in fields),
+            _capture(entry, picture, rig.frame_id),
+            idle=not entry.shot.assigned_samples,
+        )
+        for picture, entry in enumerate(entries, 1)
     )
     return LensSheet(
         title=f"Lens sheet for {_counted(len(rig), 'camera')}",
@@ -180,6 +197,7 @@ class _Entry:
     """What a row is about; shots are counted from 1."""
 
     camera: CameraFocus
+    at: Camera
     shot: Shot
     number: int
 
@@ -225,6 +243,11 @@ def _fields(plan: FocusPlan) -> list[_Field]:
         (Column("in_focus", "in focus", "of it"), lambda e: _in_focus(e.shot)),
         (Column("checked", "checked", kind=Kind.BOX), lambda _: Cell(None, "")),
     ]
+
+
+def _capture(entry: _Entry, picture: int, frame_id: str) -> tuple[Value, ...]:
+    take = int(entry.shot.assigned_samples > 0)
+    return (picture, take, *entry.at.position, *entry.at.orientation, printable(frame_id))
 
 
 def _any_table(plan: FocusPlan) -> bool:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import csv
 import io
 
-from focus_planner.io.lens_sheet.content import LensSheet, Value
+from focus_planner.io.lens_sheet.content import CAPTURE, LensSheet, Value
 
 # What formulas begin with in spreadsheets, also in those of East Asia.
 _FORMULAS = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
@@ -24,14 +24,19 @@ _FORMULAS = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
 def sheet_to_csv(sheet: LensSheet) -> str:
     """Return the table as CSV: a line of names with units, then one line per row of the sheet.
 
-    Numbers have all their digits; an infinite distance is ``inf``, and what is unknown is empty,
-    as are the boxes to tick. A text that a spreadsheet would take for a formula has an apostrophe
-    before it; only the name of a driver's unit can be one.
+    After its columns come those that only programs need: ``picture``, ``take`` and the pose
+    (:data:`~focus_planner.io.lens_sheet.content.CAPTURE`). Numbers have all their digits; an
+    infinite distance is ``inf``, and what is unknown is empty, as are the boxes to tick. A text
+    that a spreadsheet would take for a formula has an apostrophe before it; only the names of a
+    driver's unit and of the frame can be one.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow([column.key for column in sheet.columns])
-    writer.writerows([_no_formula(cell.value) for cell in row.cells] for row in sheet.rows)
+    writer.writerow([*(column.key for column in sheet.columns), *CAPTURE])
+    writer.writerows(
+        [_no_formula(value) for value in (*(cell.value for cell in row.cells), *row.capture)]
+        for row in sheet.rows
+    )
     return text.getvalue()
 
 

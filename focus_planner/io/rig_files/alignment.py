@@ -17,10 +17,14 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from focus_planner.core.rig.frames import Similarity, similarity_from_matrix
-from focus_planner.core.validation import InputError
+from focus_planner.core.validation import InputError, check_number
 from focus_planner.io.files import read_text
 from focus_planner.io.quoting import word
+
+_MAX_SPAN = 100.0  # metres between cameras that need no --scale
 
 
 def load_alignment(path: Path) -> Similarity:
@@ -37,6 +41,35 @@ def load_alignment(path: Path) -> Similarity:
         raise InputError(str(path), expected, f"{len(words)}")
     numbers = finite_numbers(str(path), words)
     return similarity_from_matrix(str(path), [numbers[i : i + 4] for i in range(0, 16, 4)])
+
+
+def to_metres(where: str, poses: Sequence[Similarity], scale: float | None) -> Similarity:
+    """Return the transform that makes metres of the unit of poses.
+
+    Parameters
+    ----------
+    where : str
+        What has the unit, for errors.
+    poses : sequence of Similarity
+    scale : float, optional
+        Metres per unit, if it is known; else 1.
+
+    Raises
+    ------
+    InputError
+        If the scale is not above 0, or cameras would be too far apart for a scale that nobody gave.
+    """
+    if scale is not None:
+        return Similarity(scale=check_number("--scale", scale, above=0))
+    span = float(np.ptp([pose.translation for pose in poses], axis=0).max())
+    if span > _MAX_SPAN:
+        raise InputError(
+            where,
+            f"metres, cameras at most {_MAX_SPAN:g} m apart",
+            f"{span:g} m",
+            "give --scale 0.001 if they are millimetres, --scale 1 if they are metres",
+        )
+    return Similarity()
 
 
 def finite_numbers(where: str, words: Sequence[str]) -> list[float]:

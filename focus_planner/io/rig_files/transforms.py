@@ -20,14 +20,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.defaults import keys_of
 from focus_planner.core.rig.frames import (
     FrameTransform,
     FrameTree,
-    Similarity,
     quaternion_from_rpy,
     similarity_from_pose,
 )
@@ -45,6 +42,7 @@ from focus_planner.io.camera_frames import (
 from focus_planner.io.files import read_text
 from focus_planner.io.names import camera_names
 from focus_planner.io.quoting import abbreviated, key_name, kind_of
+from focus_planner.io.rig_files.alignment import to_metres
 from focus_planner.io.rig_files.nerfstudio import nerfstudio_frames
 from focus_planner.io.yaml_values import (
     errors_within,
@@ -62,7 +60,6 @@ _FLAGS = {
     "angles": ("--roll", "--pitch", "--yaw"),
     "frames": ("--frame-id", "--child-frame-id"),
 }
-_MAX_SPAN = 100.0  # metres between cameras that need no --scale
 
 
 def load_transforms(
@@ -131,13 +128,13 @@ def load_transforms(
     poses = [
         tree.lookup(root, frame) @ frame_from_optical(is_body=frame in bodies) for frame in frames
     ]
-    to_metres = _to_metres(path, poses, scale)
+    metres = to_metres(f"{path}: translations", poses, scale)
     assumed = {} if intrinsics_of else dict.fromkeys(names, keys_of("image"))
     intrinsics_of, shared_lens = intrinsics_of or (lambda _: CameraIntrinsics()), lens or Lens()
     rig = Rig(
         tuple(
             Camera(name, at.position, at.orientation, intrinsics_of(name), shared_lens)
-            for name, at in zip(names, (to_metres @ pose for pose in poses), strict=True)
+            for name, at in zip(names, (metres @ pose for pose in poses), strict=True)
         ),
         frame_id or root,
         assumed=assumed,
@@ -208,20 +205,6 @@ def _body_frames(frames: Sequence[str], convention: str, notes: list[str]) -> se
     if bodies and not convention:
         notes.append(f"{note_on_bodies(bodies)}; set --convention to decide")
     return set(bodies)
-
-
-def _to_metres(path: Path, poses: Sequence[Similarity], scale: float | None) -> Similarity:
-    if scale is not None:
-        return Similarity(scale=check_number("scale", scale, above=0))
-    span = float(np.ptp([pose.translation for pose in poses], axis=0).max())
-    if span > _MAX_SPAN:
-        raise InputError(
-            f"{path}: translations",
-            f"metres, cameras at most {_MAX_SPAN:g} m apart",
-            f"{span:g} m",
-            "give --scale 0.001 if they are millimetres, --scale 1 if they are metres",
-        )
-    return Similarity()
 
 
 # --- the file ----------------------------------------------------------------------------------

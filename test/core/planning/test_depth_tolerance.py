@@ -21,6 +21,7 @@ from focus_planner import (
 )
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.quality import estimate_quality
+from focus_planner.core.problem.problem import with_depth_tolerance
 from testing import reference
 from testing.plans import RIG, SCENE
 
@@ -52,6 +53,54 @@ def test_a_tolerance_shrinks_what_is_in_focus():
     for depth, s in zip(problem.depth[counted], chosen[counted], strict=True):
         assert reference.in_focus(depth - 0.01, s, Lens())
         assert reference.in_focus(depth + 0.01, s, Lens())
+
+
+def test_the_note_tells_what_is_in_focus_with_the_tolerance_and_without():
+    request = PlanRequest(samples=500, depth_tolerance=0.0125)
+    plan = plan_focus(SCENE, RIG, request)
+    (note,) = (note for note in plan.notes if note.code == "tolerance")
+    # By definition, pair by pair, of the fresh samples that the plan is judged on.
+    shares = []
+    for tolerance in (0.0125, 0.0):
+        problem = formulate_problem(
+            SCENE, RIG, PlanRequest(samples=500, depth_tolerance=tolerance), fresh=True
+        )
+        held = 0.0
+        for sample, area in enumerate(problem.samples.areas):
+            pairs = range(*problem.sample_offsets[sample : sample + 2])
+            chosen = [
+                (
+                    problem.base_cost[p] + (0.0 if sharp else problem.focus_weight),
+                    problem.camera_index[p],
+                    sharp,
+                )
+                for p in pairs
+                for s in [plan.focus_distances[problem.camera_index[p]]]
+                for sharp in [reference.holds(problem.depth[p], s, Lens(), tolerance)]
+            ]
+            held += area * (bool(chosen) and min(chosen)[2])
+        shares.append(held / problem.samples.areas.sum())
+    assert shares[0] < shares[1]
+    assert note.text.startswith(
+        f"12.5 mm are allowed for errors of depth: {shares[0]:.1%} of the surface stays in focus"
+        f" with them, {shares[1]:.1%} is in focus if depths are as planned; allowing for more than"
+        " about half of their standard error costs more coverage than it saves"
+    )
+    assert plan.summary().endswith("see its notes: tolerance")
+    without = plan_focus(SCENE, RIG, PlanRequest(samples=500))
+    assert "tolerance" not in {each.code for each in without.notes}
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.003, 0.02])
+def test_another_tolerance_makes_the_problem_that_is_formulated_with_it(tolerance):
+    given, other = (
+        formulate_problem(SCENE, RIG, PlanRequest(samples=300, shots=2, depth_tolerance=t))
+        for t in (0.01, tolerance)
+    )
+    changed = with_depth_tolerance(given, tolerance)
+    np.testing.assert_array_equal(changed.focus_near, other.focus_near)
+    np.testing.assert_array_equal(changed.focus_far, other.focus_far)
+    assert (changed.shots, len(changed.depth)) == (other.shots, len(other.depth))
 
 
 def test_a_tolerance_beyond_every_depth_of_field_is_an_error():

@@ -23,6 +23,7 @@ from focus_planner import (
     turntable_rig,
 )
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
+from focus_planner.core.rig.walk import walking_order
 from testing import reference
 
 
@@ -139,9 +140,59 @@ def test_a_turntable_turns_the_subject_counter_clockwise():
         looks_at(camera, [0, 0, 0.1])
 
 
+def test_one_camera_goes_there_and_back_on_a_dome():
+    fixed, moved = dome_rig(3, 8, 1.0, 0, 60), dome_rig(3, 8, 1.0, 0, 60, one_camera=True)
+    assert not fixed.sequence
+    assert moved.sequence
+    assert {c.name: c for c in moved.cameras} == {c.name: c for c in fixed.cameras}
+    names = [camera.name for camera in moved.cameras]
+    ring = {k: [name for name in names if name.startswith(f"cam_{k}_")] for k in range(3)}
+    assert names == ring[0] + ring[1] + ring[2]
+    assert [ring[k] == sorted(ring[k]) for k in range(3)] == [True, False, True]
+    assert ring[1] == sorted(ring[1])[::-1]
+    # The longest way is shorter than in the order of the fixed cameras.
+    longest = [
+        np.linalg.norm(np.diff(camera_positions(rig), axis=0), axis=1).max()
+        for rig in (fixed, moved)
+    ]
+    assert longest[1] < longest[0]
+
+
+def test_before_a_turntable_cameras_may_stand_at_heights():
+    rig = turntable_rig(3, 16, 0.3, bottom=0.004, top=0.026)
+    for index, camera in enumerate(rig.cameras):
+        row, stop = divmod(index, 16)
+        angle = -2 * math.pi * stop / 16
+        outward = np.array([math.cos(angle), math.sin(angle), 0.0])
+        np.testing.assert_allclose(
+            camera.position, 0.3 * outward + [0, 0, 0.004 + 0.011 * row], atol=1e-15
+        )
+        _, y, z = reference.camera_axes(camera)
+        np.testing.assert_allclose(z, -outward, atol=1e-14)
+        np.testing.assert_allclose(y, [0, 0, -1], atol=1e-14)
+    assert rig.grid == Grid(3, 16)
+    single = turntable_rig(1, 4, bottom=0.1, top=0.3)
+    np.testing.assert_allclose(camera_positions(single)[:, 2], 0.2)
+
+
+def test_before_a_turntable_shooting_is_stop_by_stop_or_turn_by_turn():
+    arc, one = turntable_rig(2, 3), turntable_rig(2, 3, one_camera=True)
+    assert arc.cameras == one.cameras
+    assert [arc.cameras[i].name[4:] for i in walking_order(arc)] == [
+        *("0_00", "1_00", "0_01", "1_01", "0_02", "1_02")
+    ]
+    assert walking_order(one).tolist() == list(range(6))
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (lambda: turntable_rig(bottom=0.1), "bottom and top: expected both or neither"),
+        (
+            lambda: turntable_rig(bottom=0.1, top=0.2, lowest=5),
+            "or lowest, highest and height, got",
+        ),
+        (lambda: turntable_rig(bottom=0.3, top=0.2), r"top: expected at least bottom \(0.3 m\)"),
         (lambda: dome_rig(rings=0), "rings: expected a whole number of at least 1"),
         (lambda: dome_rig(lowest=50, highest=40), r"highest: expected at least lowest \(50°\)"),
         (lambda: dome_rig(highest=91), "highest: expected a number of at least -90, at most 90"),

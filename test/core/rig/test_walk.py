@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -55,6 +56,13 @@ def test_a_cylinder_is_walked_column_by_column_from_below():
     assert [rig.cameras[i].name for i in walking_order(rig)] == expected
     # The poses alone tell the same as the grid.
     assert walked(rig.cameras) == expected
+
+
+def test_a_sequence_is_in_its_own_order():
+    cameras = cylinder_rig(2, 4).cameras[::-1]
+    rig = Rig(cameras, sequence=True)
+    assert walking_order(rig).tolist() == list(range(8))
+    assert walking_order(replace(rig, sequence=False)).tolist() != list(range(8))
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(24, 7), (3, 2), (100, 1), (30, 1), (4, 3)])

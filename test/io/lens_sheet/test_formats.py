@@ -23,7 +23,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from focus_planner import InputError, Rig, cylinder_rig
+from focus_planner import InputError, Rig, cylinder_rig, gantry_rig
 from focus_planner.core.notes import Note
 from focus_planner.io.lens_sheet import SUFFIXES
 from focus_planner.io.lens_sheet.content import lens_sheet
@@ -60,6 +60,40 @@ def test_csv_reads_back_as_the_plan(planned, rig):
         assert (row["set"], row["checked"]) == ("", "")
 
 
+@pytest.mark.parametrize(("planned", "rig"), PLANS)
+def test_csv_tells_programs_where_each_picture_is_taken_and_whether(planned, rig):
+    rows = list(csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(planned, rig)), newline="")))
+    poses = {each.name: (each.position, each.orientation) for each in rig.cameras}
+    shots = {(c.name, k): s for c in planned.cameras for k, s in enumerate(c.shots, 1)}
+    assert [int(row["picture"]) for row in rows] == list(range(1, len(shots) + 1))
+    for row in rows:
+        assert tuple(float(row[key]) for key in ("x_m", "y_m", "z_m")) == poses[row["name"]][0]
+        turn = tuple(float(row[key]) for key in ("qx", "qy", "qz", "qw"))
+        assert turn == poses[row["name"]][1]
+        needed = shots[row["name"], int(row.get("shot", 1))].assigned_samples > 0
+        assert int(row["take"]) == needed
+        assert row["frame"] == "world"
+    assert list(rows[0])[:3] == ["set", "name", "shot" if planned.shots > 1 else "distance_m"]
+
+
+def test_csv_of_one_camera_is_in_shooting_order():
+    rig = gantry_rig(0.8, 0.5, 0.4, rows=3, columns=4)
+    planned = plan(*(camera(each.name, shot(0.4), shot(0.5)) for each in rig.cameras))
+    rows = csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(planned, rig)), newline=""))
+    taken = [(row["name"], row["shot"]) for row in rows]
+    assert taken == [(each.name, k) for each in rig.cameras for k in "12"]
+    assert taken[8][0] == "cam_1_03"
+    # Nothing of it is printed.
+    assert "picture" not in sheet_to_html(lens_sheet(planned, rig))
+
+
+def test_csv_lines_end_as_rfc_4180_says():
+    text = sheet_to_csv(lens_sheet(plan(), RIG))
+    assert text.endswith("\r\n")
+    assert text.count("\r\n") == text.count("\n") == len(RIG) + 1
+    assert len({len(row) for row in csv.reader(io.StringIO(text, newline=""))}) == 1
+
+
 def test_csv_writes_whole_steps_as_whole_numbers():
     rows = csv.DictReader(io.StringIO(sheet_to_csv(lens_sheet(in_steps(), RIG)), newline=""))
     values = {row["device_value"] for row in rows}
@@ -82,6 +116,8 @@ def test_csv_holds_no_formula(unit):
     rows = list(csv.DictReader(io.StringIO(text, newline="")))
     assert {row["device_unit"] for row in rows} == {f"'{unit}"}
     assert {row["name"] for row in rows} == {each.name for each in cameras}
+    text = sheet_to_csv(lens_sheet(planned, replace(RIG, frame_id=unit)))
+    assert {row["frame"] for row in csv.DictReader(io.StringIO(text, newline=""))} == {f"'{unit}"}
 
 
 HOSTILE = "\x1b[2J\u202e\x9b\r\n<b>\udcff"
