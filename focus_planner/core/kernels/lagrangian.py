@@ -17,9 +17,9 @@ With q views per sample that is
 
 where e is what a view gains out of focus, and j stands for as many cells as c takes shots.
 
-With at most B pictures in all, what c adds depends on how many it takes: the first adds Σ_p (e − v)⁺
-as well, and each further one no more than the one before. So the most that B pictures add is the sum
-of the B largest of these differences, and that is what takes the place of the sum over c.
+With at most B pictures in all, what c adds depends on how many it takes: the first adds
+Σ_p (e − v)⁺ as well, and each further one no more than the one before. So the most that B pictures
+add is the sum of the B largest of these differences, and that takes the place of the sum over c.
 Everything is in whole units, so D is exact and does not depend on the order of its sums.
 """
 
@@ -326,8 +326,8 @@ def descend(
     gains, blurred, blurred_views, cell_offsets, views, shots
         Those pairs that are active, see :class:`PricedPairs`.
     seen : GainsByCamera
-        Where pictures are limited, what pairs gain by being in one, even out of focus: those of each
-        view's first shot. Their ranges of cells do not matter.
+        Where pictures are limited, what pairs gain by being in one, even out of focus: those of
+        each view's first shot. Their ranges of cells do not matter.
     images : int
         How many pictures there may be; -1 for all.
     descent : PriceDescent
