@@ -23,9 +23,9 @@ from focus_planner.core.kernels.solution import is_assigned
 def stab(by_camera, focus, cell_offsets, best, cell):
     """Move each camera to the cell that holds most of its samples' weight in focus (Eq. 8).
 
-    Camera c's samples are those with it in ``best`` (N, needed). Ties go to the cell that holds most
-    of everything the camera sees, which the next assignment may profit from; without a better cell
-    a camera stays. Two prefix sums per camera. Returns how many cameras moved.
+    Camera c's samples are those with it in ``best`` (N, needed). Ties go to the cell that holds
+    most of everything the camera sees, which the next assignment may profit from; without a better
+    cell a camera stays. Two prefix sums per camera. Returns how many cameras moved.
     """
     offsets, seen, _, first, last = by_camera
     moved = 0
