@@ -40,7 +40,7 @@ def tiny_problem_in_views(seed, most_choices=300):
             ties=random.random() < 0.3,
             equal=random.random() < 0.3,
             lens=TINY_LENSES[random.choice(5, p=[0.2, 0.1, 0.1, 0.1, 0.5])],
-            weight=random.choice([1 / 3, 0.1, 0.9], p=[0.7, 0.2, 0.1]),
+            weight=random.choice([1 / 3, 0.1], p=[0.8, 0.2]),
         )
         if random.random() < 0.2:
             blind = problem.camera_index == random.integers(problem.camera_count)

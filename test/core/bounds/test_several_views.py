@@ -38,7 +38,7 @@ from testing.several_views import (
 )
 
 SHALLOW = Lens(0.05, 40.0)
-VIEWS_AND_SHOTS = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2), (3, 3)]
+VIEWS_AND_SHOTS = [(1, 1), (2, 1), (2, 2), (3, 1), (3, 2), (3, 3)]
 
 
 def settle(gains, goal, start=None):
@@ -93,8 +93,6 @@ def test_bounds_fall_and_no_plan_is_below():
 
 @pytest.mark.parametrize(("views", "shots"), VIEWS_AND_SHOTS)
 def test_the_least_bound_is_that_of_the_linear_relaxation(views, shots):
-    # With one view HiGHS's program counts a sample once per camera, and so do prices: they add up
-    # to no more than one anyway.
     for seed in range(3):
         problem = random_problem(seed, 60, 8, share=0.6, lens=SHALLOW, views=views, shots=shots)
         gains, relaxed = gains_of(problem), optimum(problem, relaxed=True)
@@ -230,15 +228,14 @@ def test_one_view_is_bounded_as_ever():
         assert cost_below(gains, 0) == cost_of_units(gains.out - len(gains.most))
 
 
-def test_on_bodies_three_views_are_bounded_more_tightly_than_one():
-    gaps = []
-    for views in (1, 3):
-        problem = replace(problem_of(body("arms_out"), cylinder_rig(), 1000), views=views)
-        plan = SOLVERS["k_view"](problem)
-        bound = lower_bound(problem, plan.cost, plan.cost)
-        gaps.append(1 - bound.lower_bound / plan.cost)
-    assert gaps[1] < 0.001
-    assert gaps[1] < gaps[0]
+@pytest.mark.parametrize("views", [2, 3, 5])
+def test_on_a_body_a_plan_is_near_its_bound(views):
+    problem = replace(problem_of(body("arms_out"), cylinder_rig(), 1000), views=views)
+    plan = SOLVERS["k_view"](problem)
+    bound = lower_bound(problem, plan.cost, plan.cost)
+    assert bound.lower_bound > 0.998 * plan.cost
+    quick = lower_bound(problem, plan.cost, plan.cost, most_steps=60)
+    assert 0.995 * plan.cost < quick.lower_bound <= bound.lower_bound
 
 
 def test_steps_repeat_bit_for_bit():
