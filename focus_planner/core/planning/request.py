@@ -138,6 +138,16 @@ class PlanRequest:
             at_most=MAX_COORDINATE,
         ),
     )
+    max_mm_per_pixel: float = specified(
+        np.inf,
+        FieldSpec(
+            "coarsest resolution that counts, along the surface: what a camera images with more"
+            " millimetres per pixel counts as unseen by it",
+            unit="mm per pixel",
+            at_least=0,
+            unlimited=True,
+        ),
+    )
     fresh_samples: int = specified(
         4096,
         FieldSpec(
