@@ -42,9 +42,9 @@ def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
     Numbers are written with all their digits; an infinite distance, or no limit, is null, as JSON
-    has no infinity. A camera with several shots has the list ``shots``, and one whose lens has a table
-    has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those of
-    older plans have no ``from_sensor``. Sharp areas go by the number of views; older plans have
+    has no infinity. A camera with several shots has the list ``shots``, and one whose lens has a
+    table has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those
+    of older plans have no ``from_sensor``. Sharp areas go by the number of views; older plans have
     neither these nor a ``resolution``.
     """
     names = [each.name for each in fields(FocusPlan) if each.name not in _APART]
@@ -162,7 +162,9 @@ def _by_views(where: str, data: Any) -> dict[int, float]:
 
 def _resolution(where: str, data: Any) -> Resolution | None:
     told = data.get("resolution")
-    return None if told is None else Resolution(**_fields_of(Resolution, f"{where}.resolution", told))
+    if told is None:
+        return None
+    return Resolution(**_fields_of(Resolution, f"{where}.resolution", told))
 
 
 def _camera_from_json(where: str, data: Any) -> CameraFocus:

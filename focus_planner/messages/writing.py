@@ -218,6 +218,7 @@ def plan_to_fields(
         :func:`focus_planner.runtime.status.plan_input_to_fields` returns them; by default they are
         of no topic and no age.
     """
+    told = plan.resolution
     return {
         "header": header_fields(frame_id, stamp),
         "plan_id": plan_id,
@@ -242,8 +243,8 @@ def plan_to_fields(
         "sharp_views": [each.views for each in plan.sharp_areas],
         "sharp_area": [each.area for each in plan.sharp_areas],
         "sharp_standard_error": [each.standard_error for each in plan.sharp_areas],
-        "median_mm_per_pixel": _or_nan(plan.resolution and plan.resolution.median),
-        "percentile_90_mm_per_pixel": _or_nan(plan.resolution and plan.resolution.percentile_90),
+        "median_mm_per_pixel": told.median if told else math.nan,
+        "percentile_90_mm_per_pixel": told.percentile_90 if told else math.nan,
         "solve_seconds": plan.solve_seconds,
         "total_seconds": plan.total_seconds,
         "notes": [note_to_fields(note) for note in plan.notes],

@@ -20,6 +20,7 @@ import numpy as np
 
 from focus_planner.core.imaging.exposure import PictureCamera
 from focus_planner.core.imaging.pixels import pixel_grid
+from focus_planner.core.imaging.resolution import fine_pixels
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.rig.camera import Camera

@@ -45,8 +45,8 @@ class Comparable:
         """Return what has to be said of the plans' costs; empty if they simply compare."""
         if not self.measure:
             return (
-                f"The costs are {measure_text(before)} then and {measure_text(after)} now, and do not"
-                " compare; the areas do that are sharp in as many views."
+                f"The costs are {measure_text(before)} then, {measure_text(after)} now, and do not"
+                " compare; the areas that are sharp in as many views do."
             )
         if self.samples and self.fresh_samples:
             return ""

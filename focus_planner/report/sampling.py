@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.planning.sharp_views import pairs_in_focus, sharp_views
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_shots
@@ -77,7 +78,7 @@ def report_plan(
     """
     shots, focus = with_shots(problem, plan.shots), plan.focus_distances
     cost, best = shots.evaluate(focus)
-    held = _held(shots, focus)
+    held = pairs_in_focus(shots, focus).reshape(-1, shots.shots).any(axis=1)
     index = problem.sample_index
     return ReportedPlan(
         title=title,
@@ -85,7 +86,7 @@ def report_plan(
         cost=cost,
         camera=np.where(best < 0, np.int32(-1), best // np.int32(plan.shots)).astype(np.int32),
         in_focus=shots.in_focus(focus, best),
-        sharp_views=np.bincount(index[held], minlength=problem.sample_count).astype(np.int32),
+        sharp_views=sharp_views(shots, focus),
         pair_in_focus=_on_pairs_of(surface, problem, held),
         held_area=np.bincount(
             problem.camera_index[held],
@@ -119,14 +120,6 @@ def _sees_the_same(surface: SampledSurface, problem: Problem) -> bool:
     return np.array_equal(problem.sample_offsets, surface.pair_offsets) and np.array_equal(
         problem.camera_index, surface.pair_camera
     )
-
-
-def _held(shots: Problem, focus: FloatArray) -> NDArray[np.bool_]:
-    """Return, for each pair of a sample and a camera, whether one of its shots is in focus."""
-    chosen = focus[shots.camera_index]
-    sharp = (shots.focus_near <= chosen) & (chosen <= shots.focus_far)
-    held: NDArray[np.bool_] = sharp.reshape(-1, shots.shots).any(axis=1)
-    return held
 
 
 def _on_pairs_of(

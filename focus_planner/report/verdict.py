@@ -66,6 +66,7 @@ def verdict(
     """
     sentences = [
         _achieved(plans, worths, area, foreign=foreign),
+        *_in_views(plans[0].plan, worths[0], area),
         _lacking(plans[0].plan, worths[0], area),
         *([] if foreign else _limits(plans[0].plan)),
         *_doubts(notes),
@@ -94,6 +95,16 @@ def _achieved(
         if i is not None and 0 < i < len(plans)
     ]
     return f"{text}{'; ' if others else ''}{' and '.join(others)}."
+
+
+def _in_views(plan: FocusPlan, worth: Worth, area: float) -> Iterator[str]:
+    """Yield, of a plan for several views, how much is sharp in as many."""
+    if plan.views == 1:
+        return
+    sharp = [each for each in worth.sharp_areas if each.views <= plan.views]
+    if sharp:
+        enough = sharp[-1]  # the greatest number told that the plan was made for
+        yield f"{percent(enough.area / area)} is sharp in {enough.views} views or more."
 
 
 def _lacking(plan: FocusPlan, worth: Worth, area: float) -> str:

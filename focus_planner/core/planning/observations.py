@@ -122,7 +122,9 @@ def _resolution(
     coarse = (np.diff(visibility.camera_offsets) > 0) & ~(_sees(problem) | _sees(fresh))
     found = []
     if share > _COARSE:
-        found.append(f"{share:.0%} of the surface is imaged only more coarsely and counts as unseen")
+        found.append(
+            f"{share:.0%} of the surface is imaged only more coarsely and counts as unseen"
+        )
     if coarse.any():
         names = first_few(rig.cameras[c].name for c in np.flatnonzero(coarse))
         found.append(f"{coarse.sum()} of {len(rig)} cameras image nothing that finely ({names})")
@@ -130,7 +132,7 @@ def _resolution(
         yield Note(
             "resolution",
             f"of max_mm_per_pixel {most:g}: {'; '.join(found)}; to have them count, allow more"
-            " millimetres per pixel, bring cameras closer, or give them longer lenses or more pixels",
+            " millimetres per pixel, bring cameras closer, or give them longer lenses",
         )
 
 

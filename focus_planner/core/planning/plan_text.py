@@ -32,8 +32,8 @@ def plan_line(plan: FocusPlan) -> str:
     """Return what a plan is in one line."""
     return (
         f"<{type(plan).__name__}: {plan.method}, {_cameras(plan)}, cost {plan.cost:.1f}"
-        f"{for_views(plan)} on {plan.samples} samples, {plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on"
-        f" {plan.fresh_samples} fresh ones>"
+        f"{for_views(plan)} on {plan.samples} samples, {plan.fresh_cost:.1f} ±"
+        f" {plan.fresh_standard_error:.1f} on {plan.fresh_samples} fresh ones>"
     )
 
 
@@ -54,7 +54,10 @@ def _cameras(plan: FocusPlan) -> str:
 
 def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     """Yield rows: name, text."""
-    yield "cost", f"{plan.cost:.2f} of 1000{for_views(plan)}, on {plan.samples} samples, seed {plan.seed}"
+    yield (
+        "cost",
+        f"{plan.cost:.2f} of 1000{for_views(plan)}, on {plan.samples} samples, seed {plan.seed}",
+    )
     bound = "none sought"
     if plan.lower_bound is not None and plan.gap is not None:
         bound = f"{plan.lower_bound:.2f}: within {100 * plan.gap:.3g} % of the best"
@@ -84,8 +87,8 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
 def resolution_text(resolution: Resolution) -> str:
     """Return how finely what is in focus is imaged."""
     return (
-        f"{resolution.median:.3g} mm per pixel in the median, {resolution.percentile_90:.3g} or finer"
-        " for 90% of it"
+        f"{resolution.median:.3g} mm per pixel in the median,"
+        f" {resolution.percentile_90:.3g} or finer for 90% of it"
     )
 
 

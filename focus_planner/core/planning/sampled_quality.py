@@ -41,7 +41,8 @@ class SampledQuality:
         In the picture that images the sample best, 0 to 1; 1 where no camera sees it. Where several
         views are asked for, the mean over its best ones, 1 for each that is missing.
     picture : (N,) array of int32
-        The picture that images it best: shot j of camera c is picture c · shots + j; -1 where no camera sees it.
+        The picture that images it best: shot j of camera c is picture c · shots + j; -1 where no
+        camera sees it.
     in_focus : (N,) array of bool
         Whether the sample is in focus in that picture.
     views : (N,) array of int32

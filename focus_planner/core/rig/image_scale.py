@@ -75,9 +75,7 @@ def _distortion_jacobians(rig: Rig, camera: IntArray, rays: FloatArray) -> Float
 def _of_polynomial(x: FloatArray, y: FloatArray, k: FloatArray) -> FloatArray:
     s = x * x + y * y
     above, below = (1 + s * (a + s * (b + s * c)) for a, b, c in (k[[0, 1, 4]], k[5:8]))
-    above_slope, below_slope = (
-        a + s * (2 * b + 3 * s * c) for a, b, c in (k[[0, 1, 4]], k[5:8])
-    )
+    above_slope, below_slope = (a + s * (2 * b + 3 * s * c) for a, b, c in (k[[0, 1, 4]], k[5:8]))
     radial = above / below
     slope = (above_slope - radial * below_slope) / below  # by r²
     prism_x, prism_y = k[8] + 2 * s * k[9], k[10] + 2 * s * k[11]

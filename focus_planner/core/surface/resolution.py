@@ -12,9 +12,10 @@
 
 A pixel covers, to first order, a parallelogram on the tangent plane of the point that it shows; all
 points that are imaged within one pixel of the point's image form an ellipse there. Its longer
-half-axis is the length per pixel: in no direction along the surface do pixels lie farther apart. For
-a pinhole that is d / f on a plane parallel to the picture at depth d, and on its axis d / (f cos θ)
-on one tilted by θ: what photogrammetry calls the ground sample distance of an oblique view.
+half-axis is the length per pixel: in no direction along the surface do pixels lie farther apart.
+For a pinhole that is d / f on a plane parallel to the picture at depth d, and on its axis
+d / (f cos θ) on one tilted by θ: what photogrammetry calls the ground sample distance of an oblique
+view.
 """
 
 from __future__ import annotations
@@ -117,5 +118,6 @@ def longest_axes(columns: FloatArray) -> FloatArray:
 def _inverses(matrices: FloatArray) -> FloatArray:
     """Return the inverses of (P, 2, 2) matrices; of singular ones, what is not finite."""
     (a, b), (c, d) = np.moveaxis(matrices, 0, -1)
-    inverses: FloatArray = np.stack([d, -b, -c, a], axis=1).reshape(-1, 2, 2)
-    return inverses / (a * d - b * c)[:, None, None]
+    adjugates = np.stack([d, -b, -c, a], axis=1).reshape(-1, 2, 2)
+    inverses: FloatArray = adjugates / (a * d - b * c)[:, None, None]
+    return inverses
