@@ -127,6 +127,7 @@ class PlanRequest:
             at_least=1,
             at_most=MAX_VIEWS,
         ),
+        kw_only=True,
     )
     depth_tolerance: float = specified(
         0.0,
@@ -147,6 +148,7 @@ class PlanRequest:
             at_least=0,
             unlimited=True,
         ),
+        kw_only=True,
     )
     fresh_samples: int = specified(
         4096,
