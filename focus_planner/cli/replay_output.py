@@ -110,7 +110,9 @@ def _show_comparison(console: PlainConsole, replay: ReplayedRun) -> None:
             change = "other measure"
         elif change and name in _ON_SAMPLES and same is not None and not same.samples:
             change = "other samples"
-        table.add_row(name.replace("_", " "), _text(then, unit_then), _text(value, unit), change)
+        # Older versions did not tell all that is told now.
+        told = _text(then, unit_then) if not old or name in old else "not told"
+        table.add_row(name.replace("_", " "), told, _text(value, unit), change)
     console.print(table)
     console.print()
     if before is not None:

@@ -74,6 +74,8 @@ def _check_sharp_areas(message: Message) -> None:
         got = " and ".join(map(str, sorted(counts)))
         names = "sharp_views, sharp_area, sharp_standard_error"
         raise InputError(names, "as many values of each", got)
+    if any(views < 1 for views in message.sharp_views):
+        raise InputError("sharp_views", "numbers of at least 1", "0")
     for name in ("sharp_area", "sharp_standard_error"):
         for value in getattr(message, name):
             check_number(name, float(value), at_least=0)

@@ -24,7 +24,8 @@ import numpy as np
 import pytest
 
 from focus_planner.core.notes import Note
-from focus_planner.report.content import CostRow, DepthHistogram, Step
+from focus_planner.core.planning.sharp_views import Resolution
+from focus_planner.report.content import CostRow, DepthHistogram, SharpRow, Step
 from focus_planner.report.making import write_report
 from focus_planner.report.page import report_page
 from focus_planner.report.payload import encoded_payload
@@ -227,6 +228,7 @@ def test_a_report_of_next_to_nothing_has_no_empty_parts(content):
         notes=(),
         facts=(),
         costs=(),
+        sharp=(),
         steps=(),
         parameters=(),
         software=(),
@@ -234,7 +236,7 @@ def test_a_report_of_next_to_nothing_has_no_empty_parts(content):
         histograms=tuple(DepthHistogram(np.empty(0), np.empty(0)) for _ in content.rig.cameras),
     )
     page = report_page(bare)
-    for part in ("costs", "steps", "origin"):
+    for part in ("costs", "sharp-views", "steps", "origin"):
         assert f'id="{part}"' not in page
     assert 'class="notes"' not in page.split("<script")[0]
 
@@ -244,6 +246,44 @@ def test_costs_on_other_samples_are_said_not_to_compare(content):
     assert told not in report_page(content)
     costs = (CostRow("this", 190.0, 205.0), CostRow("then", 200.0, 210.0, other_samples=True))
     assert told in report_page(dataclasses.replace(content, costs=costs))
+
+
+def test_costs_for_other_views_are_said_not_to_compare(content):
+    told = "The costs as planned are for different numbers of views or limits of resolution"
+    costs = (CostRow("this", 190.0, 205.0), CostRow("then", 200.0, 210.0, other_measure=True))
+    assert told in report_page(dataclasses.replace(content, costs=costs))
+    unplanned = (costs[0], CostRow("then", None, 210.0, other_measure=True))
+    assert told not in report_page(dataclasses.replace(content, costs=unplanned))
+
+
+def test_what_a_cost_for_several_views_is_is_said(content):
+    told = "A piece of surface costs the mean of its 3 best views, 1 for each that is missing."
+    assert told not in report_page(content)
+    first, *others = content.plans
+    several = dataclasses.replace(first, plan=dataclasses.replace(first.plan, views=3))
+    assert told in " ".join(
+        report_page(dataclasses.replace(content, plans=(several, *others))).split()
+    )
+
+
+def test_sharp_views_are_a_table(content):
+    shares = ((1, 0.875, 0.004), (2, 0.5, 0.01), (3, 0.25, 0.01), (5, 0.0, 0.0))
+    rows = (
+        SharpRow("this", shares, Resolution(0.41234, 1.25), reported=True),
+        SharpRow("<b>then</b>", shares, None),
+        SharpRow("not told", (), None),
+    )
+    page = report_page(dataclasses.replace(content, sharp=rows))
+    table = page.split('id="sharp-views"')[1].split("</section>")[0]
+    for part in ("87.5", "50.0", "25.0", "0.0"):
+        assert table.count(f">{part}\N{NO-BREAK SPACE}%<") == 2
+    assert "<small> ± 0.4</small>" in table
+    assert ">0.412<" in table
+    assert ">1.25<" in table
+    assert table.count("–") == 2
+    assert "&lt;b&gt;then" in table
+    assert "not told" not in table
+    assert [f"in {n}" in table for n in ("1<", "2 or more", "3 or more", "5 or more")] == [True] * 4
 
 
 def test_unknown_numbers_are_dashes(content):

@@ -223,7 +223,9 @@ def check_resolution(lengths: FloatArray, most: float) -> None:
 
 
 def round_up(length: float) -> str:
-    """Return a length with three digits that is not less."""
+    """Return a length, above 0, with three digits that is not less."""
+    if math.isinf(length):
+        return "inf"
     step: float = 10.0 ** (math.floor(math.log10(length)) - 2)
     return f"{math.ceil(length / step) * step:.3g}"
 

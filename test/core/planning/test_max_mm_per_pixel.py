@@ -120,7 +120,14 @@ def test_a_limit_that_nothing_meets_names_the_finest():
 
 @pytest.mark.parametrize(
     ("length", "text"),
-    [(2.0, "2"), (0.211, "0.211"), (0.21101, "0.212"), (1234.5, "1.24e+03"), (0.0999, "0.0999")],
+    [
+        (2.0, "2"),
+        (0.211, "0.211"),
+        (0.21101, "0.212"),
+        (1234.5, "1.24e+03"),
+        (0.0999, "0.0999"),
+        (math.inf, "inf"),
+    ],
 )
 def test_what_is_told_to_be_enough_is_enough(length, text):
     assert round_up(length) == text
