@@ -34,7 +34,7 @@ _APART = ("notes", "cameras", "sharp_areas", "resolution")
 _MAY_BE_INFINITE = ("far_limit", "from_sensor", "max_mm_per_pixel")
 _MAY_BE_NEGATIVE = ("device_value", "from_sensor")
 _COUNT = re.compile(r"[1-9][0-9]{0,8}")
-# Some have them, and versions 0.1 and 0.2 wrote neither views nor a limit of resolution.
+# Some have them, and older versions wrote neither views nor a limit of resolution.
 _MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor", "views", "max_mm_per_pixel")
 
 
