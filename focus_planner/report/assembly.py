@@ -153,7 +153,10 @@ def assemble(
     notes = (*filter(None, [doubt]), *plan.notes)
     tell(f"finding what the cameras see of {samples} samples")
     problem = with_one_shot(subject.fresh_problem(samples))
-    surface = sample_surface(problem, subject.model, subject.request.depth_tolerance)
+    request = subject.request
+    surface = sample_surface(
+        problem, subject.model, request.depth_tolerance, request.max_mm_per_pixel
+    )
     foreign, area = doubt is not None, subject.scene.area
     shares = [shares_of(worth, area) for worth in worths]
     return ReportContent(

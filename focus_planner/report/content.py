@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,6 +57,10 @@ class SampledSurface:
         What ``pair_cost`` comes from; its terms are told apart for a point.
     depth_tolerance : float
         That counts as in focus only what stays so when its depth is off by this much, metres.
+    max_mm_per_pixel : float
+        What a camera images more coarsely counts as unseen by it; inf without a limit.
+    views : int
+        That a sample needs: it costs the mean of so many of its least costs.
     """
 
     points: FloatArray
@@ -70,6 +75,8 @@ class SampledSurface:
     focus_weight: float
     model: CostModel = field(default_factory=CostModel)
     depth_tolerance: float = 0.0
+    max_mm_per_pixel: float = math.inf
+    views: int = 1
 
 
 @dataclass(frozen=True)

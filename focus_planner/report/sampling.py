@@ -33,7 +33,10 @@ _ONE_DEPTH = 1e-3
 
 
 def sample_surface(
-    problem: Problem, model: CostModel | None = None, depth_tolerance: float = 0.0
+    problem: Problem,
+    model: CostModel | None = None,
+    depth_tolerance: float = 0.0,
+    max_mm_per_pixel: float = math.inf,
 ) -> SampledSurface:
     """Return the surface of a problem with one shot per camera, on samples drawn by area.
 
@@ -44,6 +47,8 @@ def sample_surface(
         That the problem was built with; the paper's by default.
     depth_tolerance : float
         That it was built with, metres.
+    max_mm_per_pixel : float
+        That it was built with.
     """
     samples = problem.samples
     area = float(samples.areas.sum())
@@ -60,6 +65,8 @@ def sample_surface(
         focus_weight=problem.focus_weight,
         model=model or CostModel(),
         depth_tolerance=depth_tolerance,
+        max_mm_per_pixel=max_mm_per_pixel,
+        views=problem.views,
     )
 
 

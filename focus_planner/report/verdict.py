@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from focus_planner.core.notes import Note
@@ -112,16 +113,17 @@ def _lacking(plan: FocusPlan, worth: Worth, area: float) -> str:
     could_be = ", or could be" if plan.depth_tolerance else ""
     blurred, unseen = shares.blurred, shares.unseen
     ignored = 1 - worth.counted_area / area
+    by_none = "seen by no camera" + " finely enough" * math.isfinite(plan.max_mm_per_pixel)
     if not blurred and not unseen:
         text = "None of it was found blurred or unseen"
     elif not unseen:
         text = f"{percent(blurred)} is seen but blurred there{could_be}, and none was found unseen"
     elif not blurred:
-        text = f"{percent(unseen)} is seen by no camera, and none was found seen but blurred"
+        text = f"{percent(unseen)} is {by_none}, and none was found seen but blurred"
     else:
         text = (
-            f"{percent(blurred)} is seen but blurred there{could_be}, and {percent(unseen)} is seen"
-            " by no camera"
+            f"{percent(blurred)} is seen but blurred there{could_be}, and {percent(unseen)} is"
+            f" {by_none}"
         )
     if ignored > _NOTHING:
         text += f"; {percent(ignored)} has no importance and was not planned for"

@@ -15,9 +15,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import hashlib
-import json
 import re
-import zlib
 from html.parser import HTMLParser
 
 import numpy as np
@@ -30,6 +28,7 @@ from focus_planner.report.making import write_report
 from focus_planner.report.page import report_page
 from focus_planner.report.payload import encoded_payload
 from testing import report_contents
+from testing.payloads import decoded
 
 EVIL = "</script><img src=x onerror=alert(1)>\"'&\u202e\x1b[31m{title}"
 
@@ -69,26 +68,6 @@ class _Elements(HTMLParser):
         self.text[key] = self.text.get(key, "") + data
 
 
-def decoded(text):
-    """The JSON and the arrays of a payload, as its module describes them."""
-    raw = zlib.decompress(base64.b64decode(text))
-    length = int.from_bytes(raw[:4], "little")
-    head = json.loads(raw[4 : 4 + length])
-    at, arrays = 4 + length, {}
-    for name, kind, count in head["arrays"]:
-        width = 1 / 8 if kind == "bits" else int(kind[1:]) // 8
-        size = -(-count // 8) if kind == "bits" else count * width
-        data = np.frombuffer(raw[at : at + size], dtype=np.uint8)
-        if kind == "bits":
-            arrays[name] = np.unpackbits(data, count=count, bitorder="little").astype(bool)
-        else:
-            planes = data.reshape(width, count).astype(np.int64)
-            arrays[name] = sum(plane << (8 * k) for k, plane in enumerate(planes))
-        at += size
-    assert at == len(raw)
-    return head["facts"], arrays
-
-
 def test_the_payload_holds_the_plans_exactly_and_the_surface_to_what_can_be_seen(content):
     facts, arrays = decoded(encoded_payload(content))
     surface = content.surface
@@ -115,6 +94,20 @@ def test_the_payload_holds_the_plans_exactly_and_the_surface_to_what_can_be_seen
             assert [shot["focus"] for shot in told["shots"]] == [
                 shot.focus_distance for shot in focus.shots
             ]
+
+
+def test_the_limit_of_resolution_the_views_and_bins_are_told(content):
+    facts, _ = decoded(encoded_payload(content))
+    assert (facts["mostMmPerPixel"], facts["views"]) == (None, 1)
+    assert all(image["bin"] == [1, 1] for image in facts["images"])
+    surface = dataclasses.replace(content.surface, max_mm_per_pixel=0.5, views=3)
+    first = content.rig.cameras[0]
+    binned = dataclasses.replace(first.intrinsics, binning=(2, 3))
+    cameras = (dataclasses.replace(first, intrinsics=binned), *content.rig.cameras[1:])
+    rig = dataclasses.replace(content.rig, cameras=cameras)
+    facts, _ = decoded(encoded_payload(dataclasses.replace(content, surface=surface, rig=rig)))
+    assert (facts["mostMmPerPixel"], facts["views"]) == (0.5, 3)
+    assert facts["images"][facts["cameras"][0]["image"]]["bin"] == [2, 3]
 
 
 def test_other_lenses_and_many_settings_are_told(content):

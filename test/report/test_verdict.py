@@ -76,6 +76,15 @@ def said(
     return verdict(plans, worths, notes, 2.0, foreign=foreign)
 
 
+def test_what_is_seen_too_coarsely_is_not_said_to_be_unseen() -> None:
+    assert "3 % is seen by no camera." in said()
+    limited = replace(PLAN, max_mm_per_pixel=0.5)
+    assert "3 % is seen by no camera finely enough." in said(limited)
+    assert "3 % is seen by no camera finely enough, and" in said(
+        limited, (worth(1.94), worth(0.94))
+    )
+
+
 def test_of_a_plan_for_several_views_it_is_said_how_much_is_sharp_in_as_many() -> None:
     areas = tuple(SharpArea(views, 2.0 / (1 + views), 0.01) for views in (1, 2, 3, 5))
     worths = replace(WORTHS[0], sharp_areas=areas), WORTHS[1]
