@@ -73,7 +73,9 @@ _REQUESTS: dict[str, tuple[Any, ...]] = {
     "time_budget": (0.0, 0.0, 0.0, 0.05),
     "k": (0, 2, 3),
     "shots": (0, 0, 1, 2),
+    "views": (0, 0, 1, 3),
     "depth_tolerance": (0.0, 0.001),
+    "max_mm_per_pixel": (0.0, 0.0, 2.0),
     "bound": ("", "none", "quick"),
 }
 

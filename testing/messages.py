@@ -21,7 +21,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
-from focus_planner.core.planning.request import BOUNDS, MAX_SAMPLES, MAX_SHOTS, METHODS, PlanRequest
+from focus_planner.core.planning.request import (
+    BOUNDS,
+    MAX_SAMPLES,
+    MAX_SHOTS,
+    MAX_VIEWS,
+    METHODS,
+    PlanRequest,
+)
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -90,7 +98,9 @@ EMPTY_REQUEST = {
     "k": 0,
     "scope": "",
     "shots": 0,
+    "views": 0,
     "depth_tolerance": 0.0,
+    "max_mm_per_pixel": 0.0,
     "bound": "",
     "gap": 0.0,
 }
@@ -307,7 +317,9 @@ requests = st.builds(
     scope=st.sampled_from(["all", "assigned"]),
     time_budget=st.one_of(st.just(math.inf), positive),
     shots=st.integers(1, MAX_SHOTS),
+    views=st.integers(1, MAX_VIEWS),
     depth_tolerance=positive,
+    max_mm_per_pixel=st.one_of(st.just(math.inf), positive),
     bound=st.sampled_from(BOUNDS),
     gap=st.floats(1e-12, 1.0),
 )
@@ -364,6 +376,10 @@ plans = st.builds(
     solve_seconds=positive,
     total_seconds=positive,
     cameras=st.lists(camera_foci(), max_size=3).map(tuple),
+    views=st.integers(1, MAX_VIEWS),
+    max_mm_per_pixel=st.one_of(st.just(math.inf), positive),
+    sharp_areas=st.lists(st.builds(SharpArea, counts.filter(bool), positive, positive)).map(tuple),
+    resolution=st.none() | st.builds(Resolution, positive, positive),
 )
 
 

@@ -208,6 +208,32 @@ def is_read(intrinsics, u, v):
     return (column >= 0) & (column < width // columns) & (row >= 0) & (row < height // rows)
 
 
+def metres_per_pixel(camera, point, normal, step=1e-6):
+    """Return how far one goes along the surface per pixel of the picture, where that is farthest.
+
+    By going a short way from the point in many directions on its tangent plane, forth and back,
+    then in as many about the best of them.
+    """
+    x_axis, y_axis, z_axis = camera_axes(camera)
+    offset = np.asarray(point) - np.asarray(camera.position)
+    any_other = np.eye(3)[np.argmin(np.abs(normal))]
+    first = np.cross(normal, any_other) / np.linalg.norm(np.cross(normal, any_other))
+    second = np.cross(normal, first) / np.linalg.norm(np.cross(normal, first))
+    columns, rows = camera.intrinsics.binning
+    best, reach = 0.0, np.pi / 2
+    for _ in range(3):
+        angle = best + np.linspace(-reach, reach, 401)[:, None]
+        way = step * np.linalg.norm(offset) * (np.cos(angle) * first + np.sin(angle) * second)
+        ends = []
+        for at in (offset - way, offset + way):
+            depth = at @ z_axis
+            u, v = pixels(camera.intrinsics, at @ x_axis / depth, at @ y_axis / depth)
+            ends.append(np.array([u / columns, v / rows]))
+        lengths = 2 * np.linalg.norm(way, axis=1) / np.hypot(*(ends[1] - ends[0]))
+        best, reach = float(angle[np.argmax(lengths), 0]), reach / 100
+    return float(lengths.max())
+
+
 # --- Visibility ----------------------------------------------------------------------------------
 
 

@@ -28,7 +28,9 @@ _FIELDS: dict[str, tuple[tuple[Any, ...], tuple[Any, ...]]] = {
     "k": ((0, 2, 3), (1, 4, _MOST)),
     "scope": (("", "all", "assigned"), _TEXTS),
     "shots": ((0, 1, 2, 3), (16, 17, _MOST)),
+    "views": ((0, 1, 2, 3), (8, 9, _MOST)),
     "depth_tolerance": ((0.0, 0.0, 0.001), _NUMBERS),
+    "max_mm_per_pixel": ((0.0, 0.0, 4.0), _NUMBERS),
     "bound": (("", "none", "quick", "tight"), _TEXTS),
     "gap": ((0.0, 1e-4, 0.01), _NUMBERS),
 }

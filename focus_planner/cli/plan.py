@@ -45,7 +45,7 @@ from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning.plan import Shot, SolvedPlan
+    from focus_planner.core.planning.plan import FocusPlan, Shot, SolvedPlan
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.progress import ProgressCallback
     from focus_planner.core.rig.rig import Rig
@@ -351,13 +351,16 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     """Yield rows: name, value, note."""
     from collections import Counter
 
+    from focus_planner.core.planning.plan_text import for_views
+
     def area(part: float) -> str:
         return f"{part:.3f} m²"
 
     def share(part: float) -> str:
         return f"{part / plan.surface_area:.1%} of the surface"
 
-    yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples, seed {plan.seed}"
+    on = f"on {plan.samples} samples, seed {plan.seed}"
+    yield "cost", f"{plan.cost:.2f}", f"of 1000{for_views(plan)}, {on}"
     if plan.lower_bound is not None and plan.gap is not None:
         note = f"no plan costs less on these samples: within {100 * plan.gap:.3g} % of the best"
         yield "lower bound", f"{plan.lower_bound:.2f}", note
@@ -366,7 +369,8 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     yield "surface", area(plan.surface_area), ""
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
-    yield "in focus", in_focus, share(plan.in_focus_area)
+    yield "in focus", in_focus, f"{share(plan.in_focus_area)}, in its best view"
+    yield from _sharpness(plan)
     early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else "stopped early"
     yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else early
     yield "total", f"{plan.total_seconds:.3f} s", ""
@@ -383,6 +387,18 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     yield "focused at", _span([shot.focus_distance for shot in shots]), _from_sensor(shots)
     for status, count in sorted(Counter(c.status for c in plan.cameras).items()):
         yield "cameras", str(count), status.name.lower().replace("_", " ")
+
+
+def _sharpness(plan: FocusPlan) -> Iterator[tuple[str, str, str]]:
+    """Yield what is sharp in how many views, and how finely what is in focus is imaged."""
+    for sharp in plan.sharp_areas:
+        name = f"in {sharp.views} view{'s' * (sharp.views > 1)}"
+        area = f"{sharp.area:.3f} ± {sharp.standard_error:.3f} m²"
+        share = f"{sharp.area / plan.surface_area:.1%} of the surface"
+        yield name, area, f"{share}, sharp in so many or more"
+    if plan.resolution is not None:
+        note = f"median of what is in focus; 90% at {plan.resolution.percentile_90:.3g} or finer"
+        yield "resolution", f"{plan.resolution.median:.3g} mm/px", note
 
 
 def _span(metres: Sequence[float]) -> str:

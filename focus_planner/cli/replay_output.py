@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +44,7 @@ _COLOURS = {
 _CAMERAS_SHOWN = 10
 # Of plans on different samples, these say nothing of each other.
 _ON_SAMPLES = ("cost", "lower_bound")
+_COSTS = (*_ON_SAMPLES, "fresh_cost")
 
 
 def show(replays: Sequence[ReplayedRun]) -> None:
@@ -105,9 +106,13 @@ def _show_comparison(console: PlainConsole, replay: ReplayedRun) -> None:
     for name, value, unit in quantities(after):
         then, unit_then = old.get(name, (None, ""))
         change = _change(then, value, share=unit != "s")
-        if change and name in _ON_SAMPLES and same is not None and not same.samples:
+        if change and name in _COSTS and same is not None and not same.measure:
+            change = "other measure"
+        elif change and name in _ON_SAMPLES and same is not None and not same.samples:
             change = "other samples"
-        table.add_row(name.replace("_", " "), _text(then, unit_then), _text(value, unit), change)
+        # Older versions did not tell all that is told now.
+        told = _text(then, unit_then) if not old or name in old else "not told"
+        table.add_row(name.replace("_", " "), told, _text(value, unit), change)
     console.print(table)
     console.print()
     if before is not None:
@@ -163,7 +168,7 @@ def _show_all(console: PlainConsole, replays: Sequence[ReplayedRun], names: Sequ
             outcome,
             _then_now(plan.method for plan in plans),
             _then_now(plan.samples for plan in plans),
-            _then_now(f"{plan.fresh_cost if fresh else plan.cost:.2f}" for plan in plans),
+            _then_now(_costs(plans, fresh=fresh)),
             f"{after.total_seconds:.2f}" if after else "",
         )
         rows.append((name, cells))
@@ -172,6 +177,16 @@ def _show_all(console: PlainConsole, replays: Sequence[ReplayedRun], names: Sequ
     console.print()
     counts = {name: sum(r.outcome == name for r in replays) for name in STATUS}
     console.print(", ".join(f"{count} {name}" for name, count in counts.items() if count))
+
+
+def _costs(plans: Sequence[FocusPlan], *, fresh: bool) -> Iterator[str]:
+    """Yield plans' costs, and what they are for where that differs."""
+    from focus_planner.recording.comparison import measure_text, same_measure
+
+    alike = same_measure(plans)
+    for plan in plans:
+        cost = f"{plan.fresh_cost if fresh else plan.cost:.2f}"
+        yield cost if alike else f"{cost} {measure_text(plan)}"
 
 
 def _then_now(values: Any) -> str:
@@ -247,6 +262,7 @@ def as_json(replay: ReplayedRun) -> dict[str, Any]:
         "now": json.loads(plan_to_json(after)) if after else None,
         "same_samples": same.samples if same else None,
         "same_fresh_samples": same.fresh_samples if same else None,
+        "same_measure": same.measure if same else None,
         "cameras": (
             [vars(change) for change in camera_changes(before, after)] if before and after else []
         ),

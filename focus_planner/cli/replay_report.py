@@ -21,6 +21,7 @@ from focus_planner.cli.reporting import ReportOptions, check_report_option, make
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
+    from focus_planner.core.planning.plan import FocusPlan
     from focus_planner.recording.run import Run
     from focus_planner.report.comparison import ComparedPlan
 
@@ -80,16 +81,18 @@ def report_replay(
         planned=datetime.now().astimezone(),
         changed="; ".join([", ".join(changes), *assumed]),
     )
-    also = list(_recorded(recorded)) if beside else []
+    also = list(_recorded(recorded, subject.plan)) if beside else []
     make_report(wanted, subject, provenance, tell, also)
 
 
-def _recorded(run: Run) -> Iterator[ComparedPlan]:
+def _recorded(run: Run, now: FocusPlan) -> Iterator[ComparedPlan]:
     """Yield the plan as it was recorded, with the rig that it was made for."""
+    from focus_planner.recording.comparison import measure_text, same_measure
     from focus_planner.recording.subject import subject_of
     from focus_planner.report.comparison import ComparedPlan, title_of
 
     if run.ending is None or run.ending.plan is None:
         return
     plan, rig = run.ending.plan, subject_of(run).rig
-    yield ComparedPlan(f"{title_of(plan)}, as recorded", "the recorded plan", plan, rig)
+    measure = "" if same_measure([plan, now]) else f" {measure_text(plan)}"
+    yield ComparedPlan(f"{title_of(plan)}, as recorded{measure}", "the recorded plan", plan, rig)

@@ -64,7 +64,9 @@ def _option(name: str) -> str:
 def _metavar(field: SpecifiedField) -> str:
     if field.spec.choices:
         return "{" + ",".join(map(str, field.spec.choices)) + "}"
-    return field.spec.unit.upper() or ("N" if isinstance(field.default, int) else "X")
+    return field.spec.unit.upper().partition(" ")[0] or (
+        "N" if isinstance(field.default, int) else "X"
+    )
 
 
 def _help(field: SpecifiedField) -> str:

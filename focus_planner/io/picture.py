@@ -94,9 +94,10 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
     """Draw plans for one surface and rig side by side.
 
     Costs are estimated on fresh samples: on the samples that it was optimised for, a plan looks
-    better than it is. All plans are compared with the largest of their depth tolerances. The
-    surface is shown from −y, the direction that bodies face, and from +y. A camera with several
-    shots has the colour of the shot that images most.
+    better than it is. All plans are compared with the largest of their depth tolerances and
+    numbers of views, and with the finest of their limits of resolution. The surface is shown from
+    −y, the direction that bodies face, and from +y. A camera with several shots has the colour of
+    the shot that images most.
 
     Parameters
     ----------
@@ -113,8 +114,7 @@ def draw_plans(scene: Scene, rig: Rig, plans: Mapping[str, FocusPlan], path: Pat
         If the file cannot be written, or its name says something else.
     """
     check_ending("picture", path, DRAWINGS)
-    tolerance = max(plan.depth_tolerance for plan in plans.values())
-    fresh = _fresh_problem(scene, rig, tolerance)
+    fresh = _fresh_problem(scene, rig, list(plans.values()))
     layout = _Layout(len(plans), _aspect(fresh.samples))
     metres = _focus_scale([plan.focus_distances for plan in plans.values()])
     for column, (title, plan) in enumerate(plans.items()):
@@ -139,13 +139,18 @@ def _save(figure: Figure, path: Path) -> None:
         figure.savefig(file, format=kind, **options)
 
 
-def _fresh_problem(scene: Scene, rig: Rig, depth_tolerance: float) -> Problem:
+def _fresh_problem(scene: Scene, rig: Rig, plans: list[FocusPlan]) -> Problem:
     """Return a problem of many fresh samples, but not more than a cloud has points.
 
     Fewer samples are drawn larger, which covers the gaps between a sparse cloud's points.
     """
     points = len(scene.surface.points) if isinstance(scene.surface, PointCloud) else _SAMPLES
-    request = PlanRequest(fresh_samples=min(points, _SAMPLES), depth_tolerance=depth_tolerance)
+    request = PlanRequest(
+        fresh_samples=min(points, _SAMPLES),
+        views=max(plan.views for plan in plans),
+        depth_tolerance=max(plan.depth_tolerance for plan in plans),
+        max_mm_per_pixel=min(plan.max_mm_per_pixel for plan in plans),
+    )
     return formulate_problem(scene, rig, request, by="area", fresh=True)
 
 
@@ -302,12 +307,16 @@ def _write_headline(figure: Figure, rig: Rig, fresh: Problem, plans: list[FocusP
         x, top, f"{cameras}, {_shots(plans)}", fontsize=20, weight="bold", color=_INK, va="top"
     )
     text = (
-        "The cost of each point in the camera that images it best, and the cameras unrolled.\n"
+        f"The cost of each point in the {_best(fresh.views)}, and the cameras unrolled.\n"
         f"Estimated on {fresh.sample_count:,} points of the surface; no camera sees the grey ones."
         f"\n{_measured(plans)}"
     )
     below = top - 0.42 / figure.get_figheight()
     figure.text(x, below, text, fontsize=10, color=_FAINT, va="top", linespacing=1.4)
+
+
+def _best(views: int) -> str:
+    return f"{views} cameras that image it best" if views > 1 else "camera that images it best"
 
 
 def _measured(plans: list[FocusPlan]) -> str:

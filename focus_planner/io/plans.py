@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -21,6 +22,7 @@ from typing import Any
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.validation import InputError, check_number, check_whole
 from focus_planner.io.files import atomic_write, read_text
 from focus_planner.io.json_values import read_json
@@ -28,23 +30,28 @@ from focus_planner.io.quoting import abbreviated, kind_of
 
 _EXPECTED = "a plan.json"
 _LARGEST = 1e15  # of all numbers: metres, seconds, what drivers take
-_LISTS = ("notes", "cameras")
-_MAY_BE_INFINITE = ("far_limit", "from_sensor")
+_APART = ("notes", "cameras", "sharp_areas", "resolution")
+_MAY_BE_INFINITE = ("far_limit", "from_sensor", "max_mm_per_pixel")
 _MAY_BE_NEGATIVE = ("device_value", "from_sensor")
-_MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor")
+_COUNT = re.compile(r"[1-9][0-9]{0,8}")
+# Some have them, and older versions wrote neither views nor a limit of resolution.
+_MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor", "views", "max_mm_per_pixel")
 
 
 def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
-    Numbers are written with all their digits; an infinite distance is null, as JSON has no
-    infinity. A camera with several shots has the list ``shots``, and one whose lens has a table
-    has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those of
-    older plans have no ``from_sensor``.
+    Numbers are written with all their digits; an infinite distance, or no limit, is null, as JSON
+    has no infinity. A camera with several shots has the list ``shots``, and one whose lens has a
+    table has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those
+    of older plans have no ``from_sensor``. Sharp areas go by the number of views; older plans have
+    neither these nor a ``resolution``.
     """
-    names = [each.name for each in fields(FocusPlan) if each.name not in _LISTS]
-    lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
-    lines.append(f'  "shots": {plan.shots}')
+    names = [each.name for each in fields(FocusPlan) if each.name not in _APART]
+    values = {name: getattr(plan, name) for name in names} | {"shots": plan.shots}
+    values["max_mm_per_pixel"] = _finite(plan.max_mm_per_pixel)
+    values |= _sharpness_to_json(plan)
+    lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in values.items()]
     lines.append(_list_to_json("notes", [vars(note) for note in plan.notes]))
     lines.append(_list_to_json("cameras", map(_camera_to_json, plan.cameras)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
@@ -80,6 +87,17 @@ def _list_to_json(name: str, entries: Iterable[dict[str, Any]]) -> str:
     return f'  "{name}": [\n{lines}\n  ]' if lines else f'  "{name}": []'
 
 
+def _sharpness_to_json(plan: FocusPlan) -> dict[str, Any]:
+    told: dict[str, Any] = {}
+    if plan.sharp_areas:
+        told["sharp_area"] = {str(each.views): each.area for each in plan.sharp_areas}
+        told["sharp_standard_error"] = {
+            str(each.views): each.standard_error for each in plan.sharp_areas
+        }
+        told["resolution"] = plan.resolution and vars(plan.resolution)
+    return told
+
+
 def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
     values = _focus_to_json(asdict(camera)) | {"status": camera.status.name.lower()}
     shots = [_focus_to_json(shot) for shot in values.pop("shots")]
@@ -88,11 +106,19 @@ def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
 
 def _focus_to_json(values: dict[str, Any]) -> dict[str, Any]:
     given = {key: value for key, value in values.items() if value is not None}
-    return given | {key: None for key in _MAY_BE_INFINITE if given.get(key) == math.inf}
+    return given | {key: _finite(given[key]) for key in _MAY_BE_INFINITE if key in given}
+
+
+def _finite(value: float) -> float | None:
+    return None if value == math.inf else value
 
 
 def _plan_from_json(where: str, data: Any) -> FocusPlan:
     known = _fields_of(FocusPlan, where, data)
+    if known.get("views") == 0:
+        raise InputError(f"{where}.views", "at least 1", "0")
+    if known.get("max_mm_per_pixel") == 0:
+        raise InputError(f"{where}.max_mm_per_pixel", "above 0, or null for no limit", "0")
     # Version 0.1 wrote no notes.
     notes = tuple(
         Note(**_fields_of(Note, at, note))
@@ -104,7 +130,41 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
     )
     if len({len(camera.shots) for camera in cameras}) > 1:
         raise InputError(f"{where}: cameras", "as many shots of each", "different numbers")
-    return FocusPlan(**known, notes=notes, cameras=cameras)
+    return FocusPlan(
+        **known,
+        notes=notes,
+        cameras=cameras,
+        sharp_areas=_sharp_areas(where, data),
+        resolution=_resolution(where, data),
+    )
+
+
+def _sharp_areas(where: str, data: Any) -> tuple[SharpArea, ...]:
+    told = {
+        key: _by_views(f"{where}.{key}", data.get(key, {}))
+        for key in ("sharp_area", "sharp_standard_error")
+    }
+    areas, errors = told.values()
+    if areas.keys() != errors.keys():
+        raise InputError(f"{where}: {' and '.join(told)}", "the same numbers of views", "others")
+    return tuple(SharpArea(views, areas[views], errors[views]) for views in sorted(areas))
+
+
+def _by_views(where: str, data: Any) -> dict[int, float]:
+    """Return square metres by the number of views, which JSON has as text."""
+    if not isinstance(data, dict):
+        raise InputError(where, "square metres by the number of views", kind_of(data))
+    for key in data:
+        if not _COUNT.fullmatch(key):
+            raise InputError(where, "numbers of views as keys", abbreviated(key))
+    return {int(key): _number(f"{where}[{key}]", key, value) for key, value in data.items()}
+
+
+def _resolution(where: str, data: Any) -> Resolution | None:
+    told = data.get("resolution")
+    if told is None:
+        return None
+    return Resolution(**_fields_of(Resolution, f"{where}.resolution", told))
 
 
 def _camera_from_json(where: str, data: Any) -> CameraFocus:

@@ -12,8 +12,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,12 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.imaging.blur import blur_diameters
 from focus_planner.core.imaging.depth import DepthCamera, DepthImage
+from focus_planner.core.imaging.resolution import fine_pixels
 from focus_planner.core.planning.plan import Shot
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.camera import Camera
+from focus_planner.core.surface.resolution import metres_per_pixel
 from focus_planner.masks.programs import PictureName
 
 Mask = NDArray[np.bool_]
@@ -73,7 +76,8 @@ def masked_pictures(
     """Yield what each picture of a plan shows.
 
     A pixel is in focus if the surface at its centre is: as far within the depth of field of the
-    shot as the plan's depth tolerance asks, which is what the plan counted.
+    shot as the plan's depth tolerance asks, and imaged as finely as the plan asks, which is what
+    the plan counted.
 
     Parameters
     ----------
@@ -89,13 +93,14 @@ def masked_pictures(
         Called with the number of pictures that are done, before each.
     """
     made = DepthCamera(subject.scene)
-    depths, of_camera = np.empty((0, 0), np.float32), -1
+    depths, fine, of_camera = np.empty((0, 0), np.float32), np.empty((0, 0), np.bool_), -1
     for done, name in enumerate(names):
         on_progress(done)
         camera, shot = subject.rig.cameras[name.camera], _shot(subject, name)
         if of_camera != name.camera:
             depths, of_camera = made.depths(camera), name.camera
-        mask = shot.holds(depths, subject.plan.depth_tolerance)
+            fine = fine_pixels(depths, camera, subject.plan.max_mm_per_pixel)
+        mask = shot.holds(depths, subject.plan.depth_tolerance) & fine
         blur = None
         if with_blur or max_blur is not None:
             blur = _blur(depths, camera, shot)
@@ -133,7 +138,9 @@ def sharp_elsewhere(
     float or None
         0 to 1; None if no pixel is blurred.
     """
-    problem = subject.fresh_problem(samples)
+    # Of all that cameras see: what they image too coarsely takes pixels as well.
+    request = replace(subject.request, max_mm_per_pixel=math.inf)
+    problem = replace(subject, request=request).fresh_problem(samples)
     shots = [shot for camera in subject.plan.cameras for shot in camera.shots]
     cameras = [
         camera
@@ -148,11 +155,24 @@ def sharp_elsewhere(
         if max_blur is not None:
             diameters = blur_diameters(problem.depth[pairs], camera, shot.focus_distance)
             sharp[pairs] &= diameters <= max_blur
+    if math.isfinite(subject.plan.max_mm_per_pixel):
+        sharp &= _fine_pairs(problem, subject)
     somewhere = np.zeros(problem.sample_count, dtype=bool)
     somewhere[problem.sample_index[sharp]] = True
     pixels = np.where(sharp, 0.0, _pixels_of_pairs(problem, cameras))
     blurred = float(pixels.sum())
     return float(pixels[somewhere[problem.sample_index]].sum()) / blurred if blurred else None
+
+
+def _fine_pairs(problem: Problem, subject: PlannedSubject) -> Mask:
+    """Return (P,) whether each pair is imaged as finely as the plan asks."""
+    samples, index = problem.samples, problem.sample_index
+    camera = problem.view[problem.camera_index]
+    points, normals = samples.points[index], samples.normals[index]
+    fine: Mask = 1000 * metres_per_pixel(points, normals, subject.rig, camera) <= (
+        subject.plan.max_mm_per_pixel
+    )
+    return fine
 
 
 def _pixels_of_pairs(problem: Problem, cameras: Sequence[Camera]) -> FloatArray:

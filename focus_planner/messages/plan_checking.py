@@ -31,6 +31,7 @@ _AT_LEAST_ZERO = (
     "covered_area",
     "in_focus_area",
     "depth_tolerance",
+    "max_mm_per_pixel",
     "solve_seconds",
     "total_seconds",
 )
@@ -48,6 +49,9 @@ def check_values(message: Message) -> None:
     for name in _AT_LEAST_ZERO:
         check_number(name, getattr(message, name), at_least=0)
     _check_number_or_nan("lower_bound", message.lower_bound)
+    for name in ("median_mm_per_pixel", "percentile_90_mm_per_pixel"):
+        _check_number_or_nan(name, getattr(message, name), at_least=0)
+    _check_sharp_areas(message)
     for camera in message.cameras:
         check_camera_name(camera.name)
         where = f"{camera.name}: "
@@ -62,6 +66,19 @@ def check_values(message: Message) -> None:
             check_number(f"{where}device_bracket", float(value))
         if camera.device_unit:
             check_number(f"{where}device_value", camera.device_value)
+
+
+def _check_sharp_areas(message: Message) -> None:
+    counts = {len(message.sharp_views), len(message.sharp_area), len(message.sharp_standard_error)}
+    if len(counts) > 1:
+        got = " and ".join(map(str, sorted(counts)))
+        names = "sharp_views, sharp_area, sharp_standard_error"
+        raise InputError(names, "as many values of each", got)
+    if any(views < 1 for views in message.sharp_views):
+        raise InputError("sharp_views", "numbers of at least 1", "0")
+    for name in ("sharp_area", "sharp_standard_error"):
+        for value in getattr(message, name):
+            check_number(name, float(value), at_least=0)
 
 
 def check_plan(message: Message) -> None:
@@ -126,7 +143,7 @@ def _check_order(focus: Message, where: str, samples: int) -> None:
         raise InputError(what, "ascending", got)
 
 
-def _check_number_or_nan(name: str, value: float) -> None:
+def _check_number_or_nan(name: str, value: float, at_least: float | None = None) -> None:
     """Check a number for which NaN stands for none."""
     if not math.isnan(value):
-        check_number(name, value)
+        check_number(name, value, at_least=at_least)

@@ -29,6 +29,7 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.circles import assumed_circle
 from focus_planner.core.rig.lens import Lens
@@ -402,7 +403,9 @@ def plan_from_message(message: Message) -> FocusPlan:
         converged=message.converged,
         samples=message.samples,
         seed=message.seed,
+        views=message.views or 1,  # 0 in runs older than the field
         depth_tolerance=message.depth_tolerance,
+        max_mm_per_pixel=message.max_mm_per_pixel or math.inf,
         fresh_cost=message.fresh_cost,
         fresh_standard_error=message.fresh_standard_error,
         fresh_samples=message.fresh_samples,
@@ -410,11 +413,28 @@ def plan_from_message(message: Message) -> FocusPlan:
         covered_area=message.covered_area,
         in_focus_area=message.in_focus_area,
         in_focus_standard_error=message.in_focus_standard_error,
+        sharp_areas=_sharp_areas(message),
+        resolution=_resolution(message),
         solve_seconds=message.solve_seconds,
         total_seconds=message.total_seconds,
         notes=tuple(map(note_from_message, message.notes)),
         cameras=tuple(camera_focus_from_message(focus) for focus in message.cameras),
     )
+
+
+def _sharp_areas(message: Message) -> tuple[SharpArea, ...]:
+    told = (message.sharp_views, message.sharp_area, message.sharp_standard_error)
+    views, areas, errors = (list(each) for each in told)
+    return tuple(
+        SharpArea(int(count), float(area), float(error))
+        for count, area, error in zip(views, areas, errors, strict=True)
+    )
+
+
+def _resolution(message: Message) -> Resolution | None:
+    median, most = message.median_mm_per_pixel, message.percentile_90_mm_per_pixel
+    # 0 in runs older than the fields.
+    return None if math.isnan(median) or median == 0 else Resolution(median, most)
 
 
 def note_from_message(message: Message) -> Note:

@@ -218,6 +218,7 @@ def plan_to_fields(
         :func:`focus_planner.runtime.status.plan_input_to_fields` returns them; by default they are
         of no topic and no age.
     """
+    told = plan.resolution
     return {
         "header": header_fields(frame_id, stamp),
         "plan_id": plan_id,
@@ -229,7 +230,9 @@ def plan_to_fields(
         "samples": plan.samples,
         "seed": plan.seed,
         "shots": plan.shots,
+        "views": plan.views,
         "depth_tolerance": plan.depth_tolerance,
+        "max_mm_per_pixel": 0.0 if math.isinf(plan.max_mm_per_pixel) else plan.max_mm_per_pixel,
         "fresh_cost": plan.fresh_cost,
         "fresh_standard_error": plan.fresh_standard_error,
         "fresh_samples": plan.fresh_samples,
@@ -237,6 +240,11 @@ def plan_to_fields(
         "covered_area": plan.covered_area,
         "in_focus_area": plan.in_focus_area,
         "in_focus_standard_error": plan.in_focus_standard_error,
+        "sharp_views": [each.views for each in plan.sharp_areas],
+        "sharp_area": [each.area for each in plan.sharp_areas],
+        "sharp_standard_error": [each.standard_error for each in plan.sharp_areas],
+        "median_mm_per_pixel": told.median if told else math.nan,
+        "percentile_90_mm_per_pixel": told.percentile_90 if told else math.nan,
         "solve_seconds": plan.solve_seconds,
         "total_seconds": plan.total_seconds,
         "notes": [note_to_fields(note) for note in plan.notes],

@@ -20,6 +20,7 @@ import numpy as np
 
 from focus_planner.core.imaging.exposure import PictureCamera
 from focus_planner.core.imaging.pixels import pixel_grid
+from focus_planner.core.imaging.resolution import fine_pixels
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.rig.camera import Camera
@@ -59,7 +60,8 @@ class Preview:
         Metres.
     in_focus : float
         The share of the subject's pixels that are in focus, as far within the depth of field as the
-        plan's depth tolerance asks; NaN if it is not in the picture.
+        plan's depth tolerance asks, and imaged as finely as it asks; NaN if it is not in the
+        picture.
     """
 
     image: Colours
@@ -87,10 +89,11 @@ def previews(
         Of the picture's sides.
     """
     depths = view.depths(camera, scale)
-    seen = depths[np.isfinite(depths)]
+    there = np.isfinite(depths)
+    seen, fine = depths[there], fine_pixels(depths, camera, plan.max_mm_per_pixel, scale)[there]
     shots = plan.cameras[index].shots
     for number, shot in enumerate(shots, 1):
-        sharp = shot.holds(seen, plan.depth_tolerance)
+        sharp = shot.holds(seen, plan.depth_tolerance) & fine
         yield Preview(
             view.picture(camera, shot.focus_distance, scale),
             camera.name,

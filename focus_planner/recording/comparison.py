@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,13 +32,22 @@ class Comparable:
         Those that the plans were made on, and their costs and bounds are.
     fresh_samples : bool
         Those that no solver has seen.
+    measure : bool
+        Whether costs mean the same: for as many views, and with as coarse a resolution counted as
+        seen. If not, no costs compare.
     """
 
     samples: bool
     fresh_samples: bool
+    measure: bool = True
 
     def sentence(self, before: FocusPlan, after: FocusPlan) -> str:
         """Return what has to be said of the plans' costs; empty if they simply compare."""
+        if not self.measure:
+            return (
+                f"The costs are {measure_text(before)} then, {measure_text(after)} now, and do not"
+                " compare; the areas that are sharp in as many views do."
+            )
         if self.samples and self.fresh_samples:
             return ""
         change = after.fresh_cost - before.fresh_cost
@@ -56,7 +65,25 @@ class Comparable:
 
 def comparable(before: Run, after: Run) -> Comparable:
     """Return what of two runs with plans for the same surface can be compared."""
-    return Comparable(_alike(before, after, ""), _alike(before, after, "fresh "))
+    plans = [run.ending.plan for run in (before, after) if run.ending and run.ending.plan]
+    return Comparable(
+        _alike(before, after, ""),
+        _alike(before, after, "fresh "),
+        same_measure(plans),
+    )
+
+
+def same_measure(plans: Sequence[FocusPlan]) -> bool:
+    """Return whether the costs of plans mean the same, whatever samples they are on."""
+    return len({(plan.views, plan.max_mm_per_pixel) for plan in plans}) <= 1
+
+
+def measure_text(plan: FocusPlan) -> str:
+    """Return what a plan's costs are for: 'for 3 views'."""
+    views = f"for {plan.views} view{'s' * (plan.views > 1)}"
+    if math.isinf(plan.max_mm_per_pixel):
+        return views
+    return f"{views} of at most {plan.max_mm_per_pixel:g} mm per pixel"
 
 
 def _alike(before: Run, after: Run, prefix: str) -> bool:
@@ -140,11 +167,18 @@ def quantities(plan: FocusPlan) -> Iterator[tuple[str, float | str | bool | None
     """Yield the quantities to compare plans by: name, value, and unit or error."""
     yield "method", plan.method, ""
     yield "samples", plan.samples, ""
+    yield "views", plan.views, ""
     yield "cost", plan.cost, ""
     yield "lower_bound", plan.lower_bound, ""
     yield "fresh_cost", plan.fresh_cost, f"± {plan.fresh_standard_error:.2f}"
     yield "covered_area", plan.covered_area, "m²"
     yield "in_focus_area", plan.in_focus_area, f"± {plan.in_focus_standard_error:.3f} m²"
+    for sharp in plan.sharp_areas:
+        name = f"sharp in {sharp.views} view{'s' * (sharp.views > 1)}"
+        yield name, sharp.area, f"± {sharp.standard_error:.3f} m²"
+    if plan.resolution:
+        yield "median_resolution", plan.resolution.median, "mm/px"
+        yield "90th_percentile", plan.resolution.percentile_90, "mm/px"
     yield "converged", plan.converged, ""
     yield "solve_seconds", plan.solve_seconds, "s"
     yield "total_seconds", plan.total_seconds, "s"

@@ -29,6 +29,8 @@ from focus_planner.runtime.planner import NotReady, Planner, internal_error
 
 # These differ from run to run.
 _SECONDS = ("solve_seconds", "total_seconds")
+# What older versions did not tell of a plan.
+_NOT_TOLD_BEFORE = ("sharp_areas", "resolution")
 
 
 @dataclass(frozen=True)
@@ -244,7 +246,10 @@ def _step_text(step: Progress | None) -> str:
 def _plan_differences(recorded: FocusPlan | None, now: FocusPlan | None) -> Iterator[Difference]:
     if recorded is None or now is None:
         return
-    names = [f.name for f in fields(FocusPlan) if f.name not in (*_SECONDS, "notes", "cameras")]
+    apart = {*_SECONDS, "notes", "cameras"}
+    if not (recorded.sharp_areas and now.sharp_areas):
+        apart |= {*_NOT_TOLD_BEFORE}
+    names = [f.name for f in fields(FocusPlan) if f.name not in apart]
     values = [(name, getattr(recorded, name), getattr(now, name)) for name in names]
     changed = [f"{name} {a!r} then, {b!r} now" for name, a, b in values if a != b]
     if changed:

@@ -19,6 +19,7 @@ from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from focus_planner.core.planning.plan_text import for_views
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_one_shot
@@ -34,6 +35,7 @@ from focus_planner.report.comparison import (
     other_inputs,
     own_worth,
     shares_of,
+    sharp_rows,
     title_of,
     worth_of,
 )
@@ -53,7 +55,7 @@ FEWEST_SAMPLES, MOST_SAMPLES = 100, 262_144
 _PAIRS, _LEAST, _TRIED = 1_500_000, 4096, 1024
 
 # What the lens sheet tells of a plan's quality, which is not that of its distances elsewhere.
-_OF_QUALITY = ("fresh cost", "in focus")
+_OF_QUALITY = ("fresh cost", "in focus", "sharp", "resolution")
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,10 @@ def assemble(
     notes = (*filter(None, [doubt]), *plan.notes)
     tell(f"finding what the cameras see of {samples} samples")
     problem = with_one_shot(subject.fresh_problem(samples))
-    surface = sample_surface(problem, subject.model, subject.request.depth_tolerance)
+    request = subject.request
+    surface = sample_surface(
+        problem, subject.model, request.depth_tolerance, request.max_mm_per_pixel
+    )
     foreign, area = doubt is not None, subject.scene.area
     shares = [shares_of(worth, area) for worth in worths]
     return ReportContent(
@@ -166,6 +171,7 @@ def assemble(
         surface=surface,
         plans=tuple(_reported(subject, plans, shares, problem, surface, pictures, tell)),
         costs=cost_rows(plans, worths, area, foreign=foreign),
+        sharp=sharp_rows(plans, worths, area),
         steps=provenance.steps,
         sheet=sheet,
         histograms=depth_histograms(problem),
@@ -231,7 +237,7 @@ def _facts(
         if name == "method" and plan.lower_bound is not None and not foreign:
             yield (
                 "cost",
-                f"{plan.cost:.1f} on these, and no plan costs less"
+                f"{plan.cost:.1f}{for_views(plan)} on these, and no plan costs less"
                 + (f" than {floored(plan.lower_bound)}" if plan.gap else ""),
             )
     if compared and subject.request.time_budget < math.inf:

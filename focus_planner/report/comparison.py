@@ -24,6 +24,7 @@ from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import Estimate, estimate_quality
 from focus_planner.core.planning.request import METHODS, PlanRequest
 from focus_planner.core.planning.sampled_quality import sampled_quality
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_shots
@@ -31,7 +32,7 @@ from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Mesh
 from focus_planner.core.validation import InputError, check_choice
-from focus_planner.report.content import CostRow, Shares
+from focus_planner.report.content import CostRow, Shares, SharpRow
 
 AUTOFOCUS = "closest"
 _AUTOFOCUS = "autofocus"
@@ -84,6 +85,10 @@ class Worth:
         Seen by some camera, square metres.
     counted_area : float
         Of the surface that has any importance, square metres.
+    sharp_areas : tuple of SharpArea
+        Sharp in at least 1, 2, 3 and 5 views; empty if not told.
+    resolution : Resolution or None
+        Of what is in focus.
     view_areas : tuple of float
         Seen by some camera and in focus in the pictures of none, of one, of two, ... cameras, the
         last of that many or more; square metres.
@@ -94,6 +99,8 @@ class Worth:
     covered_area: float
     counted_area: float
     view_areas: tuple[float, ...] = ()
+    sharp_areas: tuple[SharpArea, ...] = ()
+    resolution: Resolution | None = None
 
 
 def shares_of(worth: Worth, area: float) -> Shares:
@@ -176,6 +183,8 @@ def plans_to_compare(
 
 def own_worth(plan: FocusPlan, found: Worth) -> Worth:
     """Return what a plan says of itself, and beyond that what was found."""
+    if plan.sharp_areas:  # older plans do not tell
+        found = replace(found, sharp_areas=plan.sharp_areas, resolution=plan.resolution)
     return replace(
         found,
         cost=Estimate(plan.fresh_cost, plan.fresh_standard_error),
@@ -196,7 +205,7 @@ def worth_of(plans: Sequence[ComparedPlan], subject: PlannedSubject) -> list[Wor
             # A plan that ran out of time has fewer of them than it asked for.
             problems[rig] = leading_part(fresh, subject.plan.fresh_samples)
         problem = with_shots(problems[rig], each.plan.shots)
-        quality = estimate_quality(problem, each.plan.focus_distances)
+        quality = estimate_quality(problem, each.plan.focus_distances, each.rig)
         found.append(
             Worth(
                 cost=quality.cost,
@@ -204,6 +213,8 @@ def worth_of(plans: Sequence[ComparedPlan], subject: PlannedSubject) -> list[Wor
                 covered_area=quality.covered_area.value,
                 counted_area=float(problem.samples.areas.sum()),
                 view_areas=_view_areas(problem, each.plan.focus_distances),
+                sharp_areas=quality.sharp_areas,
+                resolution=quality.resolution,
             )
         )
     return found
@@ -292,6 +303,36 @@ def _chosen_samples(plan: FocusPlan) -> tuple[int, int]:
     return plan.samples, plan.seed
 
 
+def _measure(plan: FocusPlan) -> tuple[int, float]:
+    return plan.views, plan.max_mm_per_pixel
+
+
+def sharp_rows(
+    plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float
+) -> tuple[SharpRow, ...]:
+    """Return, plan by plan, how much is sharp in how many views, and how finely it is imaged.
+
+    Parameters
+    ----------
+    plans, worths
+        That the report is about first.
+    area : float
+        Of the surface, square metres.
+    """
+    return tuple(
+        SharpRow(
+            title=each.title,
+            shares=tuple(
+                (sharp.views, sharp.area / area, sharp.standard_error / area)
+                for sharp in worth.sharp_areas
+            ),
+            resolution=worth.resolution,
+            reported=number == 0,
+        )
+        for number, (each, worth) in enumerate(zip(plans, worths, strict=True))
+    )
+
+
 def _rows(
     plans: Sequence[ComparedPlan], worths: Sequence[Worth], area: float, *, foreign: bool
 ) -> Iterator[CostRow]:
@@ -310,6 +351,7 @@ def _rows(
             change=change,
             reported=i == 0,
             other_samples=_chosen_samples(plan) != _chosen_samples(plans[0].plan),
+            other_measure=_measure(plan) != _measure(plans[0].plan),
         )
     bound = plans[0].plan.lower_bound
     if bound is not None and not foreign:

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.planning.sharp_views import Resolution
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -55,6 +57,10 @@ class SampledSurface:
         What ``pair_cost`` comes from; its terms are told apart for a point.
     depth_tolerance : float
         That counts as in focus only what stays so when its depth is off by this much, metres.
+    max_mm_per_pixel : float
+        What a camera images more coarsely counts as unseen by it; inf without a limit.
+    views : int
+        That a sample needs: it costs the mean of so many of its least costs.
     """
 
     points: FloatArray
@@ -69,6 +75,8 @@ class SampledSurface:
     focus_weight: float
     model: CostModel = field(default_factory=CostModel)
     depth_tolerance: float = 0.0
+    max_mm_per_pixel: float = math.inf
+    views: int = 1
 
 
 @dataclass(frozen=True)
@@ -105,7 +113,8 @@ class ReportedPlan:
         "k_view", "closest (autofocus)".
     plan : FocusPlan
     cost : (N,) array
-        Of each sample in the camera that images it best, 0 to 1; 1 where none sees it.
+        Of each sample in the camera that images it best, 0 to 1; 1 where none sees it. Where
+        several views are asked for, the mean over its best ones, 1 for each that is missing.
     camera : (N,) array of int32
         The camera that images it best; -1 where none sees it.
     in_focus : (N,) array of bool
@@ -160,6 +169,9 @@ class CostRow:
         Whether it is the plan that the report is about.
     other_samples : bool
         Whether it was planned on other samples than the plan that the report is about.
+    other_measure : bool
+        Whether it was planned for another number of views, or another limit of resolution: its cost
+        as planned means something else.
     """
 
     title: str
@@ -170,6 +182,29 @@ class CostRow:
     change: float | None = None
     reported: bool = False
     other_samples: bool = False
+    other_measure: bool = False
+
+
+@dataclass(frozen=True)
+class SharpRow:
+    """How much of the surface a plan has sharp in how many views, and how finely it is imaged.
+
+    Attributes
+    ----------
+    title : str
+    shares : tuple of (int, float, float)
+        A number of views, the share of the surface that is sharp in at least so many, and its
+        standard error; empty if not told.
+    resolution : Resolution or None
+        Of what is in focus.
+    reported : bool
+        Whether it is the plan that the report is about.
+    """
+
+    title: str
+    shares: tuple[tuple[int, float, float], ...]
+    resolution: Resolution | None
+    reported: bool = False
 
 
 @dataclass(frozen=True)
@@ -227,6 +262,8 @@ class ReportContent:
         The plan that the report is about first; then those it is compared with.
     costs : tuple of CostRow
         Plans, baselines and the lower bound.
+    sharp : tuple of SharpRow
+        Plan by plan.
     steps : tuple of Step
         Of the first plan; empty if unknown.
     sheet : LensSheet
@@ -253,3 +290,4 @@ class ReportContent:
     parameters: tuple[tuple[str, Any], ...] = ()
     software: tuple[tuple[str, str], ...] = ()
     decimals: int = 3
+    sharp: tuple[SharpRow, ...] = ()

@@ -25,7 +25,7 @@ from importlib.resources import files
 from focus_planner.report.content import ReportContent
 from focus_planner.report.markup import text
 from focus_planner.report.payload import encoded_payload
-from focus_planner.report.sections import cameras, costs, facts, head, origin, steps
+from focus_planner.report.sections import cameras, costs, facts, head, origin, steps, views
 
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -56,6 +56,7 @@ JavaScript and WebGL. All else is below.</p></div>
 {costs}
 {steps}
 </div>
+{views}
 {cameras}
 {origin}
 </main>
@@ -78,6 +79,7 @@ def report_page(content: ReportContent) -> str:
         facts=facts(content),
         costs=costs(content),
         steps=steps(content),
+        views=views(content),
         cameras=cameras(content),
         origin=origin(content),
         payload=encoded_payload(content),

@@ -68,6 +68,8 @@ def encoded_payload(content: ReportContent) -> str:
         "areaUnit": scale.area_unit,
         "focusWeight": surface.focus_weight,
         "tolerance": surface.depth_tolerance,
+        "mostMmPerPixel": _finite(surface.max_mm_per_pixel),
+        "views": surface.views,
         "model": _model(surface),
         "importance": surface.importance is not None,
         "colours": {"sharp": SHARP, "blurred": BLURRED, "unseen": UNSEEN},
@@ -192,6 +194,7 @@ def _image(intrinsics: CameraIntrinsics) -> Json:
         "f": [intrinsics.fx, intrinsics.fy],
         "c": [intrinsics.cx - x, intrinsics.cy - y],
         "size": [width, height],
+        "bin": list(intrinsics.binning),
         "k": coefficients,
         "corners": [list(corner) for corner in corner_rays(intrinsics)],
     }

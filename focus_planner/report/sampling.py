@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import FocusPlan
+from focus_planner.core.planning.sharp_views import pairs_in_focus, sharp_views
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_shots
@@ -32,7 +33,10 @@ _ONE_DEPTH = 1e-3
 
 
 def sample_surface(
-    problem: Problem, model: CostModel | None = None, depth_tolerance: float = 0.0
+    problem: Problem,
+    model: CostModel | None = None,
+    depth_tolerance: float = 0.0,
+    max_mm_per_pixel: float = math.inf,
 ) -> SampledSurface:
     """Return the surface of a problem with one shot per camera, on samples drawn by area.
 
@@ -43,6 +47,8 @@ def sample_surface(
         That the problem was built with; the paper's by default.
     depth_tolerance : float
         That it was built with, metres.
+    max_mm_per_pixel : float
+        That it was built with.
     """
     samples = problem.samples
     area = float(samples.areas.sum())
@@ -59,6 +65,8 @@ def sample_surface(
         focus_weight=problem.focus_weight,
         model=model or CostModel(),
         depth_tolerance=depth_tolerance,
+        max_mm_per_pixel=max_mm_per_pixel,
+        views=problem.views,
     )
 
 
@@ -77,7 +85,7 @@ def report_plan(
     """
     shots, focus = with_shots(problem, plan.shots), plan.focus_distances
     cost, best = shots.evaluate(focus)
-    held = _held(shots, focus)
+    held = pairs_in_focus(shots, focus).reshape(-1, shots.shots).any(axis=1)
     index = problem.sample_index
     return ReportedPlan(
         title=title,
@@ -85,7 +93,7 @@ def report_plan(
         cost=cost,
         camera=np.where(best < 0, np.int32(-1), best // np.int32(plan.shots)).astype(np.int32),
         in_focus=shots.in_focus(focus, best),
-        sharp_views=np.bincount(index[held], minlength=problem.sample_count).astype(np.int32),
+        sharp_views=sharp_views(shots, focus),
         pair_in_focus=_on_pairs_of(surface, problem, held),
         held_area=np.bincount(
             problem.camera_index[held],
@@ -119,14 +127,6 @@ def _sees_the_same(surface: SampledSurface, problem: Problem) -> bool:
     return np.array_equal(problem.sample_offsets, surface.pair_offsets) and np.array_equal(
         problem.camera_index, surface.pair_camera
     )
-
-
-def _held(shots: Problem, focus: FloatArray) -> NDArray[np.bool_]:
-    """Return, for each pair of a sample and a camera, whether one of its shots is in focus."""
-    chosen = focus[shots.camera_index]
-    sharp = (shots.focus_near <= chosen) & (chosen <= shots.focus_far)
-    held: NDArray[np.bool_] = sharp.reshape(-1, shots.shots).any(axis=1)
-    return held
 
 
 def _on_pairs_of(

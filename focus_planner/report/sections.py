@@ -17,7 +17,7 @@ from typing import Any
 
 from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.io.lens_sheet.content import Cell, Column, Kind, Row
-from focus_planner.report.content import CostRow, ReportContent, Step
+from focus_planner.report.content import CostRow, ReportContent, SharpRow, Step
 from focus_planner.report.figures import bar, convergence, depth_range, depths
 from focus_planner.report.markup import definitions, prose, text
 from focus_planner.report.rounding import change, floored
@@ -60,13 +60,14 @@ def costs(content: ReportContent) -> str:
     most = max((value for value in shown if value is not None), default=0.0)
     rows = "".join(_cost_row(row, most) for row in content.costs)
     weights = ", by importance" if content.surface.importance is not None else ""
-    others = any(row.other_samples and row.cost is not None for row in content.costs)
-    compare = (
-        " The costs as planned are on different samples, and do not compare; the fresh ones are on"
-        " the same."
-        if others
+    plan = content.plans[0].plan
+    of_views = (
+        f" A piece of surface costs the mean of its {plan.views} best views, 1 for each that is"
+        " missing."
+        if plan.views > 1
         else ""
     )
+    compare = of_views + _comparing(content.costs)
     return f"""<section id="costs" aria-labelledby="costs-title">
 <h2 id="costs-title">Cost</h2>
 <p class="about">Of 1000, as a mean over the surface{weights}; 0 is perfect, 1000 is seen by no
@@ -79,6 +80,22 @@ error.{compare}</p>
 <th scope="col" class="number">cost<small>as planned</small></th></tr></thead>
 <tbody>{rows}</tbody></table></div>
 </section>"""
+
+
+def _comparing(rows: tuple[CostRow, ...]) -> str:
+    """Return what is said of costs as planned that do not compare."""
+    planned = [row for row in rows if row.cost is not None]
+    if any(row.other_measure for row in planned):
+        return (
+            " The costs as planned are for different numbers of views or limits of resolution, and"
+            " do not compare; the fresh ones are all for what this plan was made for."
+        )
+    if any(row.other_samples for row in planned):
+        return (
+            " The costs as planned are on different samples, and do not compare; the fresh ones are"
+            " on the same."
+        )
+    return ""
 
 
 def _cost_row(row: CostRow, most: float) -> str:
@@ -99,6 +116,42 @@ def _cost_row(row: CostRow, most: float) -> str:
         f'<td class="number">{fresh}</td><td class="number">{gained}</td>'
         f'<td class="number">{share}</td><td class="number">{cost}</td></tr>'
     )
+
+
+def views(content: ReportContent) -> str:
+    """Return how much is sharp in how many views as a table; nothing if it is unknown."""
+    told = [row for row in content.sharp if row.shares]
+    if not told:
+        return ""
+    headings = "".join(
+        f'<th scope="col" class="number">in {count}{" or more" if count > 1 else ""}'
+        f"<small>view{'s' * (count > 1)}</small></th>"
+        for count, _, _ in told[0].shares
+    )
+    rows = "".join(map(_views_row, told))
+    return f"""<section id="sharp-views" aria-labelledby="sharp-views-title">
+<h2 id="sharp-views-title">Sharp views</h2>
+<p class="about">How much of the surface is sharp in the pictures of how many cameras, with standard
+errors, and how finely cameras image what is in focus in their pictures and best there: millimetres
+along the surface per pixel, in the direction in which it is coarsest. All on fresh samples.</p>
+<div class="scroll" tabindex="0" role="region" aria-label="Sharp views"><table>
+<thead><tr><th scope="col">plan</th>{headings}
+<th scope="col" class="number">resolution<small>median, mm/pixel</small></th>
+<th scope="col" class="number">90 %<small>or finer, mm/pixel</small></th></tr></thead>
+<tbody>{rows}</tbody></table></div>
+</section>"""
+
+
+def _views_row(row: SharpRow) -> str:
+    cells = [
+        f"{100 * share:.1f}\N{NO-BREAK SPACE}%<small> ± {100 * error:.1f}</small>"
+        for _, share, error in row.shares
+    ]
+    finest = row.resolution
+    cells += [f"{finest.median:.3g}", f"{finest.percentile_90:.3g}"] if finest else ["–", "–"]
+    numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+    mark = " class=reported" if row.reported else ""
+    return f'<tr{mark}><th scope="row">{text(row.title)}</th>{numbers}</tr>'
 
 
 def steps(content: ReportContent) -> str:

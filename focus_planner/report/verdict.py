@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from focus_planner.core.notes import Note
@@ -66,6 +67,7 @@ def verdict(
     """
     sentences = [
         _achieved(plans, worths, area, foreign=foreign),
+        *_in_views(plans[0].plan, worths[0], area),
         _lacking(plans[0].plan, worths[0], area),
         *([] if foreign else _limits(plans[0].plan)),
         *_doubts(notes),
@@ -96,21 +98,32 @@ def _achieved(
     return f"{text}{'; ' if others else ''}{' and '.join(others)}."
 
 
+def _in_views(plan: FocusPlan, worth: Worth, area: float) -> Iterator[str]:
+    """Yield, of a plan for several views, how much is sharp in as many."""
+    if plan.views == 1:
+        return
+    sharp = [each for each in worth.sharp_areas if each.views <= plan.views]
+    if sharp:
+        enough = sharp[-1]  # the greatest number told that the plan was made for
+        yield f"{percent(enough.area / area)} is sharp in {enough.views} views or more."
+
+
 def _lacking(plan: FocusPlan, worth: Worth, area: float) -> str:
     shares = shares_of(worth, area)
     could_be = ", or could be" if plan.depth_tolerance else ""
     blurred, unseen = shares.blurred, shares.unseen
     ignored = 1 - worth.counted_area / area
+    by_none = "seen by no camera" + " finely enough" * math.isfinite(plan.max_mm_per_pixel)
     if not blurred and not unseen:
         text = "None of it was found blurred or unseen"
     elif not unseen:
         text = f"{percent(blurred)} is seen but blurred there{could_be}, and none was found unseen"
     elif not blurred:
-        text = f"{percent(unseen)} is seen by no camera, and none was found seen but blurred"
+        text = f"{percent(unseen)} is {by_none}, and none was found seen but blurred"
     else:
         text = (
-            f"{percent(blurred)} is seen but blurred there{could_be}, and {percent(unseen)} is seen"
-            " by no camera"
+            f"{percent(blurred)} is seen but blurred there{could_be}, and {percent(unseen)} is"
+            f" {by_none}"
         )
     if ignored > _NOTHING:
         text += f"; {percent(ignored)} has no importance and was not planned for"

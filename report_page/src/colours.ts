@@ -91,12 +91,15 @@ function status(model: Model): Scheme {
 
 /** What shares and colours rest on, where that is not what one would think. */
 function resting(model: Model, plans: Plan[]): Pick<Legend, "note"> {
-  const { tolerance } = model.facts;
+  const { tolerance, mostMmPerPixel } = model.facts;
   const told = model.shares(plans[0]!);
   const ignored = 1 - told.sharp - told.blurred - told.unseen;
   const notes = [];
   if (tolerance) {
     notes.push(`What counts as sharp stays so if its depth is off by ${millimetres(tolerance)}.`);
+  }
+  if (mostMmPerPixel !== null) {
+    notes.push(`What is imaged with more than ${mostMmPerPixel} mm per pixel counts as unseen.`);
   }
   if (ignored > 1e-6) {
     notes.push(`${percent(ignored)} of the surface has no importance and is in no share.`);
@@ -106,7 +109,8 @@ function resting(model: Model, plans: Plan[]): Pick<Legend, "note"> {
 
 function unseenKey(model: Model, plans: Plan[]): Key {
   const values = plans.map((plan) => percent(model.shares(plan).unseen));
-  return { colour: model.facts.colours.unseen, striped: true, label: "seen by no camera", values };
+  const label = model.facts.mostMmPerPixel === null ? "seen by no camera" : "seen by no camera finely enough";
+  return { colour: model.facts.colours.unseen, striped: true, label, values };
 }
 
 function cost(model: Model): Scheme {

@@ -18,6 +18,15 @@ export function norm(a: Vector): number {
   return Math.hypot(a[0], a[1], a[2]);
 }
 
+function cross(a: Vector, b: Vector): Vector {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+
+function unit(a: Vector): Vector {
+  const length = norm(a);
+  return [a[0] / length, a[1] / length, a[2] / length];
+}
+
 /** A camera's x, y or z axis in the rig's frame. */
 export function axis(camera: Camera, which: 0 | 1 | 2): Vector {
   const r = camera.rotation;
@@ -73,6 +82,34 @@ export function pixelsOutside(camera: Camera, [x, y, z]: Vector): number {
   if (u >= -0.5 && u < image.size[0] - 0.5 && v >= -0.5 && v < image.size[1] - 0.5) return 0;
   const beyond = (at: number, size: number) => Math.max(-0.5 - at, at - (size - 0.5), 0);
   return Math.max(Math.hypot(beyond(u, image.size[0]), beyond(v, image.size[1])), 1e-3);
+}
+
+/**
+ * How far pixels that are read out are apart along the surface, where that is farthest; metres.
+ *
+ * By a short step along each of two directions on the tangent plane.
+ */
+export function metresPerPixel(camera: Camera, point: Vector, normal: Vector): number {
+  const image = camera.picture;
+  const imaged = (at: Vector): [number, number] => {
+    const [x, y, z] = toCamera(camera, at);
+    const [a, b] = distorted(image, x / z, y / z);
+    return [(image.f[0] * a) / image.bin[0], (image.f[1] * b) / image.bin[1]];
+  };
+  const least = [0, 1, 2].reduce((a, b) => (Math.abs(normal[b]!) < Math.abs(normal[a]!) ? b : a));
+  const other: Vector = [least === 0 ? 1 : 0, least === 1 ? 1 : 0, least === 2 ? 1 : 0];
+  const first = unit(cross(normal, other));
+  const second = unit(cross(normal, first));
+  const step = 1e-5 * norm(minus(point, camera.position));
+  const [[a, c], [b, d]] = [first, second].map((way): [number, number] => {
+    const [u0, v0] = imaged(plus(point, way, -step));
+    const [u1, v1] = imaged(plus(point, way, step));
+    return [(u1 - u0) / (2 * step), (v1 - v0) / (2 * step)];
+  }) as [[number, number], [number, number]];
+  // The reciprocal of the least singular value of [[a, b], [c, d]].
+  const squares = a * a + b * b + c * c + d * d;
+  const area = Math.abs(a * d - b * c);
+  return Math.sqrt((squares + Math.sqrt(Math.max(squares ** 2 - 4 * area ** 2, 0))) / 2) / area;
 }
 
 /** The focus distances that hold a depth in focus, within the lens's limits; null if none do. */

@@ -7,6 +7,8 @@ export interface Image {
   f: [number, number];
   c: [number, number];
   size: [number, number];
+  /** Columns and rows per bin. */
+  bin: [number, number];
   k: number[];
   /** x, y at depth 1 of the rays through the corners, clockwise from the top left. */
   corners: [number, number][];
@@ -86,6 +88,10 @@ export interface Facts {
   areaUnit: number;
   focusWeight: number;
   tolerance: number;
+  /** What is imaged with more counts as unseen; null without a limit. */
+  mostMmPerPixel: number | null;
+  /** Of a point's views, how many make its cost: their mean. */
+  views: number;
   model: { area: number; axis: number; areaScale: number; axisLimit: number };
   importance: boolean;
   /** Of a distance in metres. */

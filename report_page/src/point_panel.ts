@@ -14,6 +14,7 @@ const BLIND: Record<Blindness, string> = {
   behind: "it is behind the camera, or too close to it",
   outside: "it is outside the picture",
   "faces away": "it faces away",
+  "too coarse": "imaged more coarsely than counts, if it is not hidden",
   hidden: "the surface hides it",
 };
 const MOST_NAMES = 24;
@@ -77,7 +78,7 @@ function summary(model: Model, plans: Plan[], p: number): HTMLElement {
   const number = (text: string) => ({ text, number: true });
   return table(
     "The point in the plans that are shown",
-    ["", "", "imaged best by", number("cost"), number("sharp views")],
+    ["", "", "imaged best by", number(costOf(model)), number("sharp views")],
     plans.map((plan) => {
       const camera = plan.camera[p]!;
       const state = model.seen(plan, p);
@@ -90,6 +91,10 @@ function summary(model: Model, plans: Plan[], p: number): HTMLElement {
       ];
     }),
   );
+}
+
+function costOf(model: Model): string {
+  return model.facts.views > 1 ? `cost, mean of ${model.facts.views} views` : "cost";
 }
 
 function whereItIs(model: Model, p: number): string {

@@ -3,6 +3,7 @@ import {
   axis,
   dot,
   focusInterval,
+  metresPerPixel,
   minus,
   nearestSetting,
   norm,
@@ -38,7 +39,7 @@ export interface View {
   axisTerm: number;
 }
 
-export type Blindness = "behind" | "outside" | "faces away" | "hidden";
+export type Blindness = "behind" | "outside" | "faces away" | "too coarse" | "hidden";
 
 /** A camera that does not see the point. */
 export interface Blind {
@@ -128,8 +129,14 @@ function blindness(model: Model, camera: Camera, p: number): Blind {
   const faces = dot(model.normal(p), minus(point, camera.position)) < 0;
   if (at[2] <= camera.optics.focal) return { camera, why: "behind", pixels: Infinity, faces };
   const pixels = pixelsOutside(camera, at);
-  const why = pixels > 0 ? "outside" : faces ? "hidden" : "faces away";
+  const why = pixels > 0 ? "outside" : !faces ? "faces away" : tooCoarse(model, camera, p) ? "too coarse" : "hidden";
   return { camera, why, pixels, faces };
+}
+
+/** Whether a camera would image the point more coarsely than counts, were it not hidden. */
+function tooCoarse(model: Model, camera: Camera, p: number): boolean {
+  const most = model.facts.mostMmPerPixel;
+  return most !== null && 1000 * metresPerPixel(camera, model.point(p), model.normal(p)) > most;
 }
 
 /** What the program says of one camera that sees the point. */
@@ -315,12 +322,19 @@ function unseen(model: Model, p: number, blind: Blind[]) {
   const of = (why: Blindness) => blind.filter((each) => each.why === why);
   const hidden = of("hidden");
   const away = of("faces away");
+  const coarse = of("too coarse");
   const outside = blind.filter((each) => each.why === "outside" || each.why === "behind");
   const why = [];
   if (hidden.length) {
     why.push(
       `Hidden by other parts of the surface from ${counted(hidden.length, "camera")} that it faces ` +
         `and in whose picture it would be: ${some(hidden)}.`,
+    );
+  }
+  if (coarse.length) {
+    why.push(
+      `Imaged with more than ${model.facts.mostMmPerPixel} mm per pixel, if at all, by ` +
+        `${counted(coarse.length, "camera")} that it faces: ${some(coarse)}.`,
     );
   }
   if (away.length) {

@@ -863,6 +863,8 @@ def test_a_person_sees_progress_and_a_summary(here: Path) -> None:
     assert "finding what 12 cameras see" in shown
     for word in ("cost", "fresh cost", "in focus", " ± ", "m²", "% of the surface", "planned"):
         assert word in shown
+    for word in ("in 1 view", "in 5 views", "sharp in so many or more", "resolution", "mm/px"):
+        assert word in shown
     for word in ("lower bound", "no plan costs less on these samples: within", "% of the best"):
         assert word in shown
     assert '"cameras"' not in shown

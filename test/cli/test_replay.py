@@ -66,6 +66,7 @@ KEYS = {
     "now",
     "same_samples",
     "same_fresh_samples",
+    "same_measure",
     "cameras",
     "recorded_as",
 }
@@ -467,6 +468,75 @@ def test_what_does_not_compare_is_said(here: Path, capsys: Any, change: str) -> 
     prints = [{each.stage: each for each in ending.fingerprints} for ending in (run.ending, again)]
     for stage, expected in (("samples", same), ("fresh samples", same_fresh)):
         assert (prints[0][stage] == prints[1][stage]) is expected
+
+
+MEASURES = {
+    "views=3": ("for 1 view then, for 3 views now", "for 3 views"),
+    "max_mm_per_pixel=4": (
+        "for 1 view then, for 1 view of at most 4 mm per pixel now",
+        "for 1 view of at most 4 mm per pixel",
+    ),
+}
+
+
+@pytest.mark.parametrize("change", MEASURES)
+def test_costs_that_mean_something_else_are_said_not_to_compare(
+    here: Path, capsys: Any, change: str
+) -> None:
+    sentence, short = MEASURES[change]
+    words = ("--set", change, "--set", "bound=none")
+    assert replay("runs/good", *words) == 0
+    out = capsys.readouterr().out
+    told = " ".join(out.split())
+    assert f"The costs are {sentence}, and do not compare; the areas" in told
+    rows = cells_of(out)
+    assert rows["cost"][-1] == rows["fresh cost"][-1] == "other measure"
+    assert "other samples" not in out
+    for name in ("sharp in 1 view", "sharp in 3 views"):
+        assert re.fullmatch(r"[\d.]+ ± [\d.]+ m²", rows[name][1])
+        assert re.match(r"[+-][\d.]+", rows[name][2])
+    assert re.fullmatch(r"[\d.]+ mm/px", rows["median resolution"][0])
+    (data,) = replayed_json(capsys, "runs/good", *words)
+    assert (data["same_measure"], data["same_samples"]) == (False, True)
+    assert replay("runs/good", "runs/good", *words) == 0
+    assert f" {short}" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_run_for_several_views_is_recorded_and_reproduced(here: Path, capsys: Any) -> None:
+    words = ("--set", "views=3", "--set", "max_mm_per_pixel=4", "--set", "bound=none")
+    assert replay("runs/good", *words, "--record", "again") == 0
+    (path,) = Path("again").iterdir()
+    recorded = read_run(path)
+    assert recorded.beginning.request.views == 3
+    assert recorded.beginning.request.max_mm_per_pixel == 4.0
+    assert recorded.ending is not None
+    plan = recorded.ending.plan
+    assert plan is not None
+    assert (plan.views, plan.max_mm_per_pixel) == (3, 4.0)
+    assert [each.views for each in plan.sharp_areas] == [1, 2, 3, 5]
+    assert plan.resolution is not None
+    assert plan.resolution.percentile_90 <= 4.0
+    capsys.readouterr()
+    assert replay(str(path)) == 0
+    assert "reproduced" in capsys.readouterr().out
+
+
+def test_what_the_recorded_plan_did_not_tell_is_said(here: Path, capsys: Any) -> None:
+    def older(message: Any) -> Any:
+        if not message.topic.endswith("focus_plan"):
+            return message
+        fields = fields_of(deserialize(message.type_name, message.payload))
+        fields |= {"views": 0, "sharp_views": [], "sharp_area": [], "sharp_standard_error": []}
+        fields |= {"median_mm_per_pixel": 0.0, "percentile_90_mm_per_pixel": 0.0}
+        return with_payload(message, serialize(message.type_name, fields))
+
+    rewritten(here / "runs" / "good", here / "older", older)
+    assert replay("older") == 0
+    assert "reproduced" in capsys.readouterr().out
+    assert replay("older", "--set", "method=k_view") == 0
+    rows = cells_of(capsys.readouterr().out)
+    assert rows["views"] == ["1", "1"]
+    assert rows["sharp in 3 views"][0] == rows["median resolution"][0] == "not told"
 
 
 def test_the_list_of_changed_runs_has_fresh_costs(here: Path, capsys: Any) -> None:

@@ -168,7 +168,9 @@ def test_a_plan_is_reported_with_its_files(here: Path, told: list[ReportContent]
         "samples": 200,
         "seed": 0,
         "shots": 2,
+        "views": 1,
         "depth_tolerance": 0.0,
+        "max_mm_per_pixel": "none",
         "fresh_samples": 200,
     }
     assert [name for name, _ in content.software] == ["report made with"]

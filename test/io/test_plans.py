@@ -22,6 +22,7 @@ from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.surface.scene import Scene
@@ -34,8 +35,10 @@ KEYS = [
     *("method", "cost", "lower_bound", "converged", "samples", "seed", "depth_tolerance"),
     *("fresh_cost", "fresh_standard_error", "fresh_samples"),
     *("surface_area", "covered_area", "in_focus_area", "in_focus_standard_error"),
-    *("solve_seconds", "total_seconds", "shots", "notes", "cameras"),
+    *("solve_seconds", "total_seconds", "views", "max_mm_per_pixel", "shots"),
 ]
+LIST_KEYS = ["notes", "cameras"]
+SHARP_KEYS = ["sharp_area", "sharp_standard_error", "resolution"]
 CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
     *("assigned_samples", "in_focus_samples"),
@@ -76,7 +79,7 @@ def refuse_constant(name: str) -> float:
 
 def test_it_has_the_keys_of_the_contract_and_is_standard_json() -> None:
     data = json.loads(plan_to_json(PLAN), parse_constant=refuse_constant)
-    assert list(data) == KEYS
+    assert list(data) == KEYS + LIST_KEYS
     assert all(list(camera) == [*CAMERA_KEYS, SENSOR_KEY] for camera in data["cameras"])
     statuses = [camera["status"] for camera in data["cameras"]]
     assert statuses == ["planned", "unassigned", "sees_nothing"]
@@ -146,6 +149,72 @@ def test_shots_have_their_own_distances_from_the_sensor(tmp_path: Path) -> None:
     (data,) = json.loads(plan_to_json(plan))["cameras"]
     assert [shot["from_sensor"] for shot in data["shots"]] == [0.4 + 0.06, 0.56]
     assert data["from_sensor"] == 0.56
+
+
+SHARP = replace(
+    PLAN,
+    views=3,
+    max_mm_per_pixel=0.1 + 0.2,
+    sharp_areas=(SharpArea(1, 1.75 + 1e-16, 1 / 7), SharpArea(10, 0.0, 0.0)),
+    resolution=Resolution(1 / 3, 0.7),
+)
+
+
+def test_views_sharp_areas_and_resolution_come_back(tmp_path: Path) -> None:
+    unresolved = replace(SHARP, resolution=None)
+    for plan in (SHARP, unresolved):
+        save_plan(plan, tmp_path / "plan.json")
+        assert load_plan(tmp_path / "plan.json") == plan
+    data = json.loads(plan_to_json(SHARP), parse_constant=refuse_constant)
+    assert list(data) == KEYS + SHARP_KEYS + LIST_KEYS
+    assert (data["views"], data["max_mm_per_pixel"]) == (3, 0.1 + 0.2)
+    assert data["sharp_area"] == {"1": 1.75 + 1e-16, "10": 0.0}
+    assert data["sharp_standard_error"] == {"1": 1 / 7, "10": 0.0}
+    assert data["resolution"] == {"median": 1 / 3, "percentile_90": 0.7}
+    assert json.loads(plan_to_json(unresolved))["resolution"] is None
+    assert json.loads(plan_to_json(PLAN))["max_mm_per_pixel"] is None
+
+
+def test_a_plan_of_an_earlier_version_is_for_one_view_and_tells_no_sharpness(
+    tmp_path: Path,
+) -> None:
+    data = json.loads(plan_to_json(SHARP))
+    for key in ("views", "max_mm_per_pixel", *SHARP_KEYS):
+        del data[key]
+    (tmp_path / "plan.json").write_text(json.dumps(data))
+    plan = load_plan(tmp_path / "plan.json")
+    assert (plan.views, plan.max_mm_per_pixel) == (1, math.inf)
+    assert (plan.sharp_areas, plan.resolution) == ((), None)
+    assert "sharp" not in plan_to_json(plan)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "telling"),
+    [
+        ({"views": 0}, r"plan\.json\.views: expected at least 1, got 0"),
+        ({"views": 1.5}, r"\.views: expected a whole number"),
+        ({"max_mm_per_pixel": 0}, r"max_mm_per_pixel: expected above 0, or null"),
+        ({"max_mm_per_pixel": "fine"}, r"max_mm_per_pixel: expected a number"),
+        ({"sharp_area": 1.0}, r"sharp_area: expected square metres by the number of views"),
+        (
+            {"sharp_area": {"many": 1.0}},
+            r"sharp_area: expected numbers of views as keys, got .many",
+        ),
+        ({"sharp_area": {"0": 1.0}}, r"sharp_area: expected numbers of views as keys"),
+        ({"sharp_area": {"01": 1.0}}, r"sharp_area: expected numbers of views as keys"),
+        ({"sharp_area": {"1": -1.0, "10": 0}}, r"sharp_area\[1\]: expected a number of at least 0"),
+        ({"sharp_area": {"1": 1.0}}, r"sharp_area and sharp_standard_error: expected the same"),
+        ({"resolution": 0.5}, r"resolution: expected a plan\.json"),
+        ({"resolution": {"median": 0.5}}, "the key 'percentile_90'"),
+        ({"resolution": {"median": None, "percentile_90": 1}}, r"median: expected a number"),
+    ],
+)
+def test_views_sharp_areas_and_resolutions_that_cannot_be_are_refused(
+    tmp_path: Path, wrong: dict[str, Any], telling: str
+) -> None:
+    (tmp_path / "plan.json").write_text(json.dumps(json.loads(plan_to_json(SHARP)) | wrong))
+    with pytest.raises(InputError, match=telling):
+        load_plan(tmp_path / "plan.json")
 
 
 def test_what_is_planned_is_what_is_saved(tmp_path: Path) -> None:

@@ -84,6 +84,21 @@ def test_what_is_within_the_depth_of_field_is_white(
     assert picture.sharp_pixels == picture.mask.sum()
 
 
+def test_what_is_imaged_more_coarsely_than_asked_is_black() -> None:
+    subject = stepped()
+    fx = subject.rig.cameras[0].intrinsics.fx
+    most = 1000 * 1.15 / fx  # of the steps at 1, 1.1 and 1.2 m the last is imaged more coarsely
+    plan, request = (
+        replace(each, max_mm_per_pixel=most)  # type: ignore[type-var]
+        for each in (subject.plan, subject.request)
+    )
+    (picture,) = pictures(replace(subject, plan=plan, request=request))
+    middle = np.s_[5:-5, 6::12]
+    expected = np.tile(np.isin(EDGES, (1.0, 1.1)), (picture.mask[middle].shape[0], 1))
+    np.testing.assert_array_equal(picture.mask[middle], expected)
+    assert picture.subject_pixels == 2400
+
+
 def test_maps_tell_depth_and_blur() -> None:
     subject = stepped()
     (picture,) = pictures(subject, with_blur=True)

@@ -37,7 +37,8 @@ TEXT = parameters_to_yaml(DECLARATIONS)
 FROM_ZERO = [d for d in DECLARATIONS if type(d.default) in {int, float} and d.low == 0]
 # A unit, or what makes the number one without.
 UNIT = re.compile(
-    r"\b(metres|seconds|pixels|bytes|number of|dioptres|1/m\^2|unit|seed|weight|fraction of|"
+    r"\b(metres|seconds|pixels|mm per pixel|bytes|number of|dioptres|1/m\^2|unit|seed|weight|"
+    r"fraction of|"
     r"focal length over aperture diameter)\b",
     re.IGNORECASE,
 )

@@ -9,6 +9,7 @@
 # limitations under the License.
 
 import io
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from PIL import Image
 
 from focus_planner import Lens, PlanRequest, Rig, Scene, cylinder_rig, plan_focus
 from focus_planner.core.imaging.exposure import BACKGROUND, PictureCamera
+from focus_planner.core.imaging.resolution import fine_pixels
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.preview.figures import contact_sheets, figure
 from focus_planner.preview.pictures import note_on_circles, previews, thumbnails
@@ -45,6 +47,21 @@ def test_every_shot_has_a_picture_that_tells_its_share_in_focus(subject):
         assert sharp.mean() < ((seen >= shot.near_limit) & (seen <= shot.far_limit)).mean()
         assert each.in_focus == pytest.approx(sharp.mean(), abs=1e-3)
         assert each.image.shape == (*depths.shape, 3)
+
+
+def test_what_is_imaged_more_coarsely_than_asked_is_not_counted(subject):
+    view, camera = PictureCamera(subject.scene), subject.rig.cameras[4]
+    most = 0.8 * 1000 * 0.7 / camera.intrinsics.fx  # about as coarse as the nearest of it
+    whole, part = (
+        next(previews(view, camera, replace(subject.plan, max_mm_per_pixel=limit), 4, 0.25))
+        for limit in (math.inf, most)
+    )
+    assert 0 < part.in_focus < whole.in_focus
+    depths = view.depths(camera, 0.25)
+    there = np.isfinite(depths)
+    shot = subject.plan.cameras[4].shots[0]
+    sharp = shot.holds(depths[there], 0.0) & fine_pixels(depths, camera, most, 0.25)[there]
+    assert part.in_focus == pytest.approx(sharp.mean())
 
 
 def test_a_camera_that_sees_nothing_has_a_picture_of_the_background(subject):

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,13 @@ def test_a_recorded_run_is_reproduced(path):
         rays = ("visibility", "samples") if "cloud" in path.name else ("visibility",)
         assert found[0].stage.removeprefix("fresh ") in rays
         assert replayed.ending.plan.cost == pytest.approx(run.ending.plan.cost, rel=0.01)
+
+
+def test_what_older_versions_did_not_tell_is_not_told():
+    plans = [read_run(path).ending.plan for path in RUNS]
+    for plan in filter(None, plans):
+        assert (plan.views, plan.max_mm_per_pixel) == (1, math.inf)
+        assert (plan.sharp_areas, plan.resolution) == ((), None)
 
 
 def test_they_are_of_every_kind():

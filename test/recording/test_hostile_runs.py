@@ -105,7 +105,11 @@ def test_what_is_good_is_not_skipped(tmp_path, good):
 
 NAN, INF = float("nan"), float("inf")
 SHOT = plan_fields(2)["cameras"][0]["shots"][0]
-OF_PLANS = {"plan_id", "cost", "lower_bound", "samples", "surface_area", "total_seconds", "cameras"}
+OF_PLANS = {
+    *("plan_id", "cost", "lower_bound", "samples", "surface_area", "total_seconds", "cameras"),
+    *("max_mm_per_pixel", "sharp_views", "sharp_area", "sharp_standard_error"),
+    *("median_mm_per_pixel", "percentile_90_mm_per_pixel"),
+}
 VALUES = {
     "name": ["a b/../é\n", "", "y" * 100_000, "9lives", "cam_1"],
     "status": [0, 4, 250],
@@ -126,8 +130,35 @@ VALUES = {
     "samples": [0],
     "surface_area": [NAN],
     "total_seconds": [INF],
+    "max_mm_per_pixel": [NAN, INF, -1.0],
+    "sharp_views": [[1], [0]],
+    "sharp_area": [[NAN], [1.0]],
+    "sharp_standard_error": [[-1.0]],
+    "median_mm_per_pixel": [INF, -1.0],
+    "percentile_90_mm_per_pixel": [INF, -1.0],
     "cameras": [[]],
 }
+#: Of one number of views, what cannot be.
+SHARP = {"sharp_views": [1], "sharp_area": [0.5], "sharp_standard_error": [0.1]}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("sharp_views", 0),
+        ("sharp_area", NAN),
+        ("sharp_area", -0.5),
+        ("sharp_standard_error", INF),
+    ],
+)
+def test_a_plan_with_an_area_that_cannot_be_is_not_put_in_force(tmp_path, good, name, value):
+    put(tmp_path, plan_with(**SHARP | {name: [value]}))
+    check_skipped(tmp_path, good)
+
+
+def test_a_plan_with_areas_that_can_be_is_put_in_force(tmp_path):
+    folder = put(tmp_path, plan_with(**SHARP))
+    assert last_plan(tmp_path, PLANNER).plan.run == folder
 
 
 @pytest.mark.parametrize(
@@ -348,7 +379,7 @@ def test_large_chunks_of_surfaces_are_passed_over_in_the_search(tmp_path, monkey
     bag.open(tmp_path / run_id(2))
     bag.add(made_up.plan_message(made_up.beginning(2), plan_payload(2), published=True))
     bag.close()
-    monkeypatch.setattr(module, "_LIMITS", bag_reading.Limits(piece=9000, passed_over=1 << 30))
+    monkeypatch.setattr(module, "_LIMITS", bag_reading.Limits(piece=12_000, passed_over=1 << 30))
     search = last_plan(tmp_path, PLANNER)
     assert (search.plan.message.plan_id, search.skipped) == (run_id(2), ())
 

@@ -133,6 +133,7 @@ def test_every_method_is_reproduced(tmp_path, method):
         replace(SMALL, shots=2, depth_tolerance=0.01),
         replace(SMALL, method="optimal", shots=3, gap=0.02),
         replace(SMALL, samples=0, standard_error=6.0),
+        replace(SMALL, method="k_view", views=3, max_mm_per_pixel=4.0, bound="none"),
     ],
     ids=lambda request: f"{request.method}-{request.k}-{request.scope}-{request.shots}",
 )
@@ -142,7 +143,11 @@ def test_every_kind_of_request_is_reproduced(tmp_path, request_):
     run, again = replayed(path)
     assert differences(run, again) == []
     assert run.beginning.request == request_
-    assert again.ending.plan.shots == request_.shots
+    plan = again.ending.plan
+    assert (plan.shots, plan.views) == (request_.shots, request_.views)
+    assert plan.max_mm_per_pixel == request_.max_mm_per_pixel
+    assert run.ending.plan.sharp_areas == plan.sharp_areas != ()
+    assert run.ending.plan.resolution == plan.resolution is not None
 
 
 @pytest.mark.parametrize("normals", [False, True])

@@ -203,6 +203,10 @@ def test_without_changes_it_is_the_same_under_another_name(run):
         ("shots=2", {"shots": 2}),
         ("depth_tolerance=0.01", {"depth_tolerance": 0.01}),
         ("depth_tolerance=0", {"depth_tolerance": 0.0}),
+        ("views=3", {"views": 3}),
+        ("views=1", {"views": 1}),
+        ("max_mm_per_pixel=0.5", {"max_mm_per_pixel": 0.5}),
+        ("max_mm_per_pixel=0", {"max_mm_per_pixel": math.inf}),
         ("time_budget=0", {"time_budget": math.inf}),
         ("time_budget=2.5", {"time_budget": 2.5}),
         ("bound=none", {"bound": "none"}),
@@ -212,9 +216,8 @@ def test_without_changes_it_is_the_same_under_another_name(run):
     ],
 )
 def test_what_the_request_said_gives_way(tmp_path, assignment, change):
-    request = PlanRequest(
-        "em", 300, 5, time_budget=3.0, depth_tolerance=0.02, fresh_samples=90, gap=0.01
-    )
+    limits = {"time_budget": 3.0, "depth_tolerance": 0.02, "max_mm_per_pixel": 2.0}
+    request = PlanRequest("em", 300, 5, fresh_samples=90, gap=0.01, views=2, **limits)
     run = run_of([], request=request)
     assert run.beginning.request == request
     assert changed(run, assignment).run.beginning.request == replace(request, **change)

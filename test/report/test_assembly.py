@@ -26,6 +26,7 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.resolution import metres_per_pixel
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.io.lens_sheet.content import lens_sheet
@@ -232,3 +233,38 @@ def test_pictures_are_as_large_as_there_is_room_for() -> None:
     assert sides[0] == 384
     assert 180 <= sides[2] <= 320
     assert sides[-1] == 64
+
+
+def test_a_report_keeps_to_the_plans_views_and_its_limit_of_resolution() -> None:
+    request = replace(REQUEST, views=3, max_mm_per_pixel=3.4, bound="none")
+    plan = plan_focus(SCENE, RIG, request)
+    subject = PlannedSubject(SCENE, RIG, request, plan)
+    content = assemble(subject, tuple(plans_to_compare(subject, ["closest"])), samples=300)
+    surface = content.surface
+    assert (surface.max_mm_per_pixel, surface.views) == (3.4, 3)
+    samples = np.repeat(np.arange(300), np.diff(surface.pair_offsets))
+    lengths = metres_per_pixel(
+        surface.points[samples], surface.normals[samples], RIG, surface.pair_camera
+    )
+    assert 3.2 < 1000 * lengths.max() <= 3.4
+    assert [row.title for row in content.sharp] == ["k_view", "closest (autofocus)"]
+    this, _ = content.sharp
+    assert this.resolution == plan.resolution
+    assert [share for _, share, _ in this.shares] == [
+        each.area / SCENE.area for each in plan.sharp_areas
+    ]
+    for row in content.costs:
+        assert not row.other_measure
+    facts = dict(content.facts)
+    assert facts["sharp"].endswith(" views or more, of the surface")
+    assert facts["fresh cost"].startswith(f"{plan.fresh_cost:.1f} ± ")
+    assert " of 1000 for 3 views " in facts["fresh cost"]
+    assert " for 3 views, on 200 samples" in facts["method"]
+    assert " is sharp in 3 views or more." in content.verdict
+    assert "seen by no camera finely enough" in content.verdict
+    # A cost is the mean of the three best views, of the report's own samples as well.
+    held = content.plans[0].pair_in_focus
+    pairs = surface.pair_cost + np.where(held, 0.0, surface.focus_weight)
+    for p in range(0, 300, 23):
+        least = sorted([*pairs[surface.pair_offsets[p] : surface.pair_offsets[p + 1]], 1, 1, 1])
+        assert content.plans[0].cost[p] == pytest.approx(np.mean(least[:3]))

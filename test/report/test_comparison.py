@@ -38,6 +38,7 @@ from focus_planner.report.comparison import (
     other_inputs,
     own_worth,
     plans_to_compare,
+    sharp_rows,
     usual_comparisons,
     worth_of,
 )
@@ -274,6 +275,39 @@ def test_rows_tell_which_plans_are_on_other_samples() -> None:
     plans = [of(SUBJECT), ComparedPlan("other", "the recorded plan", other, RIG)]
     rows = cost_rows(plans, worth_of(plans, SUBJECT), SCENE.area, foreign=False)
     assert {row.title for row in rows if row.other_samples} == {"other"}
+
+
+def test_plans_for_other_views_are_judged_by_the_same_measure_and_said_to_differ() -> None:
+    subject = subject_of(replace(REQUEST, views=3, max_mm_per_pixel=6.0, bound="none"))
+    once = plan_focus(SCENE, RIG, REQUEST)
+    plans = [of(subject), ComparedPlan("once", "the recorded plan", once, RIG)]
+    worths = worth_of(plans, subject)
+    assert worths[0].cost.value == pytest.approx(subject.plan.fresh_cost)
+    fresh = subject.plan.fresh_problem  # for three views
+    assert worths[1].cost.value == pytest.approx(fresh.cost(once.focus_distances))
+    assert worths[1].cost.value > once.fresh_cost + 50
+    rows = cost_rows(plans, worths, SCENE.area, foreign=False)
+    assert {row.title for row in rows if row.other_measure} == {"once"}
+
+
+def test_rows_tell_what_is_sharp_in_how_many_views() -> None:
+    plans = [of(SUBJECT), *plans_to_compare(SUBJECT, ["closest"])]
+    worths = worth_of(plans, SUBJECT)
+    this, autofocus = sharp_rows(plans, [own_worth(SUBJECT.plan, worths[0]), worths[1]], SCENE.area)
+    assert (this.title, this.reported, autofocus.reported) == (plans[0].title, True, False)
+    for row, plan in ((this, SUBJECT.plan), (autofocus, plans[1].plan)):
+        assert row.resolution == plan.resolution
+        for (views, share, error), told in zip(row.shares, plan.sharp_areas, strict=True):
+            assert views == told.views
+            assert share == pytest.approx(told.area / SCENE.area)
+            assert error == pytest.approx(told.standard_error / SCENE.area)
+
+
+def test_a_plan_that_does_not_tell_what_is_sharp_is_told_what_was_found() -> None:
+    (found,) = worth_of([of(SUBJECT)], SUBJECT)
+    older = replace(SUBJECT.plan, sharp_areas=(), resolution=None)
+    assert own_worth(older, found).sharp_areas == found.sharp_areas != ()
+    assert own_worth(older, found).resolution == found.resolution
 
 
 def test_what_holds_elsewhere_is_not_in_the_rows() -> None:

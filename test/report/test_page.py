@@ -15,20 +15,20 @@ from __future__ import annotations
 import base64
 import dataclasses
 import hashlib
-import json
 import re
-import zlib
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 from focus_planner.core.notes import Note
-from focus_planner.report.content import CostRow, DepthHistogram, Step
+from focus_planner.core.planning.sharp_views import Resolution
+from focus_planner.report.content import CostRow, DepthHistogram, SharpRow, Step
 from focus_planner.report.making import write_report
 from focus_planner.report.page import report_page
 from focus_planner.report.payload import encoded_payload
 from testing import report_contents
+from testing.payloads import decoded
 
 EVIL = "</script><img src=x onerror=alert(1)>\"'&\u202e\x1b[31m{title}"
 
@@ -68,26 +68,6 @@ class _Elements(HTMLParser):
         self.text[key] = self.text.get(key, "") + data
 
 
-def decoded(text):
-    """The JSON and the arrays of a payload, as its module describes them."""
-    raw = zlib.decompress(base64.b64decode(text))
-    length = int.from_bytes(raw[:4], "little")
-    head = json.loads(raw[4 : 4 + length])
-    at, arrays = 4 + length, {}
-    for name, kind, count in head["arrays"]:
-        width = 1 / 8 if kind == "bits" else int(kind[1:]) // 8
-        size = -(-count // 8) if kind == "bits" else count * width
-        data = np.frombuffer(raw[at : at + size], dtype=np.uint8)
-        if kind == "bits":
-            arrays[name] = np.unpackbits(data, count=count, bitorder="little").astype(bool)
-        else:
-            planes = data.reshape(width, count).astype(np.int64)
-            arrays[name] = sum(plane << (8 * k) for k, plane in enumerate(planes))
-        at += size
-    assert at == len(raw)
-    return head["facts"], arrays
-
-
 def test_the_payload_holds_the_plans_exactly_and_the_surface_to_what_can_be_seen(content):
     facts, arrays = decoded(encoded_payload(content))
     surface = content.surface
@@ -114,6 +94,20 @@ def test_the_payload_holds_the_plans_exactly_and_the_surface_to_what_can_be_seen
             assert [shot["focus"] for shot in told["shots"]] == [
                 shot.focus_distance for shot in focus.shots
             ]
+
+
+def test_the_limit_of_resolution_the_views_and_bins_are_told(content):
+    facts, _ = decoded(encoded_payload(content))
+    assert (facts["mostMmPerPixel"], facts["views"]) == (None, 1)
+    assert all(image["bin"] == [1, 1] for image in facts["images"])
+    surface = dataclasses.replace(content.surface, max_mm_per_pixel=0.5, views=3)
+    first = content.rig.cameras[0]
+    binned = dataclasses.replace(first.intrinsics, binning=(2, 3))
+    cameras = (dataclasses.replace(first, intrinsics=binned), *content.rig.cameras[1:])
+    rig = dataclasses.replace(content.rig, cameras=cameras)
+    facts, _ = decoded(encoded_payload(dataclasses.replace(content, surface=surface, rig=rig)))
+    assert (facts["mostMmPerPixel"], facts["views"]) == (0.5, 3)
+    assert facts["images"][facts["cameras"][0]["image"]]["bin"] == [2, 3]
 
 
 def test_other_lenses_and_many_settings_are_told(content):
@@ -227,6 +221,7 @@ def test_a_report_of_next_to_nothing_has_no_empty_parts(content):
         notes=(),
         facts=(),
         costs=(),
+        sharp=(),
         steps=(),
         parameters=(),
         software=(),
@@ -234,7 +229,7 @@ def test_a_report_of_next_to_nothing_has_no_empty_parts(content):
         histograms=tuple(DepthHistogram(np.empty(0), np.empty(0)) for _ in content.rig.cameras),
     )
     page = report_page(bare)
-    for part in ("costs", "steps", "origin"):
+    for part in ("costs", "sharp-views", "steps", "origin"):
         assert f'id="{part}"' not in page
     assert 'class="notes"' not in page.split("<script")[0]
 
@@ -244,6 +239,44 @@ def test_costs_on_other_samples_are_said_not_to_compare(content):
     assert told not in report_page(content)
     costs = (CostRow("this", 190.0, 205.0), CostRow("then", 200.0, 210.0, other_samples=True))
     assert told in report_page(dataclasses.replace(content, costs=costs))
+
+
+def test_costs_for_other_views_are_said_not_to_compare(content):
+    told = "The costs as planned are for different numbers of views or limits of resolution"
+    costs = (CostRow("this", 190.0, 205.0), CostRow("then", 200.0, 210.0, other_measure=True))
+    assert told in report_page(dataclasses.replace(content, costs=costs))
+    unplanned = (costs[0], CostRow("then", None, 210.0, other_measure=True))
+    assert told not in report_page(dataclasses.replace(content, costs=unplanned))
+
+
+def test_what_a_cost_for_several_views_is_is_said(content):
+    told = "A piece of surface costs the mean of its 3 best views, 1 for each that is missing."
+    assert told not in report_page(content)
+    first, *others = content.plans
+    several = dataclasses.replace(first, plan=dataclasses.replace(first.plan, views=3))
+    assert told in " ".join(
+        report_page(dataclasses.replace(content, plans=(several, *others))).split()
+    )
+
+
+def test_sharp_views_are_a_table(content):
+    shares = ((1, 0.875, 0.004), (2, 0.5, 0.01), (3, 0.25, 0.01), (5, 0.0, 0.0))
+    rows = (
+        SharpRow("this", shares, Resolution(0.41234, 1.25), reported=True),
+        SharpRow("<b>then</b>", shares, None),
+        SharpRow("not told", (), None),
+    )
+    page = report_page(dataclasses.replace(content, sharp=rows))
+    table = page.split('id="sharp-views"')[1].split("</section>")[0]
+    for part in ("87.5", "50.0", "25.0", "0.0"):
+        assert table.count(f">{part}\N{NO-BREAK SPACE}%<") == 2
+    assert "<small> ± 0.4</small>" in table
+    assert ">0.412<" in table
+    assert ">1.25<" in table
+    assert table.count("–") == 2
+    assert "&lt;b&gt;then" in table
+    assert "not told" not in table
+    assert [f"in {n}" in table for n in ("1<", "2 or more", "3 or more", "5 or more")] == [True] * 4
 
 
 def test_unknown_numbers_are_dashes(content):

@@ -19,6 +19,7 @@ import pytest
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.quality import Estimate
+from focus_planner.core.planning.sharp_views import SharpArea
 from focus_planner.core.rig.rig import Rig
 from focus_planner.report.comparison import ComparedPlan, Worth
 from focus_planner.report.verdict import verdict
@@ -73,6 +74,29 @@ def said(
 ) -> str:
     plans = [of(own, plan), *map(of, others)]
     return verdict(plans, worths, notes, 2.0, foreign=foreign)
+
+
+def test_what_is_seen_too_coarsely_is_not_said_to_be_unseen() -> None:
+    assert "3 % is seen by no camera." in said()
+    limited = replace(PLAN, max_mm_per_pixel=0.5)
+    assert "3 % is seen by no camera finely enough." in said(limited)
+    assert "3 % is seen by no camera finely enough, and" in said(
+        limited, (worth(1.94), worth(0.94))
+    )
+
+
+def test_of_a_plan_for_several_views_it_is_said_how_much_is_sharp_in_as_many() -> None:
+    areas = tuple(SharpArea(views, 2.0 / (1 + views), 0.01) for views in (1, 2, 3, 5))
+    worths = replace(WORTHS[0], sharp_areas=areas), WORTHS[1]
+    assert "views or more" not in said(worths=worths)
+    for views, told in (
+        (2, "33 % is sharp in 2"),
+        (3, "25 % is sharp in 3"),
+        (4, "25 % is sharp in 3"),
+    ):
+        text = said(replace(PLAN, views=views), worths)
+        assert f"autofocus holds 47 %. {told} views or more. {BLURRED}" in text
+    assert "views or more" not in said(replace(PLAN, views=3))
 
 
 def test_the_owner_reads_what_is_gained_left_out_and_left_to_gain() -> None:

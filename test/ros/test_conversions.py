@@ -166,6 +166,7 @@ def test_a_cameras_focus_survives_the_wire(focus):
 @pytest.mark.parametrize(("shots", "converged"), [(1, True), (3, False)])
 def test_a_plan_survives_the_wire(body, rig, shots, converged, bound):
     request = PlanRequest(samples=200, shots=shots, depth_tolerance=0.001, bound=bound)
+    request = replace(request, max_mm_per_pixel=2.0 if shots > 1 else math.inf)
     plan = replace(plan_focus(Scene(body), rig, request), converged=converged)
     message = through_bytes(FocusPlanMsg, plan_to_fields(plan, "world", (5, 6), "a name"))
     received = plan_from_message(message)

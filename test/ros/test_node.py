@@ -86,6 +86,7 @@ def of_the_core(surface, rig, **request):
         {"method": "k_view"},
         {"method": "k_view", "k": 3, "scope": "assigned"},
         {"method": "k_view", "shots": 3, "depth_tolerance": 0.002},
+        {"method": "em", "views": 2, "max_mm_per_pixel": 1.0, "bound": "none"},
     ],
 )
 def test_a_plan_is_the_cores_bit_for_bit(ready, body, rig, request_):
@@ -111,6 +112,19 @@ def test_a_plan_tells_about_itself(ready, body):
     assert plan.fresh_samples == 4096
     assert plan.fresh_cost > plan.cost > plan.fresh_standard_error > 0
     assert 0 <= plan.solve_seconds <= plan.total_seconds
+
+
+def test_a_plan_tells_what_is_sharp_in_how_many_views_and_how_finely(ready):
+    plan = planned(ready, method="em", views=2, max_mm_per_pixel=1.0, bound="none")
+    assert (plan.views, plan.max_mm_per_pixel) == (2, 1.0)
+    assert list(plan.sharp_views) == [1, 2, 3, 5]
+    assert list(plan.sharp_area) == sorted(plan.sharp_area, reverse=True)
+    assert plan.in_focus_area <= plan.sharp_area[0] <= plan.covered_area
+    assert len(plan.sharp_standard_error) == 4
+    assert 0 < plan.median_mm_per_pixel < plan.percentile_90_mm_per_pixel <= 1.0
+    without = planned(ready, method="em")
+    assert (without.views, without.max_mm_per_pixel) == (1, 0.0)
+    assert without.covered_area > plan.covered_area
 
 
 def test_who_subscribes_late_gets_the_newest_plan(ready, planner, rig):

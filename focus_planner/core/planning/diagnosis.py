@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -192,6 +193,41 @@ def _plain(intrinsics: CameraIntrinsics) -> CameraIntrinsics:
         intrinsics.cx,
         intrinsics.cy,
     )
+
+
+def check_resolution(lengths: FloatArray, most: float) -> None:
+    """Raise if no camera images the surface as finely as asked.
+
+    Parameters
+    ----------
+    lengths : (P,) array
+        Of every pair of a sample and a camera that sees it, millimetres per pixel.
+    most : float
+        The request's limit, millimetres per pixel.
+
+    Raises
+    ------
+    InputError
+        Tells the finest.
+    """
+    if not len(lengths) or (lengths <= most).any():
+        return
+    finest = float(lengths.min())
+    raise InputError(
+        "max_mm_per_pixel",
+        f"at least {round_up(finest)}, the finest that any camera images the surface",
+        f"{most:g}",
+        "it is in millimetres per pixel, along the surface; else bring the cameras closer, or give"
+        " them longer lenses or more pixels",
+    )
+
+
+def round_up(length: float) -> str:
+    """Return a length, above 0, with three digits that is not less."""
+    if math.isinf(length):
+        return "inf"
+    step: float = 10.0 ** (math.floor(math.log10(length)) - 2)
+    return f"{math.ceil(length / step) * step:.3g}"
 
 
 def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None:

@@ -99,9 +99,13 @@ class SpecifiedField(NamedTuple):
             raise InputError(self.name, f"at most {_text(at_most)}{meaning}", _text(number))
 
 
-def specified(default: T, spec: FieldSpec) -> T:
-    """Declare a dataclass's field with a default and a specification."""
-    declared: T = field(default=default, metadata={_KEY: spec})
+def specified(default: T, spec: FieldSpec, *, kw_only: bool = False) -> T:
+    """Declare a dataclass's field with a default and a specification.
+
+    One that joins older fields between them is ``kw_only``, so that these keep their places for
+    callers who give them by position.
+    """
+    declared: T = field(default=default, metadata={_KEY: spec}, kw_only=kw_only)
     return declared
 
 

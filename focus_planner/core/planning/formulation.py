@@ -24,6 +24,7 @@ from focus_planner.core.planning.diagnosis import (
     check_cameras_outside,
     check_depths,
     check_distance,
+    check_resolution,
     explain_unseen,
 )
 from focus_planner.core.planning.quality import estimate_quality
@@ -35,10 +36,11 @@ from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
 from focus_planner.core.solvers import SOLVERS, Options
 from focus_planner.core.solvers.solution import fill_missing_distances
+from focus_planner.core.surface.resolution import only_pairs, pairs_metres_per_pixel
 from focus_planner.core.surface.sampling import Density
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, Samples
-from focus_planner.core.surface.visibility import visible_pairs
+from focus_planner.core.surface.visibility import Visibility, visible_pairs
 from focus_planner.core.validation import InputError
 
 # Enough to know the costs' standard deviation within three percent; that of EM's plan is another
@@ -95,10 +97,24 @@ def formulate_problem(
     if not fresh:
         _check_importance(samples, request)
         explain_unseen(scene, rig, samples, visibility)
+    visibility = _fine_enough(visibility, samples, rig, request, check=not fresh)
     problem = build_problem(samples, visibility, rig, model, request.depth_tolerance)
     if not fresh:
         check_depths(scene, problem, request.depth_tolerance)
     return replace(with_shots(problem, request.shots), views=request.views)
+
+
+def _fine_enough(
+    visibility: Visibility, samples: Samples, rig: Rig, request: PlanRequest, *, check: bool
+) -> Visibility:
+    """Return the pairs that are imaged as finely as the request asks; raise if none is."""
+    most = request.max_mm_per_pixel
+    if math.isinf(most):
+        return visibility
+    lengths = 1000 * pairs_metres_per_pixel(visibility, samples, rig)
+    if check:
+        check_resolution(lengths, most)
+    return only_pairs(visibility, lengths <= most)
 
 
 def _check_counts(rig: Rig, request: PlanRequest) -> None:

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -22,8 +23,10 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.suspicions import blind_cameras, seen_from_behind, suspect_frames
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.resolution import pairs_metres_per_pixel
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh
+from focus_planner.core.surface.visibility import visible_pairs
 from focus_planner.core.validation import first_few
 
 # More cameras than this that see nothing, or less of the surface than that seen, is remarkable.
@@ -31,18 +34,29 @@ _BLIND = 0.25
 _SEEN_MOSTLY = 0.5
 # So much of the surface may be seen from behind only: the rim of a hole, the inside of a sleeve.
 _FROM_BEHIND = 0.05
+# Samples on which it is found what is seen too coarsely, and the share that is remarkable.
+_TRIAL_SAMPLES = 1000
+_COARSE = 0.005
 
 
-def observe(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> tuple[Note, ...]:
+def observe(
+    scene: Scene, rig: Rig, request: PlanRequest, problem: Problem, fresh: Problem
+) -> tuple[Note, ...]:
     """Return notes on what was read, and on how the surface and the rig fit each other.
 
     Parameters
     ----------
-    scene, rig
+    scene, rig, request
     problem, fresh : Problem
         On the samples to plan on, and on fresh ones.
     """
-    return (*scene.notes, *rig.notes, *_importance(scene), *_fit(scene, rig, problem, fresh))
+    return (
+        *scene.notes,
+        *rig.notes,
+        *_importance(scene),
+        *_fit(scene, rig, problem, fresh),
+        *_resolution(scene, rig, request, problem, fresh),
+    )
 
 
 def fewer_samples(request: PlanRequest, problem: Problem, fresh: Problem, *, stopped: bool) -> Note:
@@ -110,6 +124,37 @@ def _fit(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> Iterator[N
         behind = seen_from_behind(scene, rig)
         if behind > _FROM_BEHIND:
             yield _winding(scene, behind)
+
+
+def _resolution(
+    scene: Scene, rig: Rig, request: PlanRequest, problem: Problem, fresh: Problem
+) -> Iterator[Note]:
+    """Yield a note on what is seen, but more coarsely than the request lets count."""
+    most = request.max_mm_per_pixel
+    if math.isinf(most):
+        return
+    samples = scene.sample(_TRIAL_SAMPLES, 0)
+    visibility = visible_pairs(scene, rig, samples)
+    fine = 1000 * pairs_metres_per_pixel(visibility, samples, rig) <= most
+    seen, seen_well = np.zeros((2, len(samples)), dtype=np.bool_)
+    seen[visibility.sample_index] = True
+    seen_well[visibility.sample_index[fine]] = True
+    share = float(samples.weights[seen & ~seen_well].sum() / samples.weights.sum())
+    coarse = (np.diff(visibility.camera_offsets) > 0) & ~(_sees(problem) | _sees(fresh))
+    found = []
+    if share > _COARSE:
+        found.append(
+            f"{share:.0%} of the surface is imaged only more coarsely and counts as unseen"
+        )
+    if coarse.any():
+        names = first_few(rig.cameras[c].name for c in np.flatnonzero(coarse))
+        found.append(f"{coarse.sum()} of {len(rig)} cameras image nothing that finely ({names})")
+    if found:
+        yield Note(
+            "resolution",
+            f"of max_mm_per_pixel {most:g}: {'; '.join(found)}; to have them count, allow more"
+            " millimetres per pixel, bring cameras closer, or give them longer lenses",
+        )
 
 
 def _sees(problem: Problem) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -22,7 +23,8 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.plan_text import plan_line, plan_text
+from focus_planner.core.planning.plan_text import for_views, plan_line, plan_text
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.planning.stop_log import StopLog
 
 if TYPE_CHECKING:
@@ -139,7 +141,8 @@ class FocusPlan:
     ----------
     method : str
     cost : float
-        1000 × the mean over the solver's samples, by weight, of the pointwise cost (Eq. 3).
+        1000 × the mean over the solver's samples, by weight, of the pointwise cost (Eq. 3); with
+        several ``views`` of the mean over a sample's best ones.
     lower_bound : float or None
         No plan for the solver's samples costs less on them.
     converged : bool
@@ -162,6 +165,17 @@ class FocusPlan:
         What its user should know: suspected mistakes in the inputs, assumptions, what was left out.
     cameras : tuple of CameraFocus
         In the rig's order.
+    views : int
+        The request's number of views. Costs of plans for different numbers do not compare.
+    max_mm_per_pixel : float
+        The request's: what is imaged more coarsely counts as unseen. Inf without limit.
+    sharp_areas : tuple of SharpArea
+        The parts that are sharp in at least 1, 2, 3 and 5 views, estimated on the fresh samples.
+        Any camera counts, not only the one that images the surface best, so what is sharp in 1 view
+        is more than what is in focus. Empty in plans of versions that did not tell it.
+    resolution : Resolution or None
+        How finely the part in focus is imaged, estimated on the fresh samples; None if there is
+        none, or it was not told.
     """
 
     method: str
@@ -182,6 +196,10 @@ class FocusPlan:
     total_seconds: float
     notes: tuple[Note, ...]
     cameras: tuple[CameraFocus, ...]
+    views: int = field(default=1, kw_only=True)
+    max_mm_per_pixel: float = field(default=math.inf, kw_only=True)
+    sharp_areas: tuple[SharpArea, ...] = field(default=(), kw_only=True)
+    resolution: Resolution | None = field(default=None, kw_only=True)
 
     @property
     def gap(self) -> float | None:
@@ -205,7 +223,7 @@ class FocusPlan:
     def summary(self) -> str:
         """Return the plan's quality in one line."""
         text = (
-            f"{self.method}, cost {self.cost:.1f} on {self.samples} samples,"
+            f"{self.method}, cost {self.cost:.1f}{for_views(self)} on {self.samples} samples,"
             f" {self.fresh_cost:.1f} ± {self.fresh_standard_error:.1f} on {self.fresh_samples}"
             f" fresh ones, in {self.total_seconds:.3f} s"
         )
@@ -217,7 +235,7 @@ class FocusPlan:
         return f"{text}; see its notes: {codes}" if codes else text
 
     def __str__(self) -> str:
-        """Return the plan in ten lines."""
+        """Return the plan in a few lines: its quality, and what its cameras have to do."""
         return plan_text(self)
 
     def __repr__(self) -> str:

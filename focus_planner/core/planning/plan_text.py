@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import FocusPlan
+    from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 
 
 def plan_text(plan: FocusPlan) -> str:
-    """Return a plan in ten lines: its quality, and what its cameras have to do."""
+    """Return a plan in a few lines: its quality, and what its cameras have to do."""
     rows = list(_rows(plan))
     width = max(len(name) for name, _ in rows)
     return "\n".join([_title(plan), *(f"  {name:<{width}}  {text}" for name, text in rows)])
@@ -30,10 +31,15 @@ def plan_text(plan: FocusPlan) -> str:
 def plan_line(plan: FocusPlan) -> str:
     """Return what a plan is in one line."""
     return (
-        f"<{type(plan).__name__}: {plan.method}, {_cameras(plan)}, cost {plan.cost:.1f} on"
-        f" {plan.samples} samples, {plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} on"
-        f" {plan.fresh_samples} fresh ones>"
+        f"<{type(plan).__name__}: {plan.method}, {_cameras(plan)}, cost {plan.cost:.1f}"
+        f"{for_views(plan)} on {plan.samples} samples, {plan.fresh_cost:.1f} ±"
+        f" {plan.fresh_standard_error:.1f} on {plan.fresh_samples} fresh ones>"
     )
+
+
+def for_views(plan: FocusPlan) -> str:
+    """Return what is said of a cost for several views; nothing of one for one view."""
+    return f" for {plan.views} views" if plan.views > 1 else ""
 
 
 def _title(plan: FocusPlan) -> str:
@@ -47,8 +53,11 @@ def _cameras(plan: FocusPlan) -> str:
 
 
 def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
-    """Yield nine rows: name, text."""
-    yield "cost", f"{plan.cost:.2f} of 1000, on {plan.samples} samples, seed {plan.seed}"
+    """Yield rows: name, text."""
+    yield (
+        "cost",
+        f"{plan.cost:.2f} of 1000{for_views(plan)}, on {plan.samples} samples, seed {plan.seed}",
+    )
     bound = "none sought"
     if plan.lower_bound is not None and plan.gap is not None:
         bound = f"{plan.lower_bound:.2f}: within {100 * plan.gap:.3g} % of the best"
@@ -59,6 +68,10 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     yield "seen", f"{plan.covered_area:.3f} m²{seen} of the surface"
     in_focus = f"{plan.in_focus_area:.3f} ± {plan.in_focus_standard_error:.3f} m²"
     yield "in focus", f"{in_focus}{_share(plan.in_focus_area, plan)}"
+    if plan.sharp_areas:
+        yield "sharp views", ", ".join(_sharp(sharp, plan) for sharp in plan.sharp_areas)
+    if plan.resolution:
+        yield "resolution", resolution_text(plan.resolution)
     statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
     words = (
         f"{count} {status.name.lower().replace('sees_', 'seeing ')}" for status, count in statuses
@@ -69,6 +82,21 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     yield "time", f"{plan.total_seconds:.3f} s, of which {plan.solve_seconds:.3f} s solving"
     codes = ", ".join(dict.fromkeys(note.code for note in plan.notes))
     yield "notes", f"{len(plan.notes)}: {codes}" if codes else "none"
+
+
+def resolution_text(resolution: Resolution) -> str:
+    """Return how finely what is in focus is imaged."""
+    return (
+        f"{resolution.median:.3g} mm per pixel in the median,"
+        f" {resolution.percentile_90:.3g} or finer for 90% of it"
+    )
+
+
+def _sharp(sharp: SharpArea, plan: FocusPlan) -> str:
+    if not plan.surface_area:
+        return f"{sharp.views}+ {sharp.area:.3f} ± {sharp.standard_error:.3f} m²"
+    share, error = sharp.area / plan.surface_area, sharp.standard_error / plan.surface_area
+    return f"{sharp.views}+ {100 * share:.1f} ± {error:.1%}"
 
 
 def _share(area: float, plan: FocusPlan) -> str:

@@ -12,13 +12,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focus_planner.core.arrays import FloatArray
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.planning.sharp_views import (
+    TOLD_VIEWS,
+    Resolution,
+    SharpArea,
+    sharp_views,
+)
 from focus_planner.core.problem.problem import Problem
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.resolution import metres_per_pixel
 
 
 @dataclass(frozen=True)
@@ -51,14 +60,20 @@ class Quality:
     covered_area, in_focus_area : Estimate
         Of the part that some camera sees, and of the part that is in focus in the camera that
         images it best; square metres.
+    sharp_areas : tuple of SharpArea
+        Of the parts that are sharp in at least 1, 2, 3 and 5 views.
+    resolution : Resolution or None
+        Of the part in focus; None where there is none, or no rig is given.
     """
 
     cost: Estimate
     covered_area: Estimate
     in_focus_area: Estimate
+    sharp_areas: tuple[SharpArea, ...]
+    resolution: Resolution | None
 
 
-def estimate_quality(problem: Problem, focus: FloatArray) -> Quality:
+def estimate_quality(problem: Problem, focus: FloatArray, rig: Rig | None = None) -> Quality:
     """Estimate from a problem's samples how well focus distances image its surface.
 
     The estimate is unbiased if the samples are a random draw on which the distances do not
@@ -70,15 +85,62 @@ def estimate_quality(problem: Problem, focus: FloatArray) -> Quality:
         Of at least 2 samples.
     focus : (C,) array
         Metres.
+    rig : Rig, optional
+        Its cameras are those of the problem; without it no resolution is estimated.
     """
     costs, best = problem.evaluate(focus)
     weights, areas = problem.samples.weights, problem.samples.areas
     area = float(areas.sum())
+    in_focus = problem.in_focus(focus, best)
     return Quality(
         cost=weighted_mean(weights, costs).scaled(1000),
         covered_area=weighted_mean(areas, best >= 0).scaled(area),
-        in_focus_area=weighted_mean(areas, problem.in_focus(focus, best)).scaled(area),
+        in_focus_area=weighted_mean(areas, in_focus).scaled(area),
+        sharp_areas=_sharp_areas(problem, focus),
+        resolution=None if rig is None else _resolution(problem, rig, best, in_focus),
     )
+
+
+def _sharp_areas(problem: Problem, focus: FloatArray) -> tuple[SharpArea, ...]:
+    areas, views = problem.samples.areas, sharp_views(problem, focus)
+    total = float(areas.sum())
+    estimates = ((count, weighted_mean(areas, views >= count)) for count in TOLD_VIEWS)
+    return tuple(
+        SharpArea(count, total * share.value, total * share.standard_error)
+        for count, share in estimates
+    )
+
+
+def _resolution(
+    problem: Problem, rig: Rig, best: IntArray, in_focus: NDArray[np.bool_]
+) -> Resolution | None:
+    """Return how finely the samples that are in focus are imaged by their best cameras."""
+    samples = problem.samples.take(np.flatnonzero(in_focus))
+    if not samples.areas.sum() > 0:
+        return None
+    camera = problem.view[best[in_focus]]
+    lengths = 1000 * metres_per_pixel(samples.points, samples.normals, rig, camera)
+    median, most = weighted_quantiles(samples.areas, lengths, (0.5, 0.9))
+    return Resolution(median, most)
+
+
+def weighted_quantiles(
+    weights: FloatArray, values: FloatArray, shares: Sequence[float]
+) -> tuple[float, ...]:
+    """Return the least values that this share of the weight, at least, does not exceed.
+
+    Parameters
+    ----------
+    weights, values : (N,) arrays
+        N at least 1; the weights not all 0.
+    shares : sequence of float
+        Above 0, at most 1.
+    """
+    order = np.argsort(values, kind="stable")
+    below = np.cumsum(weights[order])
+    # Without the slack, rounding might pass over the value at which the share is reached.
+    places = np.searchsorted(below, np.asarray(shares) * below[-1] * (1 - 1e-12))
+    return tuple(values[order[places]].tolist())
 
 
 def weighted_mean(weights: FloatArray, values: FloatArray | NDArray[np.bool_]) -> Estimate:

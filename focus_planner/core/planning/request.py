@@ -127,6 +127,7 @@ class PlanRequest:
             at_least=1,
             at_most=MAX_VIEWS,
         ),
+        kw_only=True,
     )
     depth_tolerance: float = specified(
         0.0,
@@ -138,6 +139,17 @@ class PlanRequest:
             at_least=0,
             at_most=MAX_COORDINATE,
         ),
+    )
+    max_mm_per_pixel: float = specified(
+        np.inf,
+        FieldSpec(
+            "coarsest resolution that counts, along the surface: what a camera images with more"
+            " millimetres per pixel counts as unseen by it",
+            unit="mm per pixel",
+            at_least=0,
+            unlimited=True,
+        ),
+        kw_only=True,
     )
     fresh_samples: int = specified(
         4096,

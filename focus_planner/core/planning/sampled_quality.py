@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.brief import brief_repr
+from focus_planner.core.planning.sharp_views import sharp_views
 
 if TYPE_CHECKING:
     # Importing it loads compiled kernels.
@@ -37,13 +38,16 @@ class SampledQuality:
     spacing : float
         Between neighbouring samples, about; metres.
     cost : (N,) array
-        In the picture that images the sample best, 0 to 1; 1 where no camera sees it.
+        In the picture that images the sample best, 0 to 1; 1 where no camera sees it. Where several
+        views are asked for, the mean over its best ones, 1 for each that is missing.
     picture : (N,) array of int32
-        That picture: shot j of camera c is picture c · shots + j; -1 where no camera sees it.
+        The picture that images it best: shot j of camera c is picture c · shots + j; -1 where no
+        camera sees it.
     in_focus : (N,) array of bool
         Whether the sample is in focus in that picture.
     views : (N,) array of int32
-        How many cameras hold the sample in focus, in any of their pictures.
+        How many cameras hold the sample in focus, in any of their pictures
+        (:func:`~focus_planner.core.planning.sharp_views.sharp_views`).
     shots : int
         Pictures of each camera.
     """
@@ -75,17 +79,12 @@ def sampled_quality(problem: Problem, focus: FloatArray) -> SampledQuality:
         Metres.
     """
     cost, best = problem.evaluate(focus)
-    chosen = focus[problem.camera_index]
-    held = (problem.focus_near <= chosen) & (chosen <= problem.focus_far)
-    # Pairs are ordered by sample, then by camera: a camera's shots of a sample are neighbours.
-    by_camera = held.reshape(-1, problem.shots).any(axis=1)
-    samples = problem.sample_index[:: problem.shots][by_camera]
     return SampledQuality(
         points=problem.samples.points,
         spacing=float(np.sqrt(problem.samples.areas.mean())),
         cost=cost,
         picture=best,
         in_focus=problem.in_focus(focus, best),
-        views=np.bincount(samples, minlength=problem.sample_count).astype(np.int32),
+        views=sharp_views(problem, focus),
         shots=problem.shots,
     )

@@ -71,7 +71,7 @@ def solve(
     samples = request.samples or len(scene.sample(0, request.seed))
     limits.check_size(request, samples, len(rig))
     fresh, problem = _formulate(scene, rig, request, model, pacer, limits, samples)
-    notes = () if pacer.callback_stopped else observe(scene, rig, problem, fresh)
+    notes = () if pacer.callback_stopped else observe(scene, rig, request, problem, fresh)
     solving_began = clock()
     problem = _with_cells(problem, request, pacer)
     options = replace(options, start=spread_start(problem))
@@ -90,7 +90,13 @@ def solve(
         stopped = pacer.callback_stopped
         notes = (*notes, fewer_samples(request, problem, fresh, stopped=stopped))
     return _plan(
-        scene, problem, fresh, request, solution, notes, pacer=pacer, solve_seconds=solve_seconds
+        (scene, rig, request),
+        problem,
+        fresh,
+        solution,
+        notes,
+        pacer=pacer,
+        solve_seconds=solve_seconds,
     )
 
 
@@ -163,21 +169,21 @@ def _options(rig: Rig, request: PlanRequest) -> Options:
 
 
 def _plan(
-    scene: Scene,
+    given: tuple[Scene, Rig, PlanRequest],
     problem: Problem,
     fresh: Problem,
-    request: PlanRequest,
     solution: Solution,
     notes: tuple[Note, ...],
     *,
     pacer: Pacer,
     solve_seconds: float,
 ) -> SolvedPlan:
+    scene, rig, request = given
     focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
-    quality = estimate_quality(fresh, focus)
+    quality = estimate_quality(fresh, focus, rig)
     if request.depth_tolerance:
-        nominal = estimate_quality(with_depth_tolerance(fresh, 0.0), focus).in_focus_area.value
+        nominal = estimate_quality(with_depth_tolerance(fresh, 0.0), focus, rig).in_focus_area.value
         within = quality.in_focus_area.value
         note = cost_of_tolerance(request.depth_tolerance, scene.area, within, nominal)
         notes = (*notes, note)
@@ -191,6 +197,8 @@ def _plan(
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
+        views=request.views,
+        max_mm_per_pixel=request.max_mm_per_pixel,
         fresh_cost=quality.cost.value,
         fresh_standard_error=quality.cost.standard_error,
         fresh_samples=fresh.sample_count,
@@ -198,6 +206,8 @@ def _plan(
         covered_area=quality.covered_area.value,
         in_focus_area=quality.in_focus_area.value,
         in_focus_standard_error=quality.in_focus_area.standard_error,
+        sharp_areas=quality.sharp_areas,
+        resolution=quality.resolution,
         solve_seconds=solve_seconds,
         total_seconds=pacer.budget.elapsed(),
         notes=notes,

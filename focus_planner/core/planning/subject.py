@@ -82,6 +82,8 @@ def requested(plan: FocusPlan, scene: Scene) -> PlanRequest:
         samples=samples,
         seed=plan.seed,
         shots=plan.shots,
+        views=plan.views,
         depth_tolerance=plan.depth_tolerance,
+        max_mm_per_pixel=plan.max_mm_per_pixel,
         fresh_samples=plan.fresh_samples,
     )

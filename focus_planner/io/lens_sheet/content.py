@@ -20,6 +20,7 @@ from datetime import datetime
 from enum import Enum
 
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.plan_text import for_views, resolution_text
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
@@ -42,6 +43,7 @@ _NOTHING = {
     CameraStatus.UNASSIGNED: "nothing, others image it better: leave as it is",
     CameraStatus.UNKNOWN: "unknown",
 }
+_NOT_FINE = "nothing, sees no surface finely enough: leave as it is"
 _SKIPPED = "nothing: skip this shot"
 # Of one camera, and of several.
 _COUNTED = {
@@ -275,6 +277,8 @@ def _device(value: float | None) -> Cell:
 
 def _holds(plan: FocusPlan, camera: CameraFocus, shot: Shot) -> str:
     if not shot.assigned_samples:
+        if camera.status is CameraStatus.SEES_NOTHING and math.isfinite(plan.max_mm_per_pixel):
+            return _NOT_FINE
         return _SKIPPED if camera.assigned_samples else _NOTHING[camera.status]
     share = _percent(shot.assigned_samples / plan.samples)
     return f"{_counted(shot.assigned_samples, 'sample')}, {share}"
@@ -310,21 +314,26 @@ def _facts(
         ("method", _method(plan)),
         ("fresh cost", _cost(plan)),
         ("in focus", _area(plan)),
+        ("sharp", _sharp(plan)),
+        ("resolution", resolution_text(plan.resolution) if plan.resolution else ""),
         ("cameras", _statuses(plan)),
     ]
     return [(name, printable(text)) for name, text in facts if text]
 
 
 def _method(plan: FocusPlan) -> str:
-    text = f"{plan.method}, on {plan.samples} samples, seed {plan.seed}"
+    text = f"{plan.method}{for_views(plan)}, on {plan.samples} samples, seed {plan.seed}"
     if plan.depth_tolerance:
         text += f", for errors of depth up to {1000 * plan.depth_tolerance:g} mm"
+    if math.isfinite(plan.max_mm_per_pixel):
+        text += f", of what is imaged at {plan.max_mm_per_pixel:g} mm per pixel or finer"
     return text if plan.converged else f"{text}, ended before it converged"
 
 
 def _cost(plan: FocusPlan) -> str:
     return (
-        f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} of 1000 (0 is perfect), on"
+        f"{plan.fresh_cost:.1f} ± {plan.fresh_standard_error:.1f} of 1000{for_views(plan)}"
+        " (0 is perfect), on"
         f" {plan.fresh_samples} samples unseen by the solver"
     )
 
@@ -334,6 +343,18 @@ def _area(plan: FocusPlan) -> str:
     if not plan.surface_area:
         return area
     return f"{area}, {_percent(plan.in_focus_area / plan.surface_area)} of the surface"
+
+
+def _sharp(plan: FocusPlan) -> str:
+    """Return how much is sharp in how many views; empty if that is not told."""
+    if not plan.sharp_areas or not plan.surface_area:
+        return ""
+    shares = (
+        (sharp.views, sharp.area / plan.surface_area, sharp.standard_error / plan.surface_area)
+        for sharp in plan.sharp_areas
+    )
+    parts = (f"{_percent(share)} ± {_percent(error)} in {views}" for views, share, error in shares)
+    return f"{', '.join(parts)} views or more, of the surface"
 
 
 def _statuses(plan: FocusPlan) -> str:

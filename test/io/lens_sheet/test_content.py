@@ -16,6 +16,7 @@ from datetime import datetime
 import pytest
 
 from focus_planner import CameraStatus, InputError, Lens, Rig, cylinder_rig
+from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.io.lens_sheet.content import Kind, lens_sheet
 from testing.lens_sheets import NOTES, RIG, camera, in_steps, plan, shot
 
@@ -132,6 +133,30 @@ def test_the_head_tells_what_was_planned_and_how_it_is_measured():
     assert "from the centre of projection" in measures["distance"]
     assert measures["from the sensor"].endswith("from the sensor plane, for thin lenses of 50 mm")
     assert sheet.notes == tuple(note.text for note in NOTES)
+
+
+def test_what_is_sharp_in_how_many_views_and_how_finely_is_in_the_head():
+    several = replace(
+        plan(),
+        views=3,
+        max_mm_per_pixel=0.75,
+        sharp_areas=(SharpArea(1, 1.75, 0.01), SharpArea(3, 1.25, 0.02)),
+        resolution=Resolution(0.41234, 0.7),
+    )
+    facts = dict(lens_sheet(several, RIG).facts)
+    assert facts["sharp"] == (
+        "87.5 % ± 0.5 % in 1, 62.5 % ± 1.0 % in 3 views or more, of the surface"
+    )
+    assert facts["resolution"] == "0.412 mm per pixel in the median, 0.7 or finer for 90% of it"
+    assert facts["method"] == (
+        "k_view for 3 views, on 400 samples, seed 0,"
+        " of what is imaged at 0.75 mm per pixel or finer"
+    )
+    assert facts["fresh cost"].startswith("303.0 ± 3.5 of 1000 for 3 views (0 is perfect), on 4096")
+    held = [row["holds"] for row in texts(lens_sheet(several, RIG))]
+    assert "nothing, sees no surface finely enough: leave as it is" in held
+    assert "nothing, sees no surface: leave as it is" not in held
+    assert {"sharp", "resolution"}.isdisjoint(dict(lens_sheet(plan(), RIG).facts))
 
 
 def test_what_is_not_known_is_not_in_the_head():
