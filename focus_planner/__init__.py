@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.plan_focus import plan_focus
     from focus_planner.core.planning.precompile import precompile
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.planning.subject_quality import SubjectQuality
+    from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
     from focus_planner.core.rig.camera import Camera, CameraIntrinsics
@@ -68,6 +70,8 @@ __all__ = [
     "Scene",
     "Shot",
     "SolvedPlan",
+    "Subject",
+    "SubjectQuality",
     "cylinder_rig",
     "depth_of_field",
     "distance_from_sensor",
@@ -107,6 +111,8 @@ _HOMES = {
     "core.planning.plan_focus": ("plan_focus",),
     "core.planning.precompile": ("precompile",),
     "core.planning.request": ("PlanRequest",),
+    "core.planning.subject_quality": ("SubjectQuality",),
+    "core.planning.subjects": ("Subject",),
     "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
     "io.lens_sheet.content": ("lens_sheet",),
     "io.lens_sheet.saving": ("save_lens_sheet",),

@@ -12,13 +12,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.planning.suspicions import blind_cameras, seen_from_behind, suspect_frames
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
@@ -31,6 +32,21 @@ _BLIND = 0.25
 _SEEN_MOSTLY = 0.5
 # So much of the surface may be seen from behind only: the rim of a hole, the inside of a sleeve.
 _FROM_BEHIND = 0.05
+
+
+def observe_all(
+    subjects: Sequence[Subject], rig: Rig, problems: Sequence[Problem], fresh: Sequence[Problem]
+) -> tuple[Note, ...]:
+    """Return what :func:`observe` does of each of several subjects, which its notes name."""
+    if len(subjects) == 1:
+        return observe(subjects[0].scene, rig, problems[0], fresh[0])
+    of_each = [
+        subject.noted(
+            [*subject.scene.notes, *_importance(subject.scene), *_fit(subject.scene, rig, *on)]
+        )
+        for subject, *on in zip(subjects, problems, fresh, strict=True)
+    ]
+    return (*rig.notes, *(note for notes in of_each for note in notes))
 
 
 def observe(scene: Scene, rig: Rig, problem: Problem, fresh: Problem) -> tuple[Note, ...]:
@@ -56,10 +72,12 @@ def fewer_samples(request: PlanRequest, problem: Problem, fresh: Problem, *, sto
     stopped : bool
         Whether the caller stopped the plan, rather than its time budget.
     """
-    asked = f"{request.samples}" if request.samples else "all of the cloud's"
+    count = len(problem.subjects)
+    times = f"{count} times " if count > 1 else ""
+    asked = f"{times}{request.samples}" if request.samples else "all of the cloud's"
     counts = (
         f"{problem.sample_count} samples, of {asked}, and {fresh.sample_count} fresh ones, of"
-        f" {request.fresh_samples}"
+        f" {times}{request.fresh_samples}"
     )
     if stopped:
         seen, remedy = f"the request was stopped when there were {counts}", "let it end"

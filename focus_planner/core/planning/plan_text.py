@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import FocusPlan
+    from focus_planner.core.planning.subject_quality import SubjectQuality
 
 
 def plan_text(plan: FocusPlan) -> str:
@@ -47,8 +48,11 @@ def _cameras(plan: FocusPlan) -> str:
 
 
 def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
-    """Yield nine rows: name, text."""
-    yield "cost", f"{plan.cost:.2f} of 1000, on {plan.samples} samples, seed {plan.seed}"
+    """Yield nine rows, ten for several subjects: name, text."""
+    whose = ""
+    if plan.subjects:
+        whose = f", {'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects"
+    yield "cost", f"{plan.cost:.2f} of 1000{whose}, on {plan.samples} samples, seed {plan.seed}"
     bound = "none sought"
     if plan.lower_bound is not None and plan.gap is not None:
         bound = f"{plan.lower_bound:.2f}: within {100 * plan.gap:.3g} % of the best"
@@ -59,6 +63,8 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     yield "seen", f"{plan.covered_area:.3f} m²{seen} of the surface"
     in_focus = f"{plan.in_focus_area:.3f} ± {plan.in_focus_standard_error:.3f} m²"
     yield "in focus", f"{in_focus}{_share(plan.in_focus_area, plan)}"
+    if plan.worst is not None:
+        yield "worst", f"{plan.worst.surface}: {worst_in_words(plan.worst)}"
     statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
     words = (
         f"{count} {status.name.lower().replace('sees_', 'seeing ')}" for status, count in statuses
@@ -69,6 +75,15 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     yield "time", f"{plan.total_seconds:.3f} s, of which {plan.solve_seconds:.3f} s solving"
     codes = ", ".join(dict.fromkeys(note.code for note in plan.notes))
     yield "notes", f"{len(plan.notes)}: {codes}" if codes else "none"
+
+
+def worst_in_words(worst: SubjectQuality) -> str:
+    """Return what a plan is worth for the subject that costs most."""
+    in_focus = f", {worst.in_focus_area / worst.surface_area:.1%} in focus"
+    return (
+        f"{worst.fresh_cost:.2f} ± {worst.fresh_standard_error:.2f} on fresh samples"
+        f"{in_focus if worst.surface_area else ''}"
+    )
 
 
 def _share(area: float, plan: FocusPlan) -> str:

@@ -12,7 +12,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,20 +66,45 @@ def estimate_quality(problem: Problem, focus: FloatArray) -> Quality:
     The estimate is unbiased if the samples are a random draw on which the distances do not
     depend; a solver's distances look better than they are on the samples that it was given.
 
+    Of several subjects it tells the quality on average: each was drawn from by itself, so that
+    errors are those of each, and how much subjects differ adds nothing to them.
+
     Parameters
     ----------
     problem : Problem
-        Of at least 2 samples.
+        Of at least 2 samples of each subject.
     focus : (C,) array
         Metres.
     """
     costs, best = problem.evaluate(focus)
     weights, areas = problem.samples.weights, problem.samples.areas
     area = float(areas.sum())
+    mean = partial(mean_of_subjects, problem.subjects)
     return Quality(
-        cost=weighted_mean(weights, costs).scaled(1000),
-        covered_area=weighted_mean(areas, best >= 0).scaled(area),
-        in_focus_area=weighted_mean(areas, problem.in_focus(focus, best)).scaled(area),
+        cost=mean(weights, costs).scaled(1000),
+        covered_area=mean(areas, best >= 0).scaled(area),
+        in_focus_area=mean(areas, problem.in_focus(focus, best)).scaled(area),
+    )
+
+
+def mean_of_subjects(
+    subjects: Sequence[slice], weights: FloatArray, values: FloatArray | NDArray[np.bool_]
+) -> Estimate:
+    """Return the ratio Σ w·v / Σ w over all subjects' samples, each drawn independently.
+
+    Parameters
+    ----------
+    subjects : sequence of slice
+        The samples of each.
+    weights, values : (N,) arrays
+    """
+    if len(subjects) == 1:
+        return weighted_mean(weights, values)
+    means = [weighted_mean(weights[part], values[part]) for part in subjects]
+    shares = np.array([weights[part].sum() for part in subjects]) / weights.sum()
+    return Estimate(
+        float(shares @ [mean.value for mean in means]),
+        float(np.sqrt(shares**2 @ [mean.standard_error**2 for mean in means])),
     )
 
 

@@ -65,8 +65,8 @@ class PlanRequest:
     samples: int = specified(
         4096,
         FieldSpec(
-            "number of surface samples to plan on; 0 takes a cloud's own points, or on a mesh as"
-            " many samples as ``standard_error`` calls for",
+            "number of surface samples to plan on, of each subject; 0 takes a cloud's own points,"
+            " or on a mesh as many samples as ``standard_error`` calls for",
             at_least=0,
             at_most=MAX_SAMPLES,
         ),
@@ -128,6 +128,13 @@ class PlanRequest:
             at_most=MAX_VIEWS,
         ),
     )
+    worst: bool = specified(
+        False,
+        FieldSpec(
+            "plan several subjects for the one that costs most, so that it costs as little as it"
+            " can, rather than for their mean"
+        ),
+    )
     depth_tolerance: float = specified(
         0.0,
         FieldSpec(
@@ -141,8 +148,8 @@ class PlanRequest:
     fresh_samples: int = specified(
         4096,
         FieldSpec(
-            "number of further samples, unseen by the solver, on which the plan's quality is"
-            " estimated",
+            "number of further samples of each subject, unseen by the solver, on which the plan's"
+            " quality is estimated",
             at_least=2,
             at_most=MAX_SAMPLES,
         ),

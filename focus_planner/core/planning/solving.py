@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,25 +22,31 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.formulation import choose_samples, formulate_problem, subsample
-from focus_planner.core.planning.observations import fewer_samples, observe
+from focus_planner.core.planning.formulation import subsample
+from focus_planner.core.planning.many_subjects import (
+    formulate_subjects,
+    judge_subjects,
+    mean_area,
+)
+from focus_planner.core.planning.observations import fewer_samples
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
-from focus_planner.core.planning.quality import estimate_quality
+from focus_planner.core.planning.quality import Estimate, estimate_quality
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
-from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
+from focus_planner.core.planning.subjects import Scenes, Subject, subjects_of
+from focus_planner.core.planning.time_budget import TimeBudget
 from focus_planner.core.planning.warm_start import warm_options
+from focus_planner.core.planning.worst import Balanced, balance_subjects
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem, mean_cost
 from focus_planner.core.problem.shots import sort_shots, spread_start
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options, Solution
+from focus_planner.core.solvers import SOLVERS, Options
 from focus_planner.core.solvers.solution import fill_missing_distances
-from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 
 # Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
@@ -49,7 +55,7 @@ _QUICK_STEPS = 60
 
 
 def solve(
-    scene: Scene,
+    scenes: Scenes,
     rig: Rig,
     request: PlanRequest,
     model: CostModel | None = None,
@@ -64,14 +70,11 @@ def solve(
 
     Kernels that are not compiled yet are compiled on the way, which counts as part of the plan.
     """
+    subjects = subjects_of(scenes)
     options = _options(rig, request)
     pacer = Pacer(TimeBudget(request.time_budget, clock), on_progress, stop_log)
-    request = choose_samples(scene, rig, request, model, pacer)
-    limits = limits or ResourceLimits()
-    samples = request.samples or len(scene.sample(0, request.seed))
-    limits.check_size(request, samples, len(rig))
-    fresh, problem = _formulate(scene, rig, request, model, pacer, limits, samples)
-    notes = () if pacer.callback_stopped else observe(scene, rig, problem, fresh)
+    formulated = formulate_subjects(subjects, rig, request, model, pacer, limits)
+    fresh, problem, notes = formulated.fresh, formulated.problem, formulated.notes
     solving_began = clock()
     problem = _with_cells(problem, request, pacer)
     options = replace(options, start=spread_start(problem))
@@ -80,43 +83,27 @@ def solve(
     bounded = request.bound != "none" and request.method != "optimal"
     pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
     with kernels.threads_for(len(problem.depth)):
-        solution = SOLVERS[request.method](problem, options, pacer)
+        solved = _solved(problem, request, options, pacer)
         solve_seconds = clock() - solving_began
         # A caller who stopped the plan is waiting for it, not for a bound.
         if bounded and not pacer.callback_stopped:
             pacer.start_bound()
-            solution = _bounded(problem, solution, request, options, pacer)
+            solved = _bounded(solved, request, options, pacer)
     if pacer.samples_left_out:
         stopped = pacer.callback_stopped
         notes = (*notes, fewer_samples(request, problem, fresh, stopped=stopped))
     return _plan(
-        scene, problem, fresh, request, solution, notes, pacer=pacer, solve_seconds=solve_seconds
+        subjects, problem, fresh, request, solved, notes, pacer=pacer, solve_seconds=solve_seconds
     )
 
 
-def _formulate(
-    scene: Scene,
-    rig: Rig,
-    request: PlanRequest,
-    model: CostModel | None,
-    pacer: Pacer,
-    limits: ResourceLimits,
-    samples: int,
-) -> tuple[Problem, Problem]:
-    """Return the problem on fresh samples and the one to plan on, on as many as given."""
-    fresh_part, part = (
-        # Without questions in between, rays are cast all at once.
-        pacer.within(stage, share / request.shots) if pacer.may_stop else None
-        for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
-    )
-    enough = pacer.enough
-    fresh = formulate_problem(
-        scene, rig, request, model, fresh=True, keep_going=fresh_part, enough=enough
-    )
-    limits.check_memory(request, fresh, samples)
-    problem = formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
-    limits.check_memory(request, problem, problem.sample_count)
-    return fresh, problem
+def _solved(problem: Problem, request: PlanRequest, options: Options, pacer: Pacer) -> Balanced:
+    """Return what the method finds, for the mean or the worst of the problem's subjects."""
+    count = len(problem.subjects)
+    if request.worst and count > 1:
+        return balance_subjects(problem, request.method, options, pacer)
+    solution = SOLVERS[request.method](problem, options, pacer)
+    return Balanced(solution, np.zeros(count), problem, solution)
 
 
 def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem:
@@ -131,21 +118,16 @@ def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem
 
 
 def _bounded(
-    problem: Problem,
-    solution: Solution,
-    request: PlanRequest,
-    options: Options,
-    on_progress: ProgressCallback,
-) -> Solution:
+    solved: Balanced, request: PlanRequest, options: Options, on_progress: ProgressCallback
+) -> Balanced:
     """Return a solution without a lower bound with one added."""
-    near = solution.cost
+    problem, mean = solved.problem, solved.mean
+    near = mean.cost
     if request.method in {"closest", "average"}:
         near = SOLVERS["em"](problem, options).cost
     steps = _QUICK_STEPS if request.bound == "quick" else None
-    bound = lower_bound(
-        problem, solution.cost, near, options.gap, options.prices, on_progress, steps
-    )
-    return replace(solution, lower_bound=bound.lower_bound, prices=bound.prices)
+    bound = lower_bound(problem, mean.cost, near, options.gap, options.prices, on_progress, steps)
+    return replace(solved, mean=replace(mean, lower_bound=bound.lower_bound, prices=bound.prices))
 
 
 def _options(rig: Rig, request: PlanRequest) -> Options:
@@ -163,33 +145,43 @@ def _options(rig: Rig, request: PlanRequest) -> Options:
 
 
 def _plan(
-    scene: Scene,
+    subjects: Sequence[Subject],
     problem: Problem,
     fresh: Problem,
     request: PlanRequest,
-    solution: Solution,
+    solved: Balanced,
     notes: tuple[Note, ...],
     *,
     pacer: Pacer,
     solve_seconds: float,
 ) -> SolvedPlan:
+    solution = solved.solution
     focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
     costs, best = problem.evaluate(focus)
     quality = estimate_quality(fresh, focus)
-    cost = mean_cost(problem.samples.weights, costs)
-    bound = solution.lower_bound
+    cost, fresh_cost = mean_cost(problem.samples.weights, costs), quality.cost
+    of_subjects = judge_subjects(subjects, problem, fresh, focus, costs, solved.multipliers)
+    if solved.multipliers.any():
+        cost = max(each.cost for each in of_subjects)
+        worst = max(of_subjects, key=lambda each: each.fresh_cost)
+        fresh_cost = Estimate(worst.fresh_cost, worst.fresh_standard_error)
+    bound = solved.mean.lower_bound
+    bound = None if bound is None else min(bound, cost)
+    converged = solution.converged and not pacer.samples_left_out
+    if solved.multipliers.any() and request.method == "optimal" and bound is not None:
+        converged = converged and cost - bound <= request.gap * cost
     return SolvedPlan(
         method=request.method,
         cost=cost,
-        lower_bound=None if bound is None else min(bound, cost),
-        converged=solution.converged and not pacer.samples_left_out,
+        lower_bound=bound,
+        converged=converged,
         samples=problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
-        fresh_cost=quality.cost.value,
-        fresh_standard_error=quality.cost.standard_error,
+        fresh_cost=fresh_cost.value,
+        fresh_standard_error=fresh_cost.standard_error,
         fresh_samples=fresh.sample_count,
-        surface_area=scene.area,
+        surface_area=mean_area(subjects),
         covered_area=quality.covered_area.value,
         in_focus_area=quality.in_focus_area.value,
         in_focus_standard_error=quality.in_focus_area.standard_error,
@@ -197,9 +189,10 @@ def _plan(
         total_seconds=pacer.budget.elapsed(),
         notes=notes,
         cameras=_camera_plans(problem, focus, best),
+        subjects=of_subjects,
         problem=problem,
         fresh_problem=fresh,
-        prices=solution.prices,
+        prices=solved.mean.prices,
         stop_log=pacer.stop_log,
     )
 
