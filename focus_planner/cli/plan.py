@@ -42,18 +42,20 @@ from focus_planner.cli.reporting import (
 from focus_planner.cli.request_options import add_request_options, request_from_options
 from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.cli.terminal import show_note
-from focus_planner.core.validation import InputError
+from focus_planner.core.validation import InputError, first_few
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import Shot, SolvedPlan
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.progress import ProgressCallback
     from focus_planner.core.rig.rig import Rig
-    from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
     from focus_planner.report.steps import StepCollector
+    from focus_planner.runtime.inputs import KnownSubject
 
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
@@ -79,7 +81,14 @@ def add(commands: Any) -> None:
 
 def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
-    option("surface", type=Path, metavar="SURFACE", help="mesh or point-cloud file, in metres")
+    option(
+        "surfaces",
+        type=Path,
+        nargs="+",
+        metavar="SURFACE",
+        help="mesh or point-cloud file, in metres; several are subjects of one plan, each alone in"
+        " front of the rig",
+    )
     option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
     add_surface_options(plan)
     option(
@@ -88,6 +97,12 @@ def _add_inputs(plan: Any) -> None:
         metavar="FILE",
         help="YAML file of lens tables by camera, which map focus distances to the values that lens"
         " drivers take; for lenses without a table in RIG.YAML",
+    )
+    option(
+        "--subject-weights",
+        type=_weights,
+        metavar="W,W,...",
+        help="how much each SURFACE counts in the mean over several (default: all the same)",
     )
     option("--quiet", action="store_true", help="show no progress and no summary")
 
@@ -110,6 +125,12 @@ def _add_outputs(group: Any) -> None:
         metavar="PROBLEM.NPZ",
         help="write the discrete problem, for checking the plan",
     )
+    option(
+        "--subject",
+        metavar="SURFACE",
+        help="of several, the one that --picture and --report show (default: the one that costs"
+        " most)",
+    )
     add_recording_options(group, "the run", "the plan")
     option("--picture", type=Path, metavar="PLAN.PNG", help=_PICTURE_HELP)
     option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
@@ -120,6 +141,10 @@ def _output(text: str) -> Path:
     """Return the path, which is ``-`` for stdout only; ``./-`` is a file."""
     path = Path(text)
     return path.absolute() if path == _STDOUT and text != "-" else path
+
+
+def _weights(text: str) -> tuple[float, ...]:
+    return tuple(float(part) for part in text.split(","))
 
 
 def run(options: argparse.Namespace) -> int:
@@ -134,12 +159,13 @@ def run(options: argparse.Namespace) -> int:
     if len(different) < len(paths) or options.output.count(_STDOUT) > 1:
         names = "--output, --problem, --picture, --report"
         raise InputError(names, "different files", "the same twice")
-    inputs = (options.surface, options.rig, options.importance, options.lens_tables)
+    inputs = (*options.surfaces, options.rig, options.importance, options.lens_tables)
     read = {resolved(path) for path in inputs if path}
     for path in paths:
         if resolved(path) in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
+    _check_subjects(options)
     recorder = recorder_of(options)
     with shown(options.quiet) as tell:
         given = _read(options, tell)
@@ -161,7 +187,7 @@ def run(options: argparse.Namespace) -> int:
 class _Given:
     """What to plan for; ``file_rig`` is the rig before the lens tables are applied to it."""
 
-    scene: Scene
+    subjects: tuple[Subject, ...]
     rig: Rig
     file_rig: Rig
     tables: LensTables | None
@@ -171,6 +197,7 @@ class _Given:
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.planning.precompile import works_for
+    from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import PointCloud
     from focus_planner.io.lens_sheet.saving import sheet_writer
@@ -188,10 +215,17 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     file_rig = load_rig(options.rig)
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
-    surface = read_surface(options, tell)
-    compile_first(tell, works_for(request, clouds=isinstance(surface, PointCloud)))
-    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
-    return _Given(scene, rig, file_rig, tables, request)
+    surfaces = [read_surface(options, tell, path) for path in options.surfaces]
+    clouds = any(isinstance(surface, PointCloud) for surface in surfaces)
+    compile_first(tell, works_for(request, clouds=clouds))
+    weights = options.subject_weights or [1.0] * len(surfaces)
+    subjects = tuple(
+        Subject(Scene(surface, show_share(tell, f"preparing {path}")), name, weight)
+        for path, surface, name, weight in zip(
+            options.surfaces, surfaces, _names(options), weights, strict=True
+        )
+    )
+    return _Given(subjects, rig, file_rig, tables, request)
 
 
 def _solve(
@@ -200,7 +234,7 @@ def _solve(
     """Return the plan, and what Ctrl-C did to it if it was typed."""
     from focus_planner.core.planning.plan_focus import plan_focus
 
-    scene, rig, request = given.scene, given.rig, given.request
+    subjects, rig, request = given.subjects, given.rig, given.request
 
     def beginning() -> tuple[list[BagMessage], Beginning]:
         from focus_planner.recording.naming import new_run_id
@@ -208,15 +242,20 @@ def _solve(
         from focus_planner.recording.software import software
 
         run_id, frame_id = new_run_id(), rig.frame_id
-        notes = (*scene.surface.notes, *given.file_rig.notes)
-        begun = beginning_of(run_id, PLANNER, request, frame_id, software(), given.tables, notes)
-        return inputs_of(begun, scene.surface, given.file_rig), begun
+        surfaces = [subject.scene.surface for subject in subjects]
+        notes, known = given.file_rig.notes, _known(subjects)
+        if not known:
+            notes = (*surfaces[0].notes, *notes)
+        begun = beginning_of(
+            run_id, PLANNER, request, frame_id, software(), given.tables, notes, known
+        )
+        return inputs_of(begun, surfaces, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
     best = BestSoFar(tell, callback)
     on_progress, end = recorder.begin(beginning, best)
     try:
-        plan = plan_focus(scene, rig, request, on_progress=on_progress)
+        plan = plan_focus(subjects, rig, request, on_progress=on_progress)
     except InputError as error:
         ctrl_c.check()  # what it was stopped at need not be what is wrong
         end(False, str(error))
@@ -224,6 +263,64 @@ def _solve(
     interrupted = best.end()
     end(True, "; ".join(filter(None, (interrupted, plan.summary()))), plan, rig)
     return plan, interrupted
+
+
+def _names(options: argparse.Namespace) -> list[str]:
+    """Return what the surfaces are called."""
+    from focus_planner.cli.tables import path_names
+
+    return path_names(options.surfaces)
+
+
+def _known(subjects: Sequence[Subject]) -> tuple[KnownSubject, ...]:
+    """Return what a record tells of each of several subjects."""
+    from focus_planner.runtime.inputs import KnownSubject
+
+    if len(subjects) == 1:
+        return ()
+    return tuple(
+        KnownSubject(each.name, each.weight, each.scene.surface.notes) for each in subjects
+    )
+
+
+def _check_subjects(options: argparse.Namespace) -> None:
+    """Raise unless the options fit the number of surfaces."""
+    from focus_planner.core.planning.request import MAX_SUBJECTS
+
+    count, names = len(options.surfaces), _names(options)
+    if count > MAX_SUBJECTS:
+        raise InputError("SURFACE", f"at most {MAX_SUBJECTS}", str(count))
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise InputError("SURFACE", "a file of its own for each subject", f"{twice} twice")
+    weights = options.subject_weights
+    if weights is not None and len(weights) != count:
+        raise InputError("--subject-weights", f"a number for each of {count}", f"{len(weights)}")
+    if weights is not None and options.worst:
+        raise InputError(
+            "--subject-weights",
+            "a plan for the mean over all subjects",
+            "--worst, which is for the one that costs most",
+            "leave one of them out",
+        )
+    if options.importance is not None and count > 1:
+        raise InputError(
+            "--importance",
+            "one SURFACE, to whose vertices or points it belongs",
+            f"{count} of them",
+            "have each bring its own, as its property importance or --importance-property",
+        )
+    if options.subject is not None and options.subject not in names:
+        raise InputError("--subject", f"one of {first_few(names)}", repr(options.subject))
+    check_beside(options, "--subject", "--picture", "--report")
+
+
+def _shown(options: argparse.Namespace, given: _Given, plan: SolvedPlan) -> PlannedSubject:
+    """Return what pictures and reports are about."""
+    from focus_planner.core.planning.subject import PlannedSubject, one_of
+
+    subject = PlannedSubject(given.subjects[0].scene, given.rig, given.request, plan)
+    return one_of(given.subjects, subject, options.subject) if plan.subjects else subject
 
 
 def _check_names(options: argparse.Namespace) -> None:
@@ -276,7 +373,8 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
         tell(f"drawing {options.picture}")
         from focus_planner.io.picture import draw_plans
 
-        draw_plans(given.scene, given.rig, {plan.method: plan}, options.picture)
+        shown = _shown(options, given, plan)
+        draw_plans(shown.scene, shown.rig, {plan.method: shown.plan}, options.picture)
 
 
 def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) -> None:
@@ -288,7 +386,7 @@ def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) 
     sheet = lens_sheet(
         plan,
         given.rig,
-        surface=options.surface.name,
+        surface=_surfaces(options),
         rig_file=options.rig.name,
         made=datetime.now().astimezone(),
     )
@@ -301,21 +399,26 @@ def _write_report(
 ) -> None:
     from datetime import datetime
 
-    from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.recording.provenance import parameters_of
     from focus_planner.recording.software import software
     from focus_planner.report.assembly import Provenance
 
     provenance = Provenance(
-        surface=options.surface.name,
+        surface=options.subject or (plan.worst.surface if plan.worst else _surfaces(options)),
         rig=options.rig.name,
         planned=datetime.now().astimezone(),
         steps=steps.steps,
         parameters=parameters_of(given.request),
         software=tuple(software().items()),
     )
-    subject = PlannedSubject(given.scene, given.rig, given.request, plan)
-    make_report(ReportOptions(options.report, pictures=options.pictures), subject, provenance, tell)
+    report = ReportOptions(options.report, pictures=options.pictures)
+    make_report(report, _shown(options, given, plan), provenance, tell)
+
+
+def _surfaces(options: argparse.Namespace) -> str:
+    """Return what the plan was made for, in words."""
+    first, *others = _names(options)
+    return f"{first} and {len(others)} more" if others else first
 
 
 def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> None:
@@ -336,6 +439,7 @@ def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> No
 
 
 def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
+    from focus_planner.cli.subject_table import print_subjects
     from focus_planner.cli.tables import console_for, new_table
 
     table = new_table(title=f"{plan.method}, {len(plan.cameras)} cameras")
@@ -344,7 +448,10 @@ def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
     table.add_column()
     for name, value, note in _summary(plan, interrupted):
         table.add_row(name, value, note)
-    console_for(stream).print(table)
+    console = console_for(stream)
+    console.print(table)
+    if plan.subjects:
+        print_subjects(plan.subjects, console)
 
 
 def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str]]:
@@ -357,13 +464,16 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     def share(part: float) -> str:
         return f"{part / plan.surface_area:.1%} of the surface"
 
-    yield "cost", f"{plan.cost:.2f}", f"of 1000, on {plan.samples} samples, seed {plan.seed}"
+    whose = f"{'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects, "
+    on = f"{whose if plan.subjects else ''}on {plan.samples} samples"
+    yield "cost", f"{plan.cost:.2f}", f"of 1000, {on}, seed {plan.seed}"
     if plan.lower_bound is not None and plan.gap is not None:
         note = f"no plan costs less on these samples: within {100 * plan.gap:.3g} % of the best"
         yield "lower bound", f"{plan.lower_bound:.2f}", note
     fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
     yield "fresh cost", fresh, f"on {plan.fresh_samples} samples unseen by the solver"
-    yield "surface", area(plan.surface_area), ""
+    average = "of a subject on average" if plan.subjects else ""
+    yield "surface", area(plan.surface_area), average
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, share(plan.in_focus_area)

@@ -21,6 +21,7 @@ from typing import Any
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.validation import InputError, check_number, check_whole
 from focus_planner.io.files import atomic_write, read_text
 from focus_planner.io.json_values import read_json
@@ -28,7 +29,7 @@ from focus_planner.io.quoting import abbreviated, kind_of
 
 _EXPECTED = "a plan.json"
 _LARGEST = 1e15  # of all numbers: metres, seconds, what drivers take
-_LISTS = ("notes", "cameras")
+_LISTS = ("notes", "subjects", "cameras")
 _MAY_BE_INFINITE = ("far_limit", "from_sensor")
 _MAY_BE_NEGATIVE = ("device_value", "from_sensor")
 _MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor")
@@ -46,6 +47,7 @@ def plan_to_json(plan: FocusPlan) -> str:
     lines = [f"  {json.dumps(name)}: {json.dumps(getattr(plan, name))}" for name in names]
     lines.append(f'  "shots": {plan.shots}')
     lines.append(_list_to_json("notes", [vars(note) for note in plan.notes]))
+    lines.append(_list_to_json("subjects", [asdict(subject) for subject in plan.subjects]))
     lines.append(_list_to_json("cameras", map(_camera_to_json, plan.cameras)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
@@ -98,13 +100,17 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
         Note(**_fields_of(Note, at, note))
         for at, note in _entries(where, "notes", data.get("notes", []))
     )
+    subjects = tuple(
+        SubjectQuality(**_fields_of(SubjectQuality, at, subject))
+        for at, subject in _entries(where, "subjects", data.get("subjects", []))
+    )
     cameras = tuple(
         _camera_from_json(at, camera)
         for at, camera in _entries(where, "cameras", _value(where, data, "cameras"))
     )
     if len({len(camera.shots) for camera in cameras}) > 1:
         raise InputError(f"{where}: cameras", "as many shots of each", "different numbers")
-    return FocusPlan(**known, notes=notes, cameras=cameras)
+    return FocusPlan(**known, notes=notes, cameras=cameras, subjects=subjects)
 
 
 def _camera_from_json(where: str, data: Any) -> CameraFocus:

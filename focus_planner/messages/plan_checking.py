@@ -34,6 +34,10 @@ _AT_LEAST_ZERO = (
     "solve_seconds",
     "total_seconds",
 )
+_AT_LEAST_ZERO_OF_SUBJECTS = (
+    *("weight", "multiplier", "cost", "fresh_cost", "fresh_standard_error", "surface_area"),
+    *("covered_area", "covered_standard_error", "in_focus_area", "in_focus_standard_error"),
+)
 
 
 def check_values(message: Message) -> None:
@@ -48,6 +52,9 @@ def check_values(message: Message) -> None:
     for name in _AT_LEAST_ZERO:
         check_number(name, getattr(message, name), at_least=0)
     _check_number_or_nan("lower_bound", message.lower_bound)
+    for subject in message.subjects:
+        for name in _AT_LEAST_ZERO_OF_SUBJECTS:
+            check_number(f"{subject.surface}: {name}", getattr(subject, name), at_least=0)
     for camera in message.cameras:
         check_camera_name(camera.name)
         where = f"{camera.name}: "

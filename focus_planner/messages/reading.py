@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -29,6 +29,7 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.circles import assumed_circle
 from focus_planner.core.rig.lens import Lens
@@ -414,7 +415,13 @@ def plan_from_message(message: Message) -> FocusPlan:
         total_seconds=message.total_seconds,
         notes=tuple(map(note_from_message, message.notes)),
         cameras=tuple(camera_focus_from_message(focus) for focus in message.cameras),
+        subjects=tuple(map(_subject_from_message, message.subjects)),
     )
+
+
+def _subject_from_message(message: Message) -> SubjectQuality:
+    names = (field.name for field in fields(SubjectQuality))
+    return SubjectQuality(**{name: getattr(message, name) for name in names})
 
 
 def note_from_message(message: Message) -> Note:

@@ -53,10 +53,20 @@ class LastRun:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The inputs and the last run, as of one moment."""
+    """The inputs and the last run, as of one moment.
+
+    Attributes
+    ----------
+    surface, rig : InputState
+        The newest.
+    surfaces : tuple of InputState
+        All that are planned for together, the oldest first.
+    last_run : LastRun or None
+    """
 
     surface: InputState = _NO_SURFACE
     rig: InputState = _NO_RIG
+    surfaces: tuple[InputState, ...] = ()
     last_run: LastRun | None = None
 
 
@@ -144,6 +154,12 @@ def input_to_fields(state: InputState, now: datetime) -> Fields:
         "refused": state.refused,
         "unheard": state.unheard,
     }
+
+
+def state_to_plan_input(state: InputState, now: datetime) -> Fields:
+    """Return a ``PlanInput`` message: an input in force and its age."""
+    names = "topic", "received", "stamp", "age"
+    return {name: value for name, value in input_to_fields(state, now).items() if name in names}
 
 
 def age_of(state: InputState, now: datetime) -> float:

@@ -133,6 +133,7 @@ def judge_subjects(
                 multiplier=float(multipliers[s]),
                 samples=problem.subjects[s].stop - problem.subjects[s].start,
                 cost=float(cost),
+                fresh_samples=part.sample_count,
                 fresh_cost=quality.cost.value,
                 fresh_standard_error=quality.cost.standard_error,
                 surface_area=subject.scene.area,

@@ -40,6 +40,9 @@ MAX_SHOTS = 16
 
 MAX_VIEWS = 8
 
+#: More of them, each with its rays to cast, belong into several plans.
+MAX_SUBJECTS = 64
+
 
 @documented
 @dataclass(frozen=True)
@@ -128,13 +131,6 @@ class PlanRequest:
             at_most=MAX_VIEWS,
         ),
     )
-    worst: bool = specified(
-        False,
-        FieldSpec(
-            "plan several subjects for the one that costs most, so that it costs as little as it"
-            " can, rather than for their mean"
-        ),
-    )
     depth_tolerance: float = specified(
         0.0,
         FieldSpec(
@@ -178,6 +174,13 @@ class PlanRequest:
             at_least=0,
             at_most=1,
             at_most_is="the whole cost",
+        ),
+    )
+    worst: bool = specified(
+        False,
+        FieldSpec(
+            "plan several subjects for the one that costs most, so that it costs as little as it"
+            " can, rather than for their mean"
         ),
     )
 

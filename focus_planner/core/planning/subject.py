@@ -13,19 +13,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 from focus_planner.core.brief import brief_repr
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError, first_few
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +68,56 @@ class PlannedSubject:
         # Without a number of samples, a request on a mesh chooses that of fresh ones as well.
         request = replace(self.request, samples=self.plan.samples, fresh_samples=samples)
         return formulate_problem(self.scene, self.rig, request, self.model, by="area", fresh=True)
+
+
+def one_of(
+    subjects: Sequence[Subject], planned: PlannedSubject, name: str | None = None
+) -> PlannedSubject:
+    """Return what a plan for several subjects is for one of them.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+        Those of the plan, in its order.
+    planned : PlannedSubject
+        The plan for all.
+    name : str, optional
+        Of the subject; by default the one that costs most.
+
+    Raises
+    ------
+    InputError
+        If there is none of this name.
+    """
+    plan = planned.plan
+    if name is None:
+        assert plan.worst is not None
+        name = plan.worst.surface
+    names = [each.surface for each in plan.subjects]
+    if name not in names:
+        raise InputError("--subject", f"one of {first_few(names)}", repr(name))
+    number = names.index(name)
+    of_it = plan.subjects[number]
+    note = Note(
+        "subjects",
+        f"the plan is for {len(names)} subjects together; this is what it is worth for {name}, and"
+        " samples of cameras are those of all",
+    )
+    alone = {field.name: getattr(plan, field.name) for field in fields(FocusPlan)} | {
+        "cost": of_it.cost,
+        "lower_bound": None,
+        "samples": of_it.samples,
+        "fresh_samples": of_it.fresh_samples,
+        "fresh_cost": of_it.fresh_cost,
+        "fresh_standard_error": of_it.fresh_standard_error,
+        "surface_area": of_it.surface_area,
+        "covered_area": of_it.covered_area,
+        "in_focus_area": of_it.in_focus_area,
+        "in_focus_standard_error": of_it.in_focus_standard_error,
+        "notes": (note, *plan.notes),
+        "subjects": (),
+    }
+    return replace(planned, scene=subjects[number].scene, plan=FocusPlan(**alone))
 
 
 def requested(plan: FocusPlan, scene: Scene) -> PlanRequest:

@@ -32,6 +32,7 @@ class SubjectQuality:
         Of those planned on.
     cost : float
         1000 × the mean over its samples, by weight, of the pointwise cost.
+    fresh_samples : int
     fresh_cost, fresh_standard_error : float
         The same mean over its fresh samples, and its standard error.
     surface_area, covered_area, covered_standard_error : float
@@ -47,6 +48,7 @@ class SubjectQuality:
     multiplier: float
     samples: int
     cost: float
+    fresh_samples: int
     fresh_cost: float
     fresh_standard_error: float
     surface_area: float

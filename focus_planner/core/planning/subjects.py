@@ -17,11 +17,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from focus_planner.core.notes import Note
+from focus_planner.core.planning.request import MAX_SUBJECTS
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError, check_number
-
-#: More of them, each with its rays to cast, belong into several plans.
-MAX_SUBJECTS = 64
 
 
 @dataclass(frozen=True, eq=False)

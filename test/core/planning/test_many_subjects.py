@@ -18,9 +18,8 @@ import pytest
 from focus_planner import InputError, Mesh, PlanRequest, Scene, Subject, plan_focus
 from focus_planner.core.planning.formulation import formulate_problem, subsample
 from focus_planner.core.planning.quality import estimate_quality
-from focus_planner.core.planning.request import METHODS
+from focus_planner.core.planning.request import MAX_SUBJECTS, METHODS
 from focus_planner.core.planning.resource_limits import ResourceLimits
-from focus_planner.core.planning.subjects import MAX_SUBJECTS
 from focus_planner.core.problem.joined import join_problems, separated
 from testing import reference
 from testing.clock import Clock
