@@ -89,35 +89,37 @@ def one_of(
     InputError
         If there is none of this name.
     """
-    plan = planned.plan
     if name is None:
-        assert plan.worst is not None
-        name = plan.worst.surface
+        assert planned.plan.worst is not None
+        name = planned.plan.worst.surface
+    plan = plan_for_one(planned.plan, name)
+    place = [each.surface for each in planned.plan.subjects].index(name)
+    return replace(planned, scene=subjects[place].scene, plan=plan)
+
+
+def plan_for_one(plan: FocusPlan, name: str) -> FocusPlan:
+    """Return a plan for several subjects with what it is worth for the one of this name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
     names = [each.surface for each in plan.subjects]
     if name not in names:
         raise InputError("--subject", f"one of {first_few(names)}", repr(name))
-    number = names.index(name)
-    of_it = plan.subjects[number]
+    of_it = plan.subjects[names.index(name)]
     note = Note(
         "subjects",
         f"the plan is for {len(names)} subjects together; this is what it is worth for {name}, and"
         " samples of cameras are those of all",
     )
-    alone = {field.name: getattr(plan, field.name) for field in fields(FocusPlan)} | {
-        "cost": of_it.cost,
-        "lower_bound": None,
-        "samples": of_it.samples,
-        "fresh_samples": of_it.fresh_samples,
-        "fresh_cost": of_it.fresh_cost,
-        "fresh_standard_error": of_it.fresh_standard_error,
-        "surface_area": of_it.surface_area,
-        "covered_area": of_it.covered_area,
-        "in_focus_area": of_it.in_focus_area,
-        "in_focus_standard_error": of_it.in_focus_standard_error,
-        "notes": (note, *plan.notes),
-        "subjects": (),
+    told = vars(of_it)
+    alone = {
+        field.name: told.get(field.name, getattr(plan, field.name)) for field in fields(FocusPlan)
     }
-    return replace(planned, scene=subjects[number].scene, plan=FocusPlan(**alone))
+    alone |= {"lower_bound": None, "notes": (note, *plan.notes), "subjects": ()}
+    return FocusPlan(**alone)
 
 
 def requested(plan: FocusPlan, scene: Scene) -> PlanRequest:
