@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from focus_planner.core.planning.plan_focus import plan_focus
     from focus_planner.core.planning.precompile import precompile
+    from focus_planner.core.planning.presets import Presets, plan_presets
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.planning.subject_quality import SubjectQuality
     from focus_planner.core.planning.subjects import Subject
@@ -65,6 +66,7 @@ __all__ = [
     "Mesh",
     "PlanRequest",
     "PointCloud",
+    "Presets",
     "Problem",
     "Rig",
     "Scene",
@@ -83,6 +85,7 @@ __all__ = [
     "load_rig",
     "load_surface",
     "plan_focus",
+    "plan_presets",
     "precompile",
     "save_lens_sheet",
     "save_plan",
@@ -110,6 +113,7 @@ _HOMES = {
     "core.problem.cost_model": ("CostModel",),
     "core.planning.plan_focus": ("plan_focus",),
     "core.planning.precompile": ("precompile",),
+    "core.planning.presets": ("Presets", "plan_presets"),
     "core.planning.request": ("PlanRequest",),
     "core.planning.subject_quality": ("SubjectQuality",),
     "core.planning.subjects": ("Subject",),

@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -45,7 +45,7 @@ from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError, first_few
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning.plan import Shot, SolvedPlan
+    from focus_planner.core.planning.plan import Shot, SolvedPlan, WarmStart
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.core.planning.subjects import Subject
@@ -104,6 +104,14 @@ def _add_inputs(plan: Any) -> None:
         metavar="W,W,...",
         help="how much each SURFACE counts in the mean over several (default: all the same)",
     )
+    option(
+        "--presets",
+        type=int,
+        default=1,
+        metavar="P",
+        help="make so many plans, and find which SURFACE takes which; their files are numbered,"
+        " plan_1.json, plan_2.json (default: 1)",
+    )
     option("--quiet", action="store_true", help="show no progress and no summary")
 
 
@@ -151,8 +159,11 @@ def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable, resolved
 
+    _check_subjects(options)
     paths = [path for path in options.output if path != _STDOUT]
     paths += filter(None, (options.problem, options.picture, options.report))
+    if options.presets > 1:
+        paths = [_numbered(each, n) for each in paths for n in range(1, options.presets + 1)]
     for path in paths:
         check_writable(path)
     different = {resolved(path) for path in paths}
@@ -165,19 +176,92 @@ def run(options: argparse.Namespace) -> int:
         if resolved(path) in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
-    _check_subjects(options)
     recorder = recorder_of(options)
+    made: list[_Made] = []
     with shown(options.quiet) as tell:
         given = _read(options, tell)
-        steps = collect_steps(show_progress(tell, "", given.request.time_budget))
-        plan, interrupted = _solve(given, tell, recorder, steps)
-        _write(options, given, plan, tell)
-        if options.report is not None:
-            _write_report(options, given, plan, steps, tell)
-    _show(options, plan, interrupted)
-    if interrupted:
+        if options.presets == 1:
+            made.append(_make(options, given, tell, recorder))
+        else:
+            made += _make_presets(options, given, tell, recorder)
+        for each in made:
+            _write(each.options, each.given, each.plan, tell)
+            if each.options.report is not None:
+                _write_report(each.options, each.given, each.plan, each.steps, tell)
+    _show(options, made)
+    if any(each.interrupted for each in made):
         return INTERRUPTED
     return NOT_RECORDED if recorder.failed else 0
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A plan, what Ctrl-C did to it, and the options that say what to write of it."""
+
+    options: argparse.Namespace
+    given: _Given
+    plan: SolvedPlan
+    interrupted: str
+    steps: StepCollector
+
+
+def _make(
+    options: argparse.Namespace,
+    given: _Given,
+    tell: Tell,
+    recorder: CommandRecorder,
+    start: WarmStart | None = None,
+) -> _Made:
+    steps = collect_steps(show_progress(tell, "", given.request.time_budget))
+    plan, interrupted = _solve(given, tell, recorder, steps, start)
+    return _Made(options, given, plan, interrupted, steps)
+
+
+def _make_presets(
+    options: argparse.Namespace, given: _Given, tell: Tell, recorder: CommandRecorder
+) -> list[_Made]:
+    """Return the plan of each preset, each a run of its own."""
+    from focus_planner.core.planning.presets import plan_presets
+
+    made: list[_Made] = []
+
+    def make(
+        number: int, taking: Sequence[Subject], request: PlanRequest, start: WarmStart
+    ) -> SolvedPlan:
+        part = replace(given, subjects=tuple(taking), request=request)
+        files = dict(zip(_names(options), options.surfaces, strict=True))
+        chosen = _of_preset(options, number, [files[each.name] for each in taking])
+        made.append(_make(chosen, part, tell, recorder, start))
+        return made[-1].plan
+
+    searching = show_progress(tell, "presets: ", given.request.time_budget)
+    presets = plan_presets(
+        given.subjects,
+        given.rig,
+        options.presets,
+        given.request,
+        on_progress=searching,
+        make_plan=make,
+    )
+    return [replace(each, plan=plan) for each, plan in zip(made, presets.plans, strict=True)]
+
+
+def _of_preset(
+    options: argparse.Namespace, number: int, surfaces: list[Path]
+) -> argparse.Namespace:
+    """Return the options of a preset: its surfaces, and its number in the names of files."""
+    of_it = argparse.Namespace(**vars(options))
+    of_it.surfaces = surfaces
+    of_it.output = [_numbered(path, number) for path in options.output]
+    for option in ("problem", "picture", "report"):
+        path = getattr(options, option)
+        setattr(of_it, option, None if path is None else _numbered(path, number))
+    return of_it
+
+
+def _numbered(path: Path, number: int) -> Path:
+    """Return ``plan_1.json`` for ``plan.json``."""
+    return path if path == _STDOUT else path.with_name(f"{path.stem}_{number}{path.suffix}")
 
 
 # --- planning ----------------------------------------------------------------------------------
@@ -229,7 +313,11 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
 
 
 def _solve(
-    given: _Given, tell: Tell, recorder: CommandRecorder, callback: ProgressCallback
+    given: _Given,
+    tell: Tell,
+    recorder: CommandRecorder,
+    callback: ProgressCallback,
+    start: WarmStart | None,
 ) -> tuple[SolvedPlan, str]:
     """Return the plan, and what Ctrl-C did to it if it was typed."""
     from focus_planner.core.planning.plan_focus import plan_focus
@@ -249,13 +337,14 @@ def _solve(
         begun = beginning_of(
             run_id, PLANNER, request, frame_id, software(), given.tables, notes, known
         )
+        begun = replace(begun, warm_start=start)
         return inputs_of(begun, surfaces, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
     best = BestSoFar(tell, callback)
     on_progress, end = recorder.begin(beginning, best)
     try:
-        plan = plan_focus(subjects, rig, request, on_progress=on_progress)
+        plan = plan_focus(subjects, rig, request, None, on_progress, start)
     except InputError as error:
         ctrl_c.check()  # what it was stopped at need not be what is wrong
         end(False, str(error))
@@ -293,6 +382,10 @@ def _check_subjects(options: argparse.Namespace) -> None:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
         raise InputError("SURFACE", "a file of its own for each subject", f"{twice} twice")
+    if not 1 <= options.presets <= count:
+        raise InputError("--presets", f"1 to {count}, one per SURFACE", str(options.presets))
+    if options.presets > 1 and options.worst:
+        raise InputError("--presets", "plans for the mean of those that take them", "--worst")
     weights = options.subject_weights
     if weights is not None and len(weights) != count:
         raise InputError("--subject-weights", f"a number for each of {count}", f"{len(weights)}")
@@ -421,28 +514,31 @@ def _surfaces(options: argparse.Namespace) -> str:
     return f"{first} and {len(others)} more" if others else first
 
 
-def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> None:
+def _show(options: argparse.Namespace, made: Sequence[_Made]) -> None:
     """Print the summary on a terminal; print the plan on stdout if it is in no file."""
     stream: TextIO = sys.stderr if _plans(options) else sys.stdout
     with_summary = stream.isatty() and not options.quiet
     if with_summary:
-        _print_summary(plan, stream, interrupted)
+        for number, each in enumerate(made, 1):
+            title = f"preset {number} of {len(made)}: " if len(made) > 1 else ""
+            _print_summary(title, each.plan, stream, each.interrupted)
     if _STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
-        sys.stdout.write(plan_to_json(plan))
+        texts = [plan_to_json(each.plan) for each in made]
+        sys.stdout.write(texts[0] if len(texts) == 1 else f"[\n{','.join(texts)}]\n")
     if not options.quiet:
-        if interrupted:
-            show_note(interrupted)
-        for note in plan.notes:
-            show_note(note.text)
+        told = [each.interrupted for each in made if each.interrupted]
+        told += [note.text for each in made for note in each.plan.notes]
+        for text in dict.fromkeys(told):
+            show_note(text)
 
 
-def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
+def _print_summary(which: str, plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
     from focus_planner.cli.subject_table import print_subjects
     from focus_planner.cli.tables import console_for, new_table
 
-    table = new_table(title=f"{plan.method}, {len(plan.cameras)} cameras")
+    table = new_table(title=f"{which}{plan.method}, {len(plan.cameras)} cameras")
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
@@ -465,7 +561,7 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
         return f"{part / plan.surface_area:.1%} of the surface"
 
     whose = f"{'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects, "
-    on = f"{whose if plan.subjects else ''}on {plan.samples} samples"
+    on = f"{whose if len(plan.subjects) > 1 else ''}on {plan.samples} samples"
     yield "cost", f"{plan.cost:.2f}", f"of 1000, {on}, seed {plan.seed}"
     if plan.lower_bound is not None and plan.gap is not None:
         note = f"no plan costs less on these samples: within {100 * plan.gap:.3g} % of the best"

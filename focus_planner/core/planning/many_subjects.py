@@ -102,7 +102,7 @@ def judge_subjects(
     costs: FloatArray,
     multipliers: FloatArray,
 ) -> tuple[SubjectQuality, ...]:
-    """Return what focus distances are worth for each of several subjects; nothing for one.
+    """Return what focus distances are worth for each subject.
 
     Parameters
     ----------
@@ -116,8 +116,6 @@ def judge_subjects(
     multipliers : (S,) array
         Those that the bound of the worst cost was sought with; 0 for the mean.
     """
-    if len(subjects) == 1:
-        return ()
     judged = []
     of_each = zip(subjects, separated(fresh), costs_of_subjects(problem, costs), strict=True)
     shares = _shares(subjects).tolist()

@@ -230,7 +230,7 @@ class FocusPlan:
             text += f", within {100 * self.gap:.3g} % of the best"
         if not self.converged:
             text += ", ended before it converged"
-        if self.worst is not None:
+        if self.worst is not None and len(self.subjects) > 1:
             text += f"; worst of {len(self.subjects)} subjects: {self.worst.surface}"
         codes = ", ".join(dict.fromkeys(note.code for note in self.notes))
         return f"{text}; see its notes: {codes}" if codes else text

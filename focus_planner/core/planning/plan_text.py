@@ -50,7 +50,7 @@ def _cameras(plan: FocusPlan) -> str:
 def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     """Yield nine rows, ten for several subjects: name, text."""
     whose = ""
-    if plan.subjects:
+    if len(plan.subjects) > 1:
         whose = f", {'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects"
     yield "cost", f"{plan.cost:.2f} of 1000{whose}, on {plan.samples} samples, seed {plan.seed}"
     bound = "none sought"
@@ -63,7 +63,7 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     yield "seen", f"{plan.covered_area:.3f} m²{seen} of the surface"
     in_focus = f"{plan.in_focus_area:.3f} ± {plan.in_focus_standard_error:.3f} m²"
     yield "in focus", f"{in_focus}{_share(plan.in_focus_area, plan)}"
-    if plan.worst is not None:
+    if plan.worst is not None and len(plan.subjects) > 1:
         yield "worst", f"{plan.worst.surface}: {worst_in_words(plan.worst)}"
     statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
     words = (

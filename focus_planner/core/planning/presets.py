@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.brief import brief_repr
-from focus_planner.core.planning.many_subjects import formulate_subjects
+from focus_planner.core.planning.many_subjects import formulate_subjects, judge_subjects
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
@@ -133,7 +133,7 @@ def plan_presets(
     for number, start in enumerate(starts):
         taking = [subjects[s] for s in np.flatnonzero(taken == number)]
         made = (make_plan or plan)(number + 1, taking, each, start)
-        plans.append(_numbered(made, number + 1))
+        plans.append(_numbered(made, taking, number + 1))
     weights = np.array([subject.weight for subject in subjects])
     totals = [weights[taken == number].sum() for number in range(len(plans))]
     return Presets(
@@ -144,9 +144,16 @@ def plan_presets(
     )
 
 
-def _numbered(plan: SolvedPlan, preset: int) -> SolvedPlan:
-    subjects = tuple(replace(each, preset=preset) for each in plan.subjects)
-    return replace(plan, subjects=subjects)
+def _numbered(plan: SolvedPlan, taking: Sequence[Subject], preset: int) -> SolvedPlan:
+    """Return a preset's plan, which tells who takes it even if that is one subject alone."""
+    subjects = plan.subjects
+    if not subjects:
+        costs, _ = plan.problem.evaluate(plan.focus_distances)
+        nothing = np.zeros(len(taking))
+        subjects = judge_subjects(
+            taking, plan.problem, plan.fresh_problem, plan.focus_distances, costs, nothing
+        )
+    return replace(plan, subjects=tuple(replace(each, preset=preset) for each in subjects))
 
 
 class _Search:

@@ -35,6 +35,7 @@ from focus_planner.core.planning.quality import Estimate, estimate_quality
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.planning.subjects import Scenes, Subject, subjects_of
 from focus_planner.core.planning.time_budget import TimeBudget
 from focus_planner.core.planning.warm_start import warm_options
@@ -160,7 +161,9 @@ def _plan(
     costs, best = problem.evaluate(focus)
     quality = estimate_quality(fresh, focus)
     cost, fresh_cost = mean_cost(problem.samples.weights, costs), quality.cost
-    of_subjects = judge_subjects(subjects, problem, fresh, focus, costs, solved.multipliers)
+    of_subjects: tuple[SubjectQuality, ...] = ()
+    if len(subjects) > 1:
+        of_subjects = judge_subjects(subjects, problem, fresh, focus, costs, solved.multipliers)
     if solved.multipliers.any():
         cost = max(each.cost for each in of_subjects)
         worst = max(of_subjects, key=lambda each: each.fresh_cost)
