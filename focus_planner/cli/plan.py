@@ -22,6 +22,15 @@ from typing import TYPE_CHECKING, Any, TextIO
 from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
+from focus_planner.cli.many_surfaces import (
+    STDOUT,
+    add_subject_options,
+    check_subjects,
+    known_subjects,
+    names_of,
+    numbered,
+    of_preset,
+)
 from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import (
@@ -42,7 +51,7 @@ from focus_planner.cli.reporting import (
 from focus_planner.cli.request_options import add_request_options, request_from_options
 from focus_planner.cli.surface_options import add_surface_options, read_surface
 from focus_planner.cli.terminal import show_note
-from focus_planner.core.validation import InputError, first_few
+from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import Shot, SolvedPlan, WarmStart
@@ -55,11 +64,9 @@ if TYPE_CHECKING:
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
     from focus_planner.report.steps import StepCollector
-    from focus_planner.runtime.inputs import KnownSubject
 
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
-_STDOUT = Path("-")
 _PICTURE_HELP = (
     "draw the plan's cost on the surface: .png, .jpg or .tif, or to enlarge .pdf or .svg"
 )
@@ -81,14 +88,7 @@ def add(commands: Any) -> None:
 
 def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
-    option(
-        "surfaces",
-        type=Path,
-        nargs="+",
-        metavar="SURFACE",
-        help="mesh or point-cloud file, in metres; several are subjects of one plan, each alone in"
-        " front of the rig",
-    )
+    add_subject_options(plan)
     option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
     add_surface_options(plan)
     option(
@@ -97,20 +97,6 @@ def _add_inputs(plan: Any) -> None:
         metavar="FILE",
         help="YAML file of lens tables by camera, which map focus distances to the values that lens"
         " drivers take; for lenses without a table in RIG.YAML",
-    )
-    option(
-        "--subject-weights",
-        type=_weights,
-        metavar="W,W,...",
-        help="how much each SURFACE counts in the mean over several (default: all the same)",
-    )
-    option(
-        "--presets",
-        type=int,
-        default=1,
-        metavar="P",
-        help="make so many plans, and find which SURFACE takes which; their files are numbered,"
-        " plan_1.json, plan_2.json (default: 1)",
     )
     option("--quiet", action="store_true", help="show no progress and no summary")
 
@@ -148,26 +134,22 @@ def _add_outputs(group: Any) -> None:
 def _output(text: str) -> Path:
     """Return the path, which is ``-`` for stdout only; ``./-`` is a file."""
     path = Path(text)
-    return path.absolute() if path == _STDOUT and text != "-" else path
-
-
-def _weights(text: str) -> tuple[float, ...]:
-    return tuple(float(part) for part in text.split(","))
+    return path.absolute() if path == STDOUT and text != "-" else path
 
 
 def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable, resolved
 
-    _check_subjects(options)
-    paths = [path for path in options.output if path != _STDOUT]
+    check_subjects(options)
+    paths = [path for path in options.output if path != STDOUT]
     paths += filter(None, (options.problem, options.picture, options.report))
     if options.presets > 1:
-        paths = [_numbered(each, n) for each in paths for n in range(1, options.presets + 1)]
+        paths = [numbered(each, n) for each in paths for n in range(1, options.presets + 1)]
     for path in paths:
         check_writable(path)
     different = {resolved(path) for path in paths}
-    if len(different) < len(paths) or options.output.count(_STDOUT) > 1:
+    if len(different) < len(paths) or options.output.count(STDOUT) > 1:
         names = "--output, --problem, --picture, --report"
         raise InputError(names, "different files", "the same twice")
     inputs = (*options.surfaces, options.rig, options.importance, options.lens_tables)
@@ -229,8 +211,8 @@ def _make_presets(
         number: int, taking: Sequence[Subject], request: PlanRequest, start: WarmStart
     ) -> SolvedPlan:
         part = replace(given, subjects=tuple(taking), request=request)
-        files = dict(zip(_names(options), options.surfaces, strict=True))
-        chosen = _of_preset(options, number, [files[each.name] for each in taking])
+        files = dict(zip(names_of(options), options.surfaces, strict=True))
+        chosen = of_preset(options, number, [files[each.name] for each in taking])
         made.append(_make(chosen, part, tell, recorder, start))
         return made[-1].plan
 
@@ -244,24 +226,6 @@ def _make_presets(
         make_plan=make,
     )
     return [replace(each, plan=plan) for each, plan in zip(made, presets.plans, strict=True)]
-
-
-def _of_preset(
-    options: argparse.Namespace, number: int, surfaces: list[Path]
-) -> argparse.Namespace:
-    """Return the options of a preset: its surfaces, and its number in the names of files."""
-    of_it = argparse.Namespace(**vars(options))
-    of_it.surfaces = surfaces
-    of_it.output = [_numbered(path, number) for path in options.output]
-    for option in ("problem", "picture", "report"):
-        path = getattr(options, option)
-        setattr(of_it, option, None if path is None else _numbered(path, number))
-    return of_it
-
-
-def _numbered(path: Path, number: int) -> Path:
-    """Return ``plan_1.json`` for ``plan.json``."""
-    return path if path == _STDOUT else path.with_name(f"{path.stem}_{number}{path.suffix}")
 
 
 # --- planning ----------------------------------------------------------------------------------
@@ -306,7 +270,7 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     subjects = tuple(
         Subject(Scene(surface, show_share(tell, f"preparing {path}")), name, weight)
         for path, surface, name, weight in zip(
-            options.surfaces, surfaces, _names(options), weights, strict=True
+            options.surfaces, surfaces, names_of(options), weights, strict=True
         )
     )
     return _Given(subjects, rig, file_rig, tables, request)
@@ -331,7 +295,7 @@ def _solve(
 
         run_id, frame_id = new_run_id(), rig.frame_id
         surfaces = [subject.scene.surface for subject in subjects]
-        notes, known = given.file_rig.notes, _known(subjects)
+        notes, known = given.file_rig.notes, known_subjects(subjects)
         if not known:
             notes = (*surfaces[0].notes, *notes)
         begun = beginning_of(
@@ -354,60 +318,6 @@ def _solve(
     return plan, interrupted
 
 
-def _names(options: argparse.Namespace) -> list[str]:
-    """Return what the surfaces are called."""
-    from focus_planner.cli.tables import path_names
-
-    return path_names(options.surfaces)
-
-
-def _known(subjects: Sequence[Subject]) -> tuple[KnownSubject, ...]:
-    """Return what a record tells of each of several subjects."""
-    from focus_planner.runtime.inputs import KnownSubject
-
-    if len(subjects) == 1:
-        return ()
-    return tuple(
-        KnownSubject(each.name, each.weight, each.scene.surface.notes) for each in subjects
-    )
-
-
-def _check_subjects(options: argparse.Namespace) -> None:
-    """Raise unless the options fit the number of surfaces."""
-    from focus_planner.core.planning.request import MAX_SUBJECTS
-
-    count, names = len(options.surfaces), _names(options)
-    if count > MAX_SUBJECTS:
-        raise InputError("SURFACE", f"at most {MAX_SUBJECTS}", str(count))
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice:
-        raise InputError("SURFACE", "a file of its own for each subject", f"{twice} twice")
-    if not 1 <= options.presets <= count:
-        raise InputError("--presets", f"1 to {count}, one per SURFACE", str(options.presets))
-    if options.presets > 1 and options.worst:
-        raise InputError("--presets", "plans for the mean of those that take them", "--worst")
-    weights = options.subject_weights
-    if weights is not None and len(weights) != count:
-        raise InputError("--subject-weights", f"a number for each of {count}", f"{len(weights)}")
-    if weights is not None and options.worst:
-        raise InputError(
-            "--subject-weights",
-            "a plan for the mean over all subjects",
-            "--worst, which is for the one that costs most",
-            "leave one of them out",
-        )
-    if options.importance is not None and count > 1:
-        raise InputError(
-            "--importance",
-            "one SURFACE, to whose vertices or points it belongs",
-            f"{count} of them",
-            "have each bring its own, as its property importance or --importance-property",
-        )
-    if options.subject is not None and options.subject not in names:
-        raise InputError("--subject", f"one of {first_few(names)}", repr(options.subject))
-    check_beside(options, "--subject", "--picture", "--report")
-
-
 def _shown(options: argparse.Namespace, given: _Given, plan: SolvedPlan) -> PlannedSubject:
     """Return what pictures and reports are about."""
     from focus_planner.core.planning.subject import PlannedSubject, one_of
@@ -423,7 +333,7 @@ def _check_names(options: argparse.Namespace) -> None:
     from focus_planner.report.naming import check_report
 
     for option in ("problem", "record", "picture", "report"):
-        if getattr(options, option) == _STDOUT:
+        if getattr(options, option) == STDOUT:
             got = "-, which stands for stdout"
             raise InputError(f"--{option}", "a name", got, "only --output may go there")
     for path in options.output:
@@ -455,7 +365,7 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
     from focus_planner.io.problems import save_problem
 
     for path in _plans(options):
-        if path != _STDOUT:
+        if path != STDOUT:
             save_plan(plan, path)
     if _sheets(options):
         _write_sheets(options, given, plan)
@@ -510,7 +420,7 @@ def _write_report(
 
 def _surfaces(options: argparse.Namespace) -> str:
     """Return what the plan was made for, in words."""
-    first, *others = _names(options)
+    first, *others = names_of(options)
     return f"{first} and {len(others)} more" if others else first
 
 
@@ -522,7 +432,7 @@ def _show(options: argparse.Namespace, made: Sequence[_Made]) -> None:
         for number, each in enumerate(made, 1):
             title = f"preset {number} of {len(made)}: " if len(made) > 1 else ""
             _print_summary(title, each.plan, stream, each.interrupted)
-    if _STDOUT in options.output or not (_plans(options) or with_summary):
+    if STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
         texts = [plan_to_json(each.plan) for each in made]

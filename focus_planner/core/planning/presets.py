@@ -11,8 +11,7 @@
 """Several plans for many subjects, and which subject takes which.
 
 Assignment and plans in turn, as in k-means: each plan is for the subjects that take it, and each
-subject takes the plan that serves it best. Neither step raises the mean of all subjects' costs, so
-that no number of plans is worse than fewer.
+subject takes the plan that serves it best. Neither step raises the mean of all subjects' costs.
 """
 
 from __future__ import annotations
@@ -93,9 +92,10 @@ def plan_presets(
 ) -> Presets:
     """Return several plans for many subjects, each for those that it serves best.
 
-    The search begins with one plan for all, which every preset has at first, and with plans for
-    subjects that are served badly by those before. It is bounded, and repeats bit for bit unless
-    the time budget, which is for all plans together, or the callback ends it early.
+    The search begins with the subjects whose own plans serve all best. Each preset's plan is the
+    better of those found from there and from one plan for all, so that presets are never worse than
+    that. The search is bounded, and repeats bit for bit unless the time budget, which is for all
+    plans together, or the callback ends it early.
 
     Parameters
     ----------
@@ -186,28 +186,63 @@ class _Search:
     def run(self, presets: int) -> tuple[IntArray, list[WarmStart]]:
         """Return the preset of each subject, from 0, and a start for the plan of each preset."""
         everyone = np.arange(len(self._parts))
-        focus = [self._solved(everyone, None)]
-        costs = self._costs(focus[0])[None]
-        while len(focus) < presets and not self._pacer.stopped:
-            # The next is for the subject that is farthest from being served well.
-            worst = int(np.argmax(self._weights * costs.min(axis=0)))
-            focus.append(self._solved(np.array([worst]), focus[0]))
-            costs = np.vstack([costs, self._costs(focus[-1])])
+        one = self._solved(everyone, None)
+        if presets == 1:
+            return np.zeros(len(everyone), dtype=np.int32), [self._start(one)]
+        own = [self._solved(everyone[s : s + 1], one) for s in everyone]
+        costs_of_own = np.stack([self._costs(each) for each in own])
+        chosen = self._centres(costs_of_own, presets)
+        focus, costs = [own[s] for s in chosen], costs_of_own[chosen]
+        costs_of_one, starts = self._costs(one), [one]
         taken = self._assigned(costs, focus)
         for _ in range(_ROUNDS):
             if self._pacer.stopped:
                 break
-            for number in range(len(focus)):
+            for number in range(presets):
                 members = np.flatnonzero(taken == number)
-                better = self._solved(members, focus[number])
-                served = self._costs(better)
-                if self._total(served, members) < self._total(costs[number], members):
-                    focus[number], costs[number] = better, served
+                for start in (focus[number], *starts):
+                    better = self._solved(members, start)
+                    served = self._costs(better)
+                    if self._total(served, members) < self._total(costs[number], members):
+                        focus[number], costs[number] = better, served
+            starts = []
             again = self._assigned(costs, focus)
             if np.array_equal(again, taken):
                 break
             taken = again
+        if self._total(costs.min(axis=0), everyone) > self._total(costs_of_one, everyone):
+            # There was no time for as good a plan as one for all.
+            focus = [one] * presets
+            taken = self._assigned(np.stack([costs_of_one] * presets), focus)
         return taken, [self._start(each) for each in focus]
+
+    def _centres(self, costs: FloatArray, presets: int) -> list[int]:
+        """Return the subjects whose own plans serve all best together, as far as exchanges find.
+
+        Parameters
+        ----------
+        costs : (S, S) array
+            What each one's own plan costs each.
+        presets : int
+        """
+        everyone = np.arange(len(costs))
+
+        def total(centres: list[int]) -> float:
+            return self._total(costs[centres].min(axis=0), everyone)
+
+        centres: list[int] = []
+        for _ in range(presets):
+            others = [s for s in everyone.tolist() if s not in centres]
+            centres.append(min(others, key=lambda s: total([*centres, s])))
+        for _ in range(_ROUNDS):
+            before = total(centres)
+            for place in range(presets):
+                rest = centres[:place] + centres[place + 1 :]
+                others = [s for s in everyone.tolist() if s not in rest]
+                centres[place] = min(others, key=lambda s: total([*rest, s]))
+            if total(centres) >= before:
+                break
+        return centres
 
     def _assigned(self, costs: FloatArray, focus: list[FloatArray]) -> IntArray:
         """Return what serves each subject best.
