@@ -415,11 +415,12 @@ def plan_from_message(message: Message) -> FocusPlan:
         total_seconds=message.total_seconds,
         notes=tuple(map(note_from_message, message.notes)),
         cameras=tuple(camera_focus_from_message(focus) for focus in message.cameras),
-        subjects=tuple(map(_subject_from_message, message.subjects)),
+        subjects=tuple(map(subject_from_message, message.subjects)),
     )
 
 
-def _subject_from_message(message: Message) -> SubjectQuality:
+def subject_from_message(message: Message) -> SubjectQuality:
+    """Return what a plan is worth for one of several subjects."""
     names = (field.name for field in fields(SubjectQuality))
     return SubjectQuality(**{name: getattr(message, name) for name in names})
 

@@ -26,6 +26,7 @@ import numpy as np
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -244,10 +245,15 @@ def plan_to_fields(
             camera_focus_to_fields(focus, frame_id, stamp, plan_id) for focus in plan.cameras
         ],
         "subjects": [
-            vars(subject) | {"input": given}
+            subject_to_fields(subject, given)
             for subject, given in zip(plan.subjects, _inputs_of(plan, inputs), strict=True)
         ],
     }
+
+
+def subject_to_fields(subject: SubjectQuality, given: Fields) -> Fields:
+    """Return what a plan is worth for one of several subjects, and the input that it is."""
+    return vars(subject) | {"input": given}
 
 
 def _inputs_of(plan: FocusPlan, inputs: Fields | None) -> list[Fields]:

@@ -485,7 +485,7 @@ class RequestPlanner:
         """Replace the snapshot by one of the inputs as they are now."""
         surface, rig = self.planner.surface.state, self.planner.rig.state
         surfaces = self.planner.surface.states
-        self.snapshot = Snapshot(surface, rig, surfaces, last_run or self.snapshot.last_run)
+        self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run, surfaces)
 
     def _inputs(self) -> list[BagMessage]:
         name = self._host.name

@@ -59,15 +59,15 @@ class Snapshot:
     ----------
     surface, rig : InputState
         The newest.
+    last_run : LastRun or None
     surfaces : tuple of InputState
         All that are planned for together, the oldest first.
-    last_run : LastRun or None
     """
 
     surface: InputState = _NO_SURFACE
     rig: InputState = _NO_RIG
-    surfaces: tuple[InputState, ...] = ()
     last_run: LastRun | None = None
+    surfaces: tuple[InputState, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -348,7 +348,7 @@ def test_large_chunks_of_surfaces_are_passed_over_in_the_search(tmp_path, monkey
     bag.open(tmp_path / run_id(2))
     bag.add(made_up.plan_message(made_up.beginning(2), plan_payload(2), published=True))
     bag.close()
-    monkeypatch.setattr(module, "_LIMITS", bag_reading.Limits(piece=9000, passed_over=1 << 30))
+    monkeypatch.setattr(module, "_LIMITS", bag_reading.Limits(piece=12_000, passed_over=1 << 30))
     search = last_plan(tmp_path, PLANNER)
     assert (search.plan.message.plan_id, search.skipped) == (run_id(2), ())
 
