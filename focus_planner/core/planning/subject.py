@@ -107,7 +107,7 @@ def plan_for_one(plan: FocusPlan, name: str) -> FocusPlan:
     """
     names = [each.surface for each in plan.subjects]
     if name not in names:
-        raise InputError("--subject", f"one of {first_few(names)}", repr(name))
+        raise InputError("subject", f"one of {first_few(names)}", repr(name))
     of_it = plan.subjects[names.index(name)]
     note = Note(
         "subjects",
