@@ -56,7 +56,12 @@ def add_subject_options(plan: Any) -> None:
 
 
 def _weights(text: str) -> tuple[float, ...]:
-    return tuple(float(part) for part in text.split(","))
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"expected numbers with commas between, got {text!r}"
+        ) from None
 
 
 def names_of(options: argparse.Namespace) -> list[str]:

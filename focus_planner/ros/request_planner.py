@@ -152,6 +152,7 @@ class RequestPlanner:
 
     def __init__(self, host: PlanningHost, wish: Callable[[], Wish]) -> None:
         self.planner = RemotePlanner(host.start, host.get_logger(), host.on_rig, host.give_up)
+        self.planner.surface.keep(host.settings().subjects)
         self.recorder = Recorder(host.get_logger())
         self.snapshot = Snapshot(self.planner.surface.state, self.planner.rig.state)
         self._host = host

@@ -117,7 +117,7 @@ def test_a_plan_for_several_is_looked_at_with_one_of_its_files(here, capsys):
     trimesh.creation.icosphere(radius=0.2).export("d.ply")
     capsys.readouterr()
     assert cli.main([*words, "--surface", "d.ply"]) == 2
-    assert "--subject: expected one of a.ply" in capsys.readouterr().err
+    assert "error: subject: expected one of a.ply" in capsys.readouterr().err
 
 
 def test_presets_have_files_of_their_own(here):
@@ -144,6 +144,7 @@ def test_presets_on_stdout_are_a_list(here, capsys):
     [
         (("--subject-weights", "1,2"), "--subject-weights: expected a number for each of 3, got 2"),
         (("--subject-weights", "1,0,1"), "weight of a subject: expected"),
+        (("--subject-weights", "1,a,1"), "expected numbers with commas between, got '1,a,1'"),
         (("--subject-weights", "1,2,1", "--worst"), "--subject-weights: expected a plan for the m"),
         (("--presets", "4"), "--presets: expected 1 to 3, one per SURFACE, got 4"),
         (("--presets", "2", "--worst"), "--presets: expected plans for the mean"),
