@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     )
     from focus_planner.core.planning.plan_focus import plan_focus
     from focus_planner.core.planning.precompile import precompile
+    from focus_planner.core.planning.presets import Presets, plan_presets
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.planning.subject_quality import SubjectQuality
+    from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
     from focus_planner.core.rig.camera import Camera, CameraIntrinsics
@@ -65,11 +68,14 @@ __all__ = [
     "Mesh",
     "PlanRequest",
     "PointCloud",
+    "Presets",
     "Problem",
     "Rig",
     "Scene",
     "Shot",
     "SolvedPlan",
+    "Subject",
+    "SubjectQuality",
     "cylinder_rig",
     "depth_of_field",
     "distance_from_sensor",
@@ -83,6 +89,7 @@ __all__ = [
     "load_surface",
     "path_rig",
     "plan_focus",
+    "plan_presets",
     "precompile",
     "save_lens_sheet",
     "save_plan",
@@ -112,7 +119,10 @@ _HOMES = {
     "core.problem.cost_model": ("CostModel",),
     "core.planning.plan_focus": ("plan_focus",),
     "core.planning.precompile": ("precompile",),
+    "core.planning.presets": ("Presets", "plan_presets"),
     "core.planning.request": ("PlanRequest",),
+    "core.planning.subject_quality": ("SubjectQuality",),
+    "core.planning.subjects": ("Subject",),
     "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
     "io.lens_sheet.content": ("lens_sheet",),
     "io.lens_sheet.saving": ("save_lens_sheet",),

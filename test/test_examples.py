@@ -63,6 +63,18 @@ def test_plan_a_file(rig_file, tmp_path):
     assert all(f"{c.name}: {c.focus_distance:.3f} m" in said for c in plan.cameras)
 
 
+def test_booth(rig_file):
+    persons = body("arms_out"), body("arms_down")
+    said = run("booth", rig_file, body("arms_raised"), *persons).splitlines()
+    assert [line.split(":")[0] for line in said] == [
+        *("arms_out", "arms_down"),
+        *("the visitor, taped", "the visitor, autofocus", "the visitor, own plan"),
+    ]
+    assert sum(line.endswith(", the worst") for line in said) == 1
+    taped, autofocus, own = (int(re.search(r"(\d+)%", line)[1]) for line in said[2:])
+    assert autofocus < taped < own
+
+
 def test_compare_methods(rig_file):
     head, *rows = run("compare_methods", body("arms_out"), rig_file).splitlines()
     assert head.split()[2:] == ["closest", "em", "k_view"]

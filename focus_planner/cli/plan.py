@@ -15,13 +15,22 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
+from focus_planner.cli.many_surfaces import (
+    STDOUT,
+    add_subject_options,
+    check_subjects,
+    known_subjects,
+    names_of,
+    numbered,
+    of_preset,
+)
 from focus_planner.cli.option_rules import check_beside
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import (
@@ -45,11 +54,12 @@ from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning.plan import FocusPlan, Shot, SolvedPlan
+    from focus_planner.core.planning.plan import FocusPlan, Shot, SolvedPlan, WarmStart
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.planning.subject import PlannedSubject
+    from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.progress import ProgressCallback
     from focus_planner.core.rig.rig import Rig
-    from focus_planner.core.surface.scene import Scene
     from focus_planner.io.lens_tables import LensTables
     from focus_planner.recording.bag import BagMessage
     from focus_planner.recording.run import Beginning
@@ -57,7 +67,6 @@ if TYPE_CHECKING:
 
 # The first is that of /dev/stdout, of pipes, and of what a shell substitutes for a process.
 _PLAN_SUFFIXES = ("", ".json")
-_STDOUT = Path("-")
 _PICTURE_HELP = (
     "draw the plan's cost on the surface: .png, .jpg or .tif, or to enlarge .pdf or .svg"
 )
@@ -79,7 +88,7 @@ def add(commands: Any) -> None:
 
 def _add_inputs(plan: Any) -> None:
     option = plan.add_argument
-    option("surface", type=Path, metavar="SURFACE", help="mesh or point-cloud file, in metres")
+    add_subject_options(plan)
     option("--rig", type=Path, required=True, metavar="RIG.YAML", help="file of the cameras")
     add_surface_options(plan)
     option(
@@ -110,6 +119,12 @@ def _add_outputs(group: Any) -> None:
         metavar="PROBLEM.NPZ",
         help="write the discrete problem, for checking the plan",
     )
+    option(
+        "--subject",
+        metavar="SURFACE",
+        help="of several, the one that --picture and --report show (default: the one that costs"
+        " most)",
+    )
     add_recording_options(group, "the run", "the plan")
     option("--picture", type=Path, metavar="PLAN.PNG", help=_PICTURE_HELP)
     option("--report", type=Path, metavar="REPORT.HTML", help=REPORT_HELP)
@@ -119,39 +134,98 @@ def _add_outputs(group: Any) -> None:
 def _output(text: str) -> Path:
     """Return the path, which is ``-`` for stdout only; ``./-`` is a file."""
     path = Path(text)
-    return path.absolute() if path == _STDOUT and text != "-" else path
+    return path.absolute() if path == STDOUT and text != "-" else path
 
 
 def run(options: argparse.Namespace) -> int:
     """Plan, and write the files asked for."""
     from focus_planner.io.files import check_writable, resolved
 
-    paths = [path for path in options.output if path != _STDOUT]
+    check_subjects(options)
+    paths = [path for path in options.output if path != STDOUT]
     paths += filter(None, (options.problem, options.picture, options.report))
+    if options.presets > 1:
+        paths = [numbered(each, n) for each in paths for n in range(1, options.presets + 1)]
     for path in paths:
         check_writable(path)
     different = {resolved(path) for path in paths}
-    if len(different) < len(paths) or options.output.count(_STDOUT) > 1:
+    if len(different) < len(paths) or options.output.count(STDOUT) > 1:
         names = "--output, --problem, --picture, --report"
         raise InputError(names, "different files", "the same twice")
-    inputs = (options.surface, options.rig, options.importance, options.lens_tables)
+    inputs = (*options.surfaces, options.rig, options.importance, options.lens_tables)
     read = {resolved(path) for path in inputs if path}
     for path in paths:
         if resolved(path) in read:
             raise InputError(str(path), "an output file that is not an input as well", "an input")
     _check_names(options)
     recorder = recorder_of(options)
+    made: list[_Made] = []
     with shown(options.quiet) as tell:
         given = _read(options, tell)
-        steps = collect_steps(show_progress(tell, "", given.request.time_budget))
-        plan, interrupted = _solve(given, tell, recorder, steps)
-        _write(options, given, plan, tell)
-        if options.report is not None:
-            _write_report(options, given, plan, steps, tell)
-    _show(options, plan, interrupted)
-    if interrupted:
+        if options.presets == 1:
+            made.append(_make(options, given, tell, recorder))
+        else:
+            made += _make_presets(options, given, tell, recorder)
+        for each in made:
+            _write(each.options, each.given, each.plan, tell)
+            if each.options.report is not None:
+                _write_report(each.options, each.given, each.plan, each.steps, tell)
+    _show(options, made)
+    if any(each.interrupted for each in made):
         return INTERRUPTED
     return NOT_RECORDED if recorder.failed else 0
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A plan, what Ctrl-C did to it, and the options that say what to write of it."""
+
+    options: argparse.Namespace
+    given: _Given
+    plan: SolvedPlan
+    interrupted: str
+    steps: StepCollector
+
+
+def _make(
+    options: argparse.Namespace,
+    given: _Given,
+    tell: Tell,
+    recorder: CommandRecorder,
+    start: WarmStart | None = None,
+) -> _Made:
+    steps = collect_steps(show_progress(tell, "", given.request.time_budget))
+    plan, interrupted = _solve(given, tell, recorder, steps, start)
+    return _Made(options, given, plan, interrupted, steps)
+
+
+def _make_presets(
+    options: argparse.Namespace, given: _Given, tell: Tell, recorder: CommandRecorder
+) -> list[_Made]:
+    """Return the plan of each preset, each a run of its own."""
+    from focus_planner.core.planning.presets import plan_presets
+
+    made: list[_Made] = []
+
+    def make(
+        number: int, taking: Sequence[Subject], request: PlanRequest, start: WarmStart
+    ) -> SolvedPlan:
+        part = replace(given, subjects=tuple(taking), request=request)
+        files = dict(zip(names_of(options), options.surfaces, strict=True))
+        chosen = of_preset(options, number, [files[each.name] for each in taking])
+        made.append(_make(chosen, part, tell, recorder, start))
+        return made[-1].plan
+
+    searching = show_progress(tell, "presets: ", given.request.time_budget)
+    presets = plan_presets(
+        given.subjects,
+        given.rig,
+        options.presets,
+        given.request,
+        on_progress=searching,
+        make_plan=make,
+    )
+    return [replace(each, plan=plan) for each, plan in zip(made, presets.plans, strict=True)]
 
 
 # --- planning ----------------------------------------------------------------------------------
@@ -161,7 +235,7 @@ def run(options: argparse.Namespace) -> int:
 class _Given:
     """What to plan for; ``file_rig`` is the rig before the lens tables are applied to it."""
 
-    scene: Scene
+    subjects: tuple[Subject, ...]
     rig: Rig
     file_rig: Rig
     tables: LensTables | None
@@ -171,6 +245,7 @@ class _Given:
 def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     tell("loading the planner")
     from focus_planner.core.planning.precompile import works_for
+    from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import PointCloud
     from focus_planner.io.lens_sheet.saving import sheet_writer
@@ -188,19 +263,30 @@ def _read(options: argparse.Namespace, tell: Tell) -> _Given:
     file_rig = load_rig(options.rig)
     tables = load_lens_tables(options.lens_tables) if options.lens_tables else None
     rig = tables.apply(file_rig) if tables else file_rig
-    surface = read_surface(options, tell)
-    compile_first(tell, works_for(request, clouds=isinstance(surface, PointCloud)))
-    scene = Scene(surface, show_share(tell, f"preparing {options.surface}"))
-    return _Given(scene, rig, file_rig, tables, request)
+    surfaces = [read_surface(options, tell, path) for path in options.surfaces]
+    clouds = any(isinstance(surface, PointCloud) for surface in surfaces)
+    compile_first(tell, works_for(request, clouds=clouds))
+    weights = options.subject_weights or [1.0] * len(surfaces)
+    subjects = tuple(
+        Subject(Scene(surface, show_share(tell, f"preparing {path}")), name, weight)
+        for path, surface, name, weight in zip(
+            options.surfaces, surfaces, names_of(options), weights, strict=True
+        )
+    )
+    return _Given(subjects, rig, file_rig, tables, request)
 
 
 def _solve(
-    given: _Given, tell: Tell, recorder: CommandRecorder, callback: ProgressCallback
+    given: _Given,
+    tell: Tell,
+    recorder: CommandRecorder,
+    callback: ProgressCallback,
+    start: WarmStart | None,
 ) -> tuple[SolvedPlan, str]:
     """Return the plan, and what Ctrl-C did to it if it was typed."""
     from focus_planner.core.planning.plan_focus import plan_focus
 
-    scene, rig, request = given.scene, given.rig, given.request
+    subjects, rig, request = given.subjects, given.rig, given.request
 
     def beginning() -> tuple[list[BagMessage], Beginning]:
         from focus_planner.recording.naming import new_run_id
@@ -208,15 +294,21 @@ def _solve(
         from focus_planner.recording.software import software
 
         run_id, frame_id = new_run_id(), rig.frame_id
-        notes = (*scene.surface.notes, *given.file_rig.notes)
-        begun = beginning_of(run_id, PLANNER, request, frame_id, software(), given.tables, notes)
-        return inputs_of(begun, scene.surface, given.file_rig), begun
+        surfaces = [subject.scene.surface for subject in subjects]
+        notes, known = given.file_rig.notes, known_subjects(subjects)
+        if not known:
+            notes = (*surfaces[0].notes, *notes)
+        begun = beginning_of(
+            run_id, PLANNER, request, frame_id, software(), given.tables, notes, known
+        )
+        begun = replace(begun, warm_start=start)
+        return inputs_of(begun, surfaces, given.file_rig), begun
 
     tell(f"finding what {len(rig)} cameras see")
     best = BestSoFar(tell, callback)
     on_progress, end = recorder.begin(beginning, best)
     try:
-        plan = plan_focus(scene, rig, request, on_progress=on_progress)
+        plan = plan_focus(subjects, rig, request, None, on_progress, start)
     except InputError as error:
         ctrl_c.check()  # what it was stopped at need not be what is wrong
         end(False, str(error))
@@ -226,6 +318,14 @@ def _solve(
     return plan, interrupted
 
 
+def _shown(options: argparse.Namespace, given: _Given, plan: SolvedPlan) -> PlannedSubject:
+    """Return what pictures and reports are about."""
+    from focus_planner.core.planning.subject import PlannedSubject, one_of
+
+    subject = PlannedSubject(given.subjects[0].scene, given.rig, given.request, plan)
+    return one_of(given.subjects, subject, options.subject) if plan.subjects else subject
+
+
 def _check_names(options: argparse.Namespace) -> None:
     """Raise unless the names of what to write say what that is."""
     from focus_planner.io.endings import DRAWINGS, check_ending
@@ -233,7 +333,7 @@ def _check_names(options: argparse.Namespace) -> None:
     from focus_planner.report.naming import check_report
 
     for option in ("problem", "record", "picture", "report"):
-        if getattr(options, option) == _STDOUT:
+        if getattr(options, option) == STDOUT:
             got = "-, which stands for stdout"
             raise InputError(f"--{option}", "a name", got, "only --output may go there")
     for path in options.output:
@@ -265,7 +365,7 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
     from focus_planner.io.problems import save_problem
 
     for path in _plans(options):
-        if path != _STDOUT:
+        if path != STDOUT:
             save_plan(plan, path)
     if _sheets(options):
         _write_sheets(options, given, plan)
@@ -276,7 +376,8 @@ def _write(options: argparse.Namespace, given: _Given, plan: SolvedPlan, tell: T
         tell(f"drawing {options.picture}")
         from focus_planner.io.picture import draw_plans
 
-        draw_plans(given.scene, given.rig, {plan.method: plan}, options.picture)
+        shown = _shown(options, given, plan)
+        draw_plans(shown.scene, shown.rig, {plan.method: shown.plan}, options.picture)
 
 
 def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) -> None:
@@ -288,7 +389,7 @@ def _write_sheets(options: argparse.Namespace, given: _Given, plan: SolvedPlan) 
     sheet = lens_sheet(
         plan,
         given.rig,
-        surface=options.surface.name,
+        surface=_surfaces(options),
         rig_file=options.rig.name,
         made=datetime.now().astimezone(),
     )
@@ -301,50 +402,62 @@ def _write_report(
 ) -> None:
     from datetime import datetime
 
-    from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.recording.provenance import parameters_of
     from focus_planner.recording.software import software
     from focus_planner.report.assembly import Provenance
 
     provenance = Provenance(
-        surface=options.surface.name,
+        surface=options.subject or (plan.worst.surface if plan.worst else _surfaces(options)),
         rig=options.rig.name,
         planned=datetime.now().astimezone(),
         steps=steps.steps,
         parameters=parameters_of(given.request),
         software=tuple(software().items()),
     )
-    subject = PlannedSubject(given.scene, given.rig, given.request, plan)
-    make_report(ReportOptions(options.report, pictures=options.pictures), subject, provenance, tell)
+    report = ReportOptions(options.report, pictures=options.pictures)
+    make_report(report, _shown(options, given, plan), provenance, tell)
 
 
-def _show(options: argparse.Namespace, plan: SolvedPlan, interrupted: str) -> None:
+def _surfaces(options: argparse.Namespace) -> str:
+    """Return what the plan was made for, in words."""
+    first, *others = names_of(options)
+    return f"{first} and {len(others)} more" if others else first
+
+
+def _show(options: argparse.Namespace, made: Sequence[_Made]) -> None:
     """Print the summary on a terminal; print the plan on stdout if it is in no file."""
     stream: TextIO = sys.stderr if _plans(options) else sys.stdout
     with_summary = stream.isatty() and not options.quiet
     if with_summary:
-        _print_summary(plan, stream, interrupted)
-    if _STDOUT in options.output or not (_plans(options) or with_summary):
+        for number, each in enumerate(made, 1):
+            title = f"preset {number} of {len(made)}: " if len(made) > 1 else ""
+            _print_summary(title, each.plan, stream, each.interrupted)
+    if STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
-        sys.stdout.write(plan_to_json(plan))
+        texts = [plan_to_json(each.plan) for each in made]
+        sys.stdout.write(texts[0] if len(texts) == 1 else f"[\n{','.join(texts)}]\n")
     if not options.quiet:
-        if interrupted:
-            show_note(interrupted)
-        for note in plan.notes:
-            show_note(note.text)
+        told = [each.interrupted for each in made if each.interrupted]
+        told += [note.text for each in made for note in each.plan.notes]
+        for text in dict.fromkeys(told):
+            show_note(text)
 
 
-def _print_summary(plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
+def _print_summary(which: str, plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
+    from focus_planner.cli.subject_table import print_subjects
     from focus_planner.cli.tables import console_for, new_table
 
-    table = new_table(title=f"{plan.method}, {len(plan.cameras)} cameras")
+    table = new_table(title=f"{which}{plan.method}, {len(plan.cameras)} cameras")
     table.add_column()
     table.add_column(justify="right")
     table.add_column()
     for name, value, note in _summary(plan, interrupted):
         table.add_row(name, value, note)
-    console_for(stream).print(table)
+    console = console_for(stream)
+    console.print(table)
+    if plan.subjects:
+        print_subjects(plan.subjects, console)
 
 
 def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str]]:
@@ -359,14 +472,16 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     def share(part: float) -> str:
         return f"{part / plan.surface_area:.1%} of the surface"
 
-    on = f"on {plan.samples} samples, seed {plan.seed}"
-    yield "cost", f"{plan.cost:.2f}", f"of 1000{for_views(plan)}, {on}"
+    whose = f"{'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects, "
+    on = f"{whose if len(plan.subjects) > 1 else ''}on {plan.samples} samples"
+    yield "cost", f"{plan.cost:.2f}", f"of 1000{for_views(plan)}, {on}, seed {plan.seed}"
     if plan.lower_bound is not None and plan.gap is not None:
         note = f"no plan costs less on these samples: within {100 * plan.gap:.3g} % of the best"
         yield "lower bound", f"{plan.lower_bound:.2f}", note
     fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
     yield "fresh cost", fresh, f"on {plan.fresh_samples} samples unseen by the solver"
-    yield "surface", area(plan.surface_area), ""
+    average = "of a subject on average" if plan.subjects else ""
+    yield "surface", area(plan.surface_area), average
     yield "seen", area(plan.covered_area), share(plan.covered_area)
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, f"{share(plan.in_focus_area)}, in its best view"

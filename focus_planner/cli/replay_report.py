@@ -75,24 +75,30 @@ def report_replay(
     from focus_planner.recording.provenance import provenance_of
     from focus_planner.recording.subject import subject_of
 
-    subject = subject_of(again, show_share(tell, "preparing the surface again"))
+    worst = again.ending.plan.worst if again.ending and again.ending.plan else None
+    name = worst.surface if worst else None
+    subject = subject_of(again, show_share(tell, "preparing the surface again"), name)
     provenance = replace(
         provenance_of(again),
         planned=datetime.now().astimezone(),
         changed="; ".join([", ".join(changes), *assumed]),
     )
-    also = list(_recorded(recorded, subject.plan)) if beside else []
+    also = list(_recorded(recorded, subject.plan, name)) if beside else []
     make_report(wanted, subject, provenance, tell, also)
 
 
-def _recorded(run: Run, now: FocusPlan) -> Iterator[ComparedPlan]:
-    """Yield the plan as it was recorded, with the rig that it was made for."""
+def _recorded(run: Run, now: FocusPlan, name: str | None) -> Iterator[ComparedPlan]:
+    """Yield the plan as it was recorded, with the rig that it was made for.
+
+    Of a plan for several subjects, what it is for the one of this name.
+    """
     from focus_planner.recording.comparison import measure_text, same_measure
     from focus_planner.recording.subject import subject_of
     from focus_planner.report.comparison import ComparedPlan, title_of
 
     if run.ending is None or run.ending.plan is None:
         return
-    plan, rig = run.ending.plan, subject_of(run).rig
-    measure = "" if same_measure([plan, now]) else f" {measure_text(plan)}"
-    yield ComparedPlan(f"{title_of(plan)}, as recorded{measure}", "the recorded plan", plan, rig)
+    then = subject_of(run, name=name)
+    measure = "" if same_measure([then.plan, now]) else f" {measure_text(then.plan)}"
+    title = f"{title_of(then.plan)}, as recorded{measure}"
+    yield ComparedPlan(title, "the recorded plan", then.plan, then.rig)

@@ -25,6 +25,9 @@ def add_request_options(group: Any, request_type: type[PlanRequest] = PlanReques
     """Add an option for each field."""
     for field in specified_fields(request_type):
         choices = field.spec.choices
+        if isinstance(field.default, bool):
+            group.add_argument(_option(field.name), action="store_true", help=_help(field))
+            continue
         option = group.add_argument(
             _option(field.name),
             type=type(field.default),
@@ -73,6 +76,8 @@ def _help(field: SpecifiedField) -> str:
     default, text = field.default, field.spec.help_with(_option)
     if field.spec.unlimited:
         text += f"; {NO_LIMIT}"
+    if isinstance(default, bool):
+        return text.replace("%", "%%")
     shown = (
         "none" if default == math.inf else f"{default:g}" if default != str(default) else default
     )

@@ -76,6 +76,13 @@ def _rows(standing: Standing) -> Iterator[Row]:
     yield from _lens_rows(status)
     for kind in ("surface", "rig"):
         yield from _input_rows(kind, status[kind])
+        if kind == "surface" and len(status["subjects"]) > 1:
+            oldest = status["subjects"][0]
+            yield (
+                "",
+                f"together with {len(status['subjects']) - 1} before it, the oldest on"
+                f" {oldest['topic']}, {_old(oldest['age'])}",
+            )
 
 
 def _doing(status: dict[str, Any]) -> str:
@@ -97,6 +104,10 @@ def _plan_rows(standing: Standing) -> Iterator[Row]:
         bound = plan["lower_bound"]
         best = "" if math.isnan(bound) else f", where none costs less than {bound:.1f}"
         yield "", f"{plan['method']}, cost {plan['cost']:.1f}{best}"
+        subjects = plan.get("subjects", [])
+        if subjects:
+            worst = max(subjects, key=lambda each: float(each["fresh_cost"]))
+            yield "", f"for {len(subjects)} subjects, the worst {worst['surface']}"
     made, now = _seconds(status["planned_at"]), _seconds(status["header"]["stamp"])
     restored = "; restored from its record since" if status["from_record"] else ""
     yield "", f"made {_clock(made)}, {_span(now - made)} before this status{restored}"

@@ -64,6 +64,12 @@ def add_subject_options(parser: Any) -> None:
         help="with PLAN.JSON: the surface that it was made for; with RUN: the same surface, for the"
         " colours or the texture that a run does not have",
     )
+    option(
+        "--subject",
+        metavar="NAME",
+        help="of a plan for several surfaces, the one that this is about, by its name in the plan"
+        " (default: the one that costs most, or that --surface names; for masks there is none)",
+    )
     add_surface_options(parser)
     option("--rig", type=Path, metavar="RIG.YAML", help="with PLAN.JSON: the rig")
     option(
@@ -74,8 +80,17 @@ def add_subject_options(parser: Any) -> None:
     )
 
 
-def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+def load_subject(
+    options: argparse.Namespace, tell: Tell, *, must_choose: bool = False
+) -> NamedSubject:
     """Read what the options name.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+    tell : callable
+    must_choose : bool
+        Whether one of several subjects has to be named; else it is the one that costs most.
 
     Raises
     ------
@@ -85,10 +100,10 @@ def load_subject(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     tell("loading the planner")
     if options.plan.suffix.lower() == ".json":
         return _subject_of_files(options, tell)
-    return _subject_of_run(options, tell)
+    return _subject_of_run(options, tell, must_choose)
 
 
-def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
+def _subject_of_run(options: argparse.Namespace, tell: Tell, must_choose: bool) -> NamedSubject:
     from focus_planner.core.planning.precompile import CLOUDS
     from focus_planner.recording.provenance import input_names
     from focus_planner.recording.run_reading import read_run
@@ -105,10 +120,19 @@ def _subject_of_run(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     run = read_run(options.plan)
     if run.has_clouds:
         compile_first(tell, (CLOUDS,))
-    subject = subject_of(run, show_share(tell, "preparing the surface"))
+    subjects = run.ending.plan.subjects if run.ending and run.ending.plan else ()
+    if subjects and must_choose and options.subject is None:
+        names = ", ".join(each.surface for each in subjects)
+        raise InputError(
+            "--subject", "the one of the plan's subjects that the pictures show", "none", names
+        )
+    subject = subject_of(run, show_share(tell, "preparing the surface"), options.subject)
     if options.surface is not None:
         subject = _with_looks_of(subject, options, tell)
-    return NamedSubject(subject, *input_names(run), run)
+    surface, rig = input_names(run)
+    if run.ending and run.ending.plan and run.ending.plan.worst:
+        surface = options.subject or run.ending.plan.worst.surface
+    return NamedSubject(subject, surface, rig, run)
 
 
 def _with_looks_of(
@@ -145,12 +169,13 @@ def _with_looks_of(
 
 def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     from focus_planner.core.planning.precompile import CLOUDS
-    from focus_planner.core.planning.subject import PlannedSubject, requested
+    from focus_planner.core.planning.subject import PlannedSubject, plan_for_one, requested
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import PointCloud
     from focus_planner.io.lens_tables import load_lens_tables
     from focus_planner.io.plans import load_plan
     from focus_planner.io.rigs import load_rig
+    from focus_planner.recording.subject import check_alone
 
     for name in ("surface", "rig"):
         if getattr(options, name) is None:
@@ -166,6 +191,10 @@ def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
     if options.lens_tables is not None:
         rig = load_lens_tables(options.lens_tables).apply(rig)
     _check_cameras(options, plan, [camera.name for camera in rig.cameras])
+    if plan.subjects:
+        plan = plan_for_one(plan, options.subject or options.surface.name)
+    else:
+        check_alone(options.subject, str(options.plan))
     surface = read_surface(options, tell)
     if isinstance(surface, PointCloud):
         compile_first(tell, (CLOUDS,))

@@ -47,8 +47,15 @@ def add_surface_options(parser: Any) -> None:
     )
 
 
-def read_surface(options: argparse.Namespace, tell: Tell) -> Surface:
+def read_surface(options: argparse.Namespace, tell: Tell, path: Path | None = None) -> Surface:
     """Return the surface of the file, with its importance, turned up.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+    tell : callable
+    path : Path, optional
+        The file, by default that of the options.
 
     Raises
     ------
@@ -62,10 +69,11 @@ def read_surface(options: argparse.Namespace, tell: Tell) -> Surface:
     name = options.importance_property
     if options.importance is not None and name is not None:
         raise InputError("--importance and --importance-property", "one of them", "both")
+    path = options.surface if path is None else path
     surface = load_surface(
-        options.surface,
+        path,
         options.importance,
         importance_property=IMPORTANCE if name is None else name,
-        on_progress=show_reading(tell, options.surface),
+        on_progress=show_reading(tell, path),
     )
     return with_z_up(surface, options.up or "z")

@@ -24,7 +24,7 @@ class Note:
     code : str
         What kind of note it is, for programs: ``up_axis``, ``quaternion_order``,
         ``unseen_cameras``, ``winding``, ``default_lens``, ``default_image``, ``importance``,
-        ``budget``, ``noise``, ``left_out`` or ``tolerance``.
+        ``budget``, ``noise``, ``left_out``, ``tolerance``, ``resolution`` or ``subjects``.
     text : str
         One line for people: what was seen, what it probably means, and what to do about it.
     """

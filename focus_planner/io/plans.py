@@ -23,6 +23,7 @@ from typing import Any
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.planning.sharp_views import Resolution, SharpArea
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.validation import InputError, check_number, check_whole
 from focus_planner.io.files import atomic_write, read_text
 from focus_planner.io.json_values import read_json
@@ -30,7 +31,7 @@ from focus_planner.io.quoting import abbreviated, kind_of
 
 _EXPECTED = "a plan.json"
 _LARGEST = 1e15  # of all numbers: metres, seconds, what drivers take
-_APART = ("notes", "cameras", "sharp_areas", "resolution")
+_APART = ("notes", "subjects", "cameras", "sharp_areas", "resolution")
 _MAY_BE_INFINITE = ("far_limit", "from_sensor", "max_mm_per_pixel")
 _MAY_BE_NEGATIVE = ("device_value", "from_sensor")
 _COUNT = re.compile(r"[1-9][0-9]{0,8}")
@@ -53,6 +54,7 @@ def plan_to_json(plan: FocusPlan) -> str:
     values |= _sharpness_to_json(plan)
     lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in values.items()]
     lines.append(_list_to_json("notes", [vars(note) for note in plan.notes]))
+    lines.append(_list_to_json("subjects", [asdict(subject) for subject in plan.subjects]))
     lines.append(_list_to_json("cameras", map(_camera_to_json, plan.cameras)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
@@ -124,6 +126,10 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
         Note(**_fields_of(Note, at, note))
         for at, note in _entries(where, "notes", data.get("notes", []))
     )
+    subjects = tuple(
+        SubjectQuality(**_fields_of(SubjectQuality, at, subject))
+        for at, subject in _entries(where, "subjects", data.get("subjects", []))
+    )
     cameras = tuple(
         _camera_from_json(at, camera)
         for at, camera in _entries(where, "cameras", _value(where, data, "cameras"))
@@ -134,6 +140,7 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
         **known,
         notes=notes,
         cameras=cameras,
+        subjects=subjects,
         sharp_areas=_sharp_areas(where, data),
         resolution=_resolution(where, data),
     )

@@ -35,6 +35,10 @@ _AT_LEAST_ZERO = (
     "solve_seconds",
     "total_seconds",
 )
+_AT_LEAST_ZERO_OF_SUBJECTS = (
+    *("weight", "multiplier", "cost", "fresh_cost", "fresh_standard_error", "surface_area"),
+    *("covered_area", "covered_standard_error", "in_focus_area", "in_focus_standard_error"),
+)
 
 
 def check_values(message: Message) -> None:
@@ -52,6 +56,9 @@ def check_values(message: Message) -> None:
     for name in ("median_mm_per_pixel", "percentile_90_mm_per_pixel"):
         _check_number_or_nan(name, getattr(message, name), at_least=0)
     _check_sharp_areas(message)
+    for subject in message.subjects:
+        for name in _AT_LEAST_ZERO_OF_SUBJECTS:
+            check_number(f"{subject.surface}: {name}", getattr(subject, name), at_least=0)
     for camera in message.cameras:
         check_camera_name(camera.name)
         where = f"{camera.name}: "

@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -30,6 +30,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.planning.sharp_views import Resolution, SharpArea
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics, check_camera_name
 from focus_planner.core.rig.circles import assumed_circle
 from focus_planner.core.rig.lens import Lens
@@ -419,6 +420,7 @@ def plan_from_message(message: Message) -> FocusPlan:
         total_seconds=message.total_seconds,
         notes=tuple(map(note_from_message, message.notes)),
         cameras=tuple(camera_focus_from_message(focus) for focus in message.cameras),
+        subjects=tuple(map(subject_from_message, message.subjects)),
     )
 
 
@@ -435,6 +437,12 @@ def _resolution(message: Message) -> Resolution | None:
     median, most = message.median_mm_per_pixel, message.percentile_90_mm_per_pixel
     # 0 in runs older than the fields.
     return None if math.isnan(median) or median == 0 else Resolution(median, most)
+
+
+def subject_from_message(message: Message) -> SubjectQuality:
+    """Return what a plan is worth for one of several subjects."""
+    names = (field.name for field in fields(SubjectQuality))
+    return SubjectQuality(**{name: getattr(message, name) for name in names})
 
 
 def note_from_message(message: Message) -> Note:

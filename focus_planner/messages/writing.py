@@ -26,6 +26,7 @@ import numpy as np
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan import CameraFocus, FocusPlan, Shot
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
@@ -215,14 +216,14 @@ def plan_to_fields(
         Its name in logs and in recorded runs.
     inputs : dict, optional
         The inputs that it was made from, ``surface`` and ``rig``, as
-        :func:`focus_planner.runtime.status.plan_input_to_fields` returns them; by default they are
-        of no topic and no age.
+        :func:`focus_planner.runtime.status.plan_input_to_fields` returns them, and ``subjects``,
+        those of each of several; by default they are of no topic and no age.
     """
     told = plan.resolution
     return {
         "header": header_fields(frame_id, stamp),
         "plan_id": plan_id,
-        **(inputs or _NO_INPUTS),
+        **{name: (inputs or _NO_INPUTS)[name] for name in _NO_INPUTS},
         "method": plan.method,
         "cost": plan.cost,
         "lower_bound": _or_nan(plan.lower_bound),
@@ -251,7 +252,24 @@ def plan_to_fields(
         "cameras": [
             camera_focus_to_fields(focus, frame_id, stamp, plan_id) for focus in plan.cameras
         ],
+        "subjects": [
+            subject_to_fields(subject, given)
+            for subject, given in zip(plan.subjects, _inputs_of(plan, inputs), strict=True)
+        ],
     }
+
+
+def subject_to_fields(subject: SubjectQuality, given: Fields) -> Fields:
+    """Return what a plan is worth for one of several subjects, and the input that it is."""
+    return vars(subject) | {"input": given}
+
+
+def _inputs_of(plan: FocusPlan, inputs: Fields | None) -> list[Fields]:
+    """Return the input that each subject is; of no topic and no age if that is not told."""
+    if not plan.subjects:
+        return []
+    told: list[Fields] = (inputs or {}).get("subjects", [])
+    return told or [_NO_INPUTS["surface"]] * len(plan.subjects)
 
 
 def note_to_fields(note: Note) -> Fields:

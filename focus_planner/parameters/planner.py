@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import Any
 
 from focus_planner.core.planning.field_spec import NO_LIMIT, SpecifiedField, specified_fields
-from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.request import MAX_SUBJECTS, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.lens import MAX_HIATUS, Lens
@@ -64,6 +64,8 @@ def request_declarations(request_type: type[PlanRequest] = PlanRequest) -> tuple
 
 def _request_declaration(field: SpecifiedField, default: Any) -> Declaration:
     spec = field.spec
+    if isinstance(default, bool):
+        return Declaration(field.name, default, _description(field))
     numbers = [choice for choice in spec.choices if isinstance(choice, int)]
     low = min(numbers, default=spec.at_least or spec.above or 0)
     high = max(numbers, default=spec.at_most)
@@ -133,6 +135,15 @@ DECLARATIONS = (
         "Field of a cloud that holds the importance of its points, which is used where a cloud has"
         " it. One named otherwise, such as weight, must be there. A change applies"
         " from the next cloud on.",
+    ),
+    Declaration(
+        "subjects",
+        1,
+        "Number of the newest surfaces that are planned for together, each a subject of its own,"
+        " alone in front of the rig; all count the same. Of fewer, those that were received."
+        + _NEXT_CALL,
+        low=1,
+        high=MAX_SUBJECTS,
     ),
     Declaration(
         "warm_start",

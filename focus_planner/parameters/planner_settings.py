@@ -116,6 +116,8 @@ class Settings:
         The field of a cloud that holds the importance of its points.
     request : PlanRequest
         The defaults of what a request leaves out.
+    subjects : int
+        How many of the newest surfaces are planned for together.
     warm_start : bool
         Whether a plan starts from the last one.
     optics : Optics
@@ -137,6 +139,7 @@ class Settings:
     frame_id: str
     importance_field: str
     request: PlanRequest
+    subjects: int
     warm_start: bool
     optics: Optics
     model: CostModel
@@ -179,6 +182,7 @@ class Settings:
                 *(values[f"camera_{name}"] for name in ("frames", "convention", "info_topics"))
             ),
             request=request_from_values(values),
+            subjects=values["subjects"],
             warm_start=values["warm_start"],
             optics=_optics(values, lens_tables_of(values["lens_tables"], lens_tables)),
             model=CostModel(**group(values, "cost.")),

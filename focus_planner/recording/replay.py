@@ -109,6 +109,7 @@ def plan_run(
             warm_start=beginning.warm_start is not None,
             stop_log=stop_log,
             limits=run.resources,
+            known_as=beginning.subjects,
         )
     except (InputError, NotReady) as error:
         return Replayed(Ending(False, str(error)), tuple(progress))
@@ -152,10 +153,11 @@ def feed(planner: Planner, run: Run) -> None:
         *((k, a.at, partial(planner.surface.receive, a)) for k, a in enumerate(run.surfaces())),
         *((k, a.at, partial(planner.rig.receive, a)) for k, a in enumerate(run.rigs())),
     ]
-    planner.digest(run.beginning.settings.optics)
+    settings = run.beginning.settings
+    planner.digest(settings.optics, settings.subjects)
     for _, _, receive in sorted(arrivals, key=lambda arrival: arrival[:2]):
         receive()
-        planner.digest(run.beginning.settings.optics)
+        planner.digest(settings.optics, settings.subjects)
 
 
 # --- comparing ---------------------------------------------------------------------------------

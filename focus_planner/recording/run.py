@@ -27,6 +27,7 @@ from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
+from focus_planner.messages.frames import HeardFrames
 from focus_planner.messages.limits import Limits
 from focus_planner.messages.requests import request_from_message
 from focus_planner.messages.typestore import (
@@ -47,7 +48,7 @@ from focus_planner.recording.run_inputs import (
     read_surface,
     with_frames,
 )
-from focus_planner.runtime.inputs import Arrival
+from focus_planner.runtime.inputs import Arrival, KnownSubject
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,10 @@ class Beginning:
     warm_start : WarmStart or None
         The earlier plan to start from.
     input_notes : tuple of Note
-        What was noticed when the inputs were read from files.
+        What was noticed when the inputs were read from files; of several surfaces, each has its
+        own.
+    subjects : tuple of KnownSubject
+        What is known of each of several surfaces that were read from files; else empty.
     """
 
     run_id: str
@@ -81,6 +85,7 @@ class Beginning:
     software: Mapping[str, str]
     warm_start: WarmStart | None = None
     input_notes: tuple[Note, ...] = ()
+    subjects: tuple[KnownSubject, ...] = ()
 
     __repr__ = brief_repr
 
@@ -154,18 +159,20 @@ class Run:
     def surfaces(self) -> list[Arrival[Surface]]:
         """Return the surfaces as the planner received them."""
         begun = self.beginning
-        data = [message for message in self.inputs if message.type_name == VERTEX_DATA]
-        return [
-            arrival_of(
-                message,
-                heard,
-                partial(
-                    read_surface, message, data, begun.settings, begun.input_notes, self._limits
-                ),
-            )
-            for message, heard in with_frames(self.inputs)
-            if message.type_name in SURFACES
-        ]
+        surfaces: list[tuple[BagMessage, HeardFrames, list[BagMessage]]] = []
+        for message, heard in with_frames(self.inputs):
+            if message.type_name in SURFACES:
+                surfaces.append((message, heard, []))
+            elif message.type_name == VERTEX_DATA and surfaces:
+                surfaces[-1][2].append(message)
+        arrivals = []
+        for number, (message, heard, data) in enumerate(surfaces):
+            notes = begun.input_notes
+            if number < len(begun.subjects):
+                notes = begun.subjects[number].notes
+            read = partial(read_surface, message, data, begun.settings, notes, self._limits)
+            arrivals.append(arrival_of(message, heard, read))
+        return arrivals
 
     @property
     def has_clouds(self) -> bool:

@@ -46,6 +46,7 @@ from focus_planner.recording.run import Beginning, Ending, Run
 from focus_planner.recording.run_inputs import RIGS, SURFACES
 from focus_planner.recording.run_parameters import WITHOUT_LIMITS, parameters_from_messages
 from focus_planner.recording.run_writing import QUALITY_CLOUD
+from focus_planner.runtime.inputs import KnownSubject
 
 _NANO = 10**9
 
@@ -97,6 +98,7 @@ def _run(path: Path, bag: Bag, messages: dict[str, list[BagMessage]]) -> Run:
             software={entry.key: entry.value for entry in run.software},
             warm_start=_warm_start_from_message(run.warm_start),
             input_notes=tuple(map(note_from_message, run.input_notes)),
+            subjects=tuple(map(_subject_from_message, run.subjects)),
         ),
         progress=tuple(map(_progress_from_message, steps)),
         ending=_ending(result[0].read(), plan and plan[0].read()) if result and not fault else None,
@@ -135,6 +137,11 @@ def _warm_start_from_message(message: Message) -> WarmStart | None:
         message.points.reshape(-1, 3),
         message.prices if len(message.prices) else None,
     )
+
+
+def _subject_from_message(message: Message) -> KnownSubject:
+    notes = tuple(map(note_from_message, message.notes))
+    return KnownSubject(message.name, message.weight, notes)
 
 
 def _progress_from_message(message: Message) -> Progress:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 from focus_planner.core.notes import Note
@@ -22,7 +22,7 @@ from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.surface.surface import Surface
+from focus_planner.core.surface.surface import Mesh, PointCloud, Surface
 from focus_planner.io.lens_tables import LensTables
 from focus_planner.messages.requests import request_to_fields, request_to_values
 from focus_planner.messages.typestore import (
@@ -41,6 +41,7 @@ from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.run import Beginning, Ending
 from focus_planner.recording.run_inputs import rig_message, surface_messages
 from focus_planner.recording.run_parameters import WITHOUT_LIMITS, parameters_to_messages
+from focus_planner.runtime.inputs import KnownSubject
 from focus_planner.runtime.planning_orders import Visuals
 
 #: Of the topic of what shows a plan as a cloud, after the planner's name.
@@ -61,22 +62,39 @@ def beginning_of(
     software: Mapping[str, str],
     tables: LensTables | None = None,
     notes: tuple[Note, ...] = (),
+    subjects: tuple[KnownSubject, ...] = (),
 ) -> Beginning:
     """Return the beginning of a run that plans for files rather than for messages.
 
     The parameters are taken from the request, except for the lens tables.
     """
     values = WITHOUT_LIMITS | request_to_values(request) | {"frame_id": frame_id}
+    values["subjects"] = max(len(subjects), 1)
     values["lens_tables"] = tables.where if tables else ""
     settings = Settings.from_values(values, tables.text if tables else "")
     asked = request_to_fields(request)
-    return Beginning(run_id, planner, settings, asked, time.time_ns(), software, input_notes=notes)
+    return Beginning(
+        run_id,
+        planner,
+        settings,
+        asked,
+        time.time_ns(),
+        software,
+        input_notes=notes,
+        subjects=subjects,
+    )
 
 
-def inputs_of(beginning: Beginning, surface: Surface, rig: Rig) -> list[BagMessage]:
-    """Return the input messages for a surface and a rig that were read from files."""
+def inputs_of(
+    beginning: Beginning, surfaces: Surface | Sequence[Surface], rig: Rig
+) -> list[BagMessage]:
+    """Return the input messages for one or several surfaces and a rig, read from files."""
     planner, at = beginning.planner, beginning.at
-    messages = surface_messages(planner, surface, rig.frame_id, at)
+    messages = [
+        message
+        for surface in ([surfaces] if isinstance(surfaces, (Mesh, PointCloud)) else surfaces)
+        for message in surface_messages(planner, surface, rig.frame_id, at)
+    ]
     return [*messages, rig_message(planner, rig, at)]
 
 
@@ -91,6 +109,7 @@ def beginning_messages(beginning: Beginning) -> list[BagMessage]:
         "parameters": parameters_to_messages(beginning.settings.values),
         "lens_tables": beginning.settings.lens_tables_text,
         "input_notes": [note_to_fields(note) for note in beginning.input_notes],
+        "subjects": [_subject_to_fields(subject) for subject in beginning.subjects],
         "seed": beginning.asked.get("seed", 0) or beginning.settings.request.seed,
         "software": [{"key": key, "value": value} for key, value in beginning.software.items()],
         "warm_start": {} if warm_start is None else _warm_start_to_fields(warm_start),
@@ -156,6 +175,11 @@ def _message(
     payload = serialize(type_name, fields)
     at = beginning.at if at is None else at
     return BagMessage(f"{beginning.planner}/{topic}", type_name, payload, at)
+
+
+def _subject_to_fields(subject: KnownSubject) -> Fields:
+    notes = [note_to_fields(note) for note in subject.notes]
+    return {"name": subject.name, "weight": subject.weight, "notes": notes}
 
 
 def _warm_start_to_fields(warm_start: WarmStart) -> Fields:

@@ -46,7 +46,7 @@ _DEFAULTS: dict[str, Value] = {
 }
 _CAMERA_PREFIXES = ("lens.", "image.")
 # These do not affect a plan, or cannot be changed afterwards.
-_NOT_SETTABLE = ("frame_id", "warm_start")
+_NOT_SETTABLE = ("frame_id", "subjects", "warm_start")
 # After a change of these, nothing depends any more on a circle of confusion that was assumed.
 _TELL_CIRCLE = frozenset({CIRCLE, "lens.hyperfocal_distance"})
 

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from focus_planner.core.planning.plan import FocusPlan
 from focus_planner.core.planning.request import PlanRequest
-from focus_planner.core.planning.subject import PlannedSubject, requested
+from focus_planner.core.planning.subject import PlannedSubject, plan_for_one, requested
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
@@ -69,7 +69,8 @@ def save_report(
         Of what each camera will see, as
         :func:`~focus_planner.report.thumbnails.camera_pictures` makes them; this takes longer.
     surface, rig_file : str, optional
-        Names of the files that it was made from.
+        Names of the files that it was made from. Of a plan for several subjects, ``surface`` is
+        the name of the one whose scene is given.
 
     Raises
     ------
@@ -80,6 +81,8 @@ def save_report(
     if samples is not None:
         check_samples("samples", samples)
     check_methods("compare", compare)
+    if plan.subjects:
+        plan = plan_for_one(plan, surface)
     subject = PlannedSubject(scene, rig, request or requested(plan, scene), plan, model)
     content = assemble(
         subject,

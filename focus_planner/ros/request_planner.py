@@ -152,6 +152,7 @@ class RequestPlanner:
 
     def __init__(self, host: PlanningHost, wish: Callable[[], Wish]) -> None:
         self.planner = RemotePlanner(host.start, host.get_logger(), host.on_rig, host.give_up)
+        self.planner.surface.keep(host.settings().subjects)
         self.recorder = Recorder(host.get_logger())
         self.snapshot = Snapshot(self.planner.surface.state, self.planner.rig.state)
         self._host = host
@@ -254,7 +255,13 @@ class RequestPlanner:
             return self._wish()
 
         try:
-            self.planner.digest(settings.optics, settings.serving.max_memory, wish, teller.note)
+            self.planner.digest(
+                settings.optics,
+                settings.serving.max_memory,
+                wish,
+                teller.note,
+                settings.subjects,
+            )
         finally:
             self.take_snapshot()
 
@@ -464,9 +471,11 @@ class RequestPlanner:
         surface, rig = self.planner.surface.in_force, self.planner.rig.in_force
         assert surface is not None
         assert rig is not None
+        taken, subjects = self.planner.taken, self.planner.surface.all_in_force
         return {
-            "surface": plan_input_to_fields(surface, self.planner.taken),
-            "rig": plan_input_to_fields(rig, self.planner.taken),
+            "surface": plan_input_to_fields(surface, taken),
+            "rig": plan_input_to_fields(rig, taken),
+            "subjects": [plan_input_to_fields(each, taken) for each in subjects],
         }
 
     def _note_last_run(self, request: Request, message: str, plan: Plan | None = None) -> None:
@@ -476,7 +485,8 @@ class RequestPlanner:
     def take_snapshot(self, last_run: LastRun | None = None) -> None:
         """Replace the snapshot by one of the inputs as they are now."""
         surface, rig = self.planner.surface.state, self.planner.rig.state
-        self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run)
+        surfaces = self.planner.surface.states
+        self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run, surfaces)
 
     def _inputs(self) -> list[BagMessage]:
         name = self._host.name

@@ -37,7 +37,12 @@ from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import fields_of
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.ros.qos import LATCHED
-from focus_planner.runtime.status import LensSummary, PlannerReport, input_to_fields
+from focus_planner.runtime.status import (
+    LensSummary,
+    PlannerReport,
+    input_to_fields,
+    state_to_plan_input,
+)
 
 # Between messages about changes.
 _MIN_PERIOD = 0.1
@@ -156,13 +161,17 @@ class StatusPublisher:
             message_to_ros(InputStatus, input_to_fields(state, now))
             for state in (report.snapshot.surface, report.snapshot.rig)
         )
+        surfaces = [
+            message_to_ros(PlanInput, state_to_plan_input(state, now))
+            for state in report.snapshot.surfaces
+        ]
         with self._lock:
             self._has_changed, self._published = False, time.monotonic()
             message, counts = self._message, self._count()
             message.header.stamp = self._node.get_clock().now().to_msg()
             message.state, message.planning = report.state, report.planning
             message.waiting = report.waiting
-            message.surface, message.rig = surface, rig
+            message.surface, message.rig, message.subjects = surface, rig, surfaces
             message.unreported = counts[LensStatus.UNREPORTED]
             message.sent = counts[LensStatus.SENT]
             message.verified = counts[LensStatus.VERIFIED]

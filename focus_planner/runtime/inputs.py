@@ -22,6 +22,7 @@ from datetime import datetime, timezone
 from itertools import count
 from typing import Generic, TypeVar
 
+from focus_planner.core.notes import Note
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import header_stamp
 from focus_planner.messages.frames import HeardFrames
@@ -86,6 +87,24 @@ class AcceptedInput(Generic[Content, Value]):
 
     arrival: Arrival[Content]
     value: Value
+
+
+@dataclass(frozen=True)
+class KnownSubject:
+    """What is known of a surface besides itself, which was read from a file.
+
+    Attributes
+    ----------
+    name : str
+    weight : float
+        How much it counts, relative to others.
+    notes : tuple of Note
+        What was noticed when it was read.
+    """
+
+    name: str
+    weight: float
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -165,6 +184,8 @@ class InputSlot(Generic[Content, Value]):
         The newest one, if it was refused only because it does not fit the other input.
     unheard : Unheard
         Publishers that are not received; any thread may replace it.
+    older : list of AcceptedInput
+        Others in force, received before it, the oldest first; all of different content.
     """
 
     def __init__(
@@ -179,6 +200,8 @@ class InputSlot(Generic[Content, Value]):
         self.in_force: AcceptedInput[Content, Value] | None = None
         self.misfit: AcceptedInput[Content, Value] | None = None
         self.unheard = Unheard()
+        self.older: list[AcceptedInput[Content, Value]] = []
+        self._most = 1
         self._sources = sources
         self._make = make
         self._log = log
@@ -189,13 +212,34 @@ class InputSlot(Generic[Content, Value]):
         self._objected = False
         self._unusable: Arrival[Content] | None = None
 
+    @property
+    def all_in_force(self) -> list[AcceptedInput[Content, Value]]:
+        """All that are in force, the oldest first."""
+        return [*self.older, self.in_force] if self.in_force else []
+
+    @property
+    def has_more(self) -> bool:
+        """Whether messages wait for :meth:`newest`."""
+        return bool(self._inbox)
+
+    def keep(self, most: int) -> None:
+        """Keep so many of the newest in force."""
+        if most != self._most:
+            self._most = most
+            self._inbox = deque(self._inbox, maxlen=max(BACKLOG, most))
+            self._forget_oldest()
+
     def receive(self, arrival: Arrival[Content]) -> None:
         """Keep a message for :meth:`newest`; safe to call from any thread."""
         self._inbox.append(arrival)
 
     def newest(self, optics: Optics) -> AcceptedInput[Content, Value] | None:
-        """Return the newest valid message received, if it is new; refuse invalid ones after it."""
-        backlog = [self._inbox.popleft() for _ in range(len(self._inbox))]
+        """Return the newest valid message received, if it is new; refuse invalid ones after it.
+
+        Where several are kept in force, the message that comes next is taken for the newest.
+        """
+        taken = len(self._inbox) if self._most == 1 else min(len(self._inbox), 1)
+        backlog = [self._inbox.popleft() for _ in range(taken)]
         for arrival in reversed(backlog):
             accepted = self._read(arrival, optics)
             if accepted is not None:
@@ -218,7 +262,10 @@ class InputSlot(Generic[Content, Value]):
 
     def put_in_force(self, accepted: AcceptedInput[Content, Value]) -> None:
         """Plan with this from now on, and forget refusals of older messages."""
+        before = [each for each in self.all_in_force if not each.arrival.equals(accepted.arrival)]
+        self.older = before
         self.in_force, self.misfit = accepted, None
+        self._forget_oldest()
         if self._refused and accepted.arrival.at >= self._refused[0].at:
             self._refused = None
 
@@ -261,7 +308,7 @@ class InputSlot(Generic[Content, Value]):
         if self.in_force is None:
             return [self._refused[0]] if self._refused else []
         refused = [self._refused[0]] if self._refused and not self._objected else []
-        return [self.in_force.arrival, *refused]
+        return [*(each.arrival for each in self.all_in_force), *refused]
 
     def kept(self) -> list[Arrival[Content]]:
         """Return the messages that may matter later on: these, and one that may fit one day."""
@@ -287,6 +334,20 @@ class InputSlot(Generic[Content, Value]):
         arrival = self.in_force.arrival
         return InputState(self.name, arrival.topic, arrival.at, arrival.stamp, refused, unheard)
 
+    @property
+    def states(self) -> tuple[InputState, ...]:
+        """What is in force, the oldest first."""
+        arrivals = (each.arrival for each in self.all_in_force)
+        return tuple(InputState(self.name, each.topic, each.at, each.stamp) for each in arrivals)
+
+    @property
+    def lacks(self) -> int:
+        """How many more could be in force."""
+        return self._most - len(self.all_in_force)
+
+    def _forget_oldest(self) -> None:
+        self.older = self.older[max(len(self.older) - self._most + 1, 0) :]
+
     def _missing(self) -> str:
         if self._refused is None:
             return "none yet"
@@ -297,8 +358,9 @@ class InputSlot(Generic[Content, Value]):
         self, arrival: Arrival[Content], optics: Optics
     ) -> AcceptedInput[Content, Value] | None:
         """Return the accepted message, or refuse it and return None."""
-        if self.in_force and arrival.equals(self.in_force.arrival):
-            return AcceptedInput(arrival, self.in_force.value)
+        for known in self.all_in_force:
+            if arrival.equals(known.arrival):
+                return AcceptedInput(arrival, known.value)
         self._on_reading(arrival)
         try:
             return AcceptedInput(arrival, self._make(arrival.read(optics)))

@@ -12,16 +12,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
@@ -34,6 +37,7 @@ from focus_planner.runtime.inputs import (
     Arrival,
     Content,
     InputSlot,
+    KnownSubject,
     Value,
     internal_input_error,
 )
@@ -110,14 +114,25 @@ class Planner:
         self._fits = False
         self.warm_start = warm_start
 
-    def digest(self, optics: Optics) -> None:
-        """Process what was received: parse it, build the scene, check whether it fits."""
+    def digest(self, optics: Optics, subjects: int = 1) -> None:
+        """Process what was received: parse it, build the scene, check whether it fits.
+
+        Parameters
+        ----------
+        optics : Optics
+        subjects : int
+            How many of the newest surfaces are to be in force.
+        """
         before = self.rig.in_force
+        self.surface.keep(subjects)
         if optics != self._optics:
             self._read_rig_again(optics)
-        scene, rig = self.surface.newest(optics), self.rig.newest(optics)
-        if scene or rig:
-            self._accept(scene, rig)
+        while True:
+            scene, rig = self.surface.newest(optics), self.rig.newest(optics)
+            if scene or rig:
+                self._accept(scene, rig)
+            if not self.surface.has_more:
+                break
         if self.rig.in_force and self.rig.in_force is not before:
             self._on_rig(self.rig.in_force.value)
 
@@ -130,13 +145,15 @@ class Planner:
         warm_start: bool = False,
         stop_log: StopLog | None = None,
         limits: ResourceLimits | None = None,
+        known_as: Sequence[KnownSubject] = (),
     ) -> tuple[SolvedPlan, Rig, str]:
-        """Return a plan for the surface and the rig in force, that rig, and a reminder.
+        """Return a plan for the surfaces and the rig in force, that rig, and a reminder.
 
         What has been received since :meth:`digest` does not count. The reminder says which input is
         not the newest, because that was refused. With ``warm_start`` the plan starts from the last
         one, if there was one. With ``stop_log`` it is made again, as
-        :func:`focus_planner.core.planning.plan_focus` says.
+        :func:`focus_planner.core.planning.plan_focus` says. Of several surfaces, ``known_as`` tells
+        what they are called and how much they count; else they are called by topic and number.
 
         Raises
         ------
@@ -153,7 +170,7 @@ class Planner:
         rig = self.rig.in_force.value
         start = self.warm_start if warm_start else None
         plan = plan_focus(
-            self.surface.in_force.value,
+            self.subjects(known_as),
             rig,
             request,
             model,
@@ -163,8 +180,38 @@ class Planner:
             limits=limits,
         )
         self.warm_start = plan.warm_start if warm_start else None
+        if self.surface.lacks:
+            plan = replace(plan, notes=(*plan.notes, self._fewer_subjects()))
         reminders = [self.surface.reminder(), self.rig.reminder()]
         return plan, rig, "; ".join(text for text in reminders if text)
+
+    def subjects(self, known_as: Sequence[KnownSubject] = ()) -> list[Subject]:
+        """Return the surfaces in force, the oldest first, each with a name and a weight.
+
+        Parameters
+        ----------
+        known_as : sequence of KnownSubject
+            Of each; by default they count the same and are called by topic and number.
+        """
+        accepted = self.surface.all_in_force
+        if len(known_as) == len(accepted):
+            return [
+                Subject(each.value, known.name, known.weight)
+                for each, known in zip(accepted, known_as, strict=True)
+            ]
+        return [
+            Subject(each.value, f"{each.arrival.topic.rpartition('/')[2]} {number}")
+            for number, each in enumerate(accepted, 1)
+        ]
+
+    def _fewer_subjects(self) -> Note:
+        count = len(self.surface.all_in_force)
+        return Note(
+            "subjects",
+            f"planned for {count} {'surface' if count == 1 else 'surfaces'}, all that were received"
+            f" so far, of the {count + self.surface.lacks} of parameter subjects; publish the"
+            " others, or lower the parameter",
+        )
 
     def arrivals(self) -> list[Arrival[Any]]:
         """Return the messages that the next answer depends on, in the order of arrival."""
@@ -218,6 +265,18 @@ class Planner:
             self.surface.put_in_force(scene)
         if rig and rig is not self.rig.in_force:
             self.rig.put_in_force(rig)
+            self._drop_misfits(rig)
+
+    def _drop_misfits(self, rig: AcceptedRig) -> None:
+        """Take older surfaces out of force that do not fit a new rig."""
+        fitting = []
+        for each in self.surface.older:
+            error = _misfit(each, rig)
+            if error is None:
+                fitting.append(each)
+            else:
+                self._log.warning(f"the surface {each.arrival} does not fit the new rig: {error}")
+        self.surface.older = fitting
 
 
 def _misfit(scene: AcceptedScene, rig: AcceptedRig) -> InputError | None:

@@ -49,6 +49,8 @@ class Digest:
     unheard : tuple of Unheard
         Publishers of surfaces and of rigs that are not received.
     optics : Optics
+    subjects : int
+        How many of the newest surfaces are to be in force.
     max_memory : int
         Bytes that this process may take from now on, beyond those it has taken for kernels.
     """
@@ -57,6 +59,7 @@ class Digest:
     rigs: tuple[Arrival[Any], ...]
     unheard: tuple[Unheard, Unheard]
     optics: Optics
+    subjects: int
     max_memory: int
 
 
@@ -204,6 +207,10 @@ class Digested:
     Attributes
     ----------
     surface, rig : InputState
+    surfaces : tuple of InputState
+        All surfaces in force, the oldest first.
+    subjects : tuple of int
+        Their numbers.
     in_force : tuple of int or None
         The numbers of the surface and of the rig in force.
     needed : tuple of int
@@ -216,6 +223,8 @@ class Digested:
 
     surface: InputState
     rig: InputState
+    surfaces: tuple[InputState, ...]
+    subjects: tuple[int, ...]
     in_force: tuple[int | None, int | None]
     needed: tuple[int, ...]
     kept: tuple[int, ...]

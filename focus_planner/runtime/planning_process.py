@@ -134,6 +134,7 @@ class PlanningProcess:
         self._recorded = None
         self._condense()
         planner = self._planner
+        planner.surface.keep(order.subjects)
         for slot, arrivals, unheard in (
             (planner.surface, order.surfaces, order.unheard[0]),
             (planner.rig, order.rigs, order.unheard[1]),
@@ -141,11 +142,13 @@ class PlanningProcess:
             slot.unheard = unheard
             for arrival in arrivals:
                 slot.receive(arrival)
-        planner.digest(order.optics)
+        planner.digest(order.optics, order.subjects)
         rig, self._new_rig = self._new_rig, None
         return orders.Digested(
             surface=planner.surface.state,
             rig=planner.rig.state,
+            surfaces=planner.surface.states,
+            subjects=tuple(each.arrival.number for each in planner.surface.all_in_force),
             in_force=(_number(planner.surface.in_force), _number(planner.rig.in_force)),
             needed=tuple(arrival.number for arrival in planner.arrivals()),
             kept=tuple(arrival.number for arrival in planner.kept()),

@@ -15,6 +15,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
 from enum import Enum
@@ -88,7 +89,10 @@ class Inbox:
     state : InputState
         What was in force when the process last told.
     in_force : Arrival or None
-        As of then.
+        As of then, the newest.
+    states : tuple of InputState
+    all_in_force : tuple of Arrival
+        The same of all that were in force, the oldest first.
     """
 
     kind: str
@@ -97,18 +101,31 @@ class Inbox:
 
     def __post_init__(self) -> None:
         self.state = InputState(self.kind)
+        self.states: tuple[InputState, ...] = ()
+        self.all_in_force: tuple[Arrival[Any], ...] = ()
         self.known: dict[int, Arrival[Any]] = {}
-        self._new: deque[Arrival[Any]] = deque(maxlen=BACKLOG)
+        self._new: deque[Arrival[Any]] = deque()
+        self._most = BACKLOG
+
+    def keep(self, most: int) -> None:
+        """Keep at least so many of the newest messages for the next digest."""
+        self._most = max(BACKLOG, most)
 
     def receive(self, arrival: Arrival[Any]) -> None:
         """Keep a message for the next digest; safe to call from any thread."""
         self._new.append(arrival)
+        with suppress(IndexError):  # if they have just been taken
+            while len(self._new) > self._most:
+                self._new.popleft()
 
     def take(self) -> tuple[Arrival[Any], ...]:
         """Return what has arrived since the last call."""
-        taken = tuple(self._new.popleft() for _ in range(len(self._new)))
+        taken = []
+        with suppress(IndexError):
+            while True:
+                taken.append(self._new.popleft())
         self.known |= {arrival.number: arrival for arrival in taken}
-        return taken
+        return tuple(taken)
 
     def all_known(self) -> tuple[Arrival[Any], ...]:
         """Return the inputs that the process has, or had, in the order of arrival."""
@@ -120,8 +137,8 @@ class Inbox:
 
     def forget_all_new(self) -> None:
         """Forget the inputs of a digest that was ended, but for the newest."""
-        in_force = self.in_force.number if self.in_force else -1
-        self.forget_all_but((in_force, *sorted(self.known)[-BACKLOG:]))
+        in_force = (each.number for each in (*self.all_in_force, self.in_force) if each)
+        self.forget_all_but((*in_force, *sorted(self.known)[-self._most :]))
 
 
 class RemotePlanner:
@@ -208,6 +225,7 @@ class RemotePlanner:
         max_memory: int,
         wish: Callable[[], Wish],
         tell: Callable[[Standing], object] = lambda _: None,
+        subjects: int = 1,
     ) -> None:
         """Have the inputs parsed that have arrived, and note which are in force.
 
@@ -219,6 +237,7 @@ class RemotePlanner:
             If that was not to be waited for; the inputs are kept for the next time.
         """
         began = time.monotonic()
+        self.surface.keep(subjects)
 
         def handle(event: Any) -> None:
             elapsed = time.monotonic() - began
@@ -234,9 +253,8 @@ class RemotePlanner:
             taken = datetime.now(timezone.utc)
             if restored:
                 surfaces, rigs = self.surface.all_known(), self.rig.all_known()
-            order = orders.Digest(
-                surfaces, rigs, (self.surface.unheard, self.rig.unheard), optics, max_memory
-            )
+            unheard = self.surface.unheard, self.rig.unheard
+            order = orders.Digest(surfaces, rigs, unheard, optics, subjects, max_memory)
             try:
                 result = self._ask(order, wish, handle)
                 self._check_memory(result)
@@ -383,6 +401,8 @@ class RemotePlanner:
         surface, rig = digested.in_force
         self.surface.in_force = None if surface is None else self.surface.known[surface]
         self.rig.in_force = None if rig is None else self.rig.known[rig]
+        self.surface.states = digested.surfaces
+        self.surface.all_in_force = tuple(self.surface.known[each] for each in digested.subjects)
         known = self.surface.known | self.rig.known
         self.arrivals = [known[number] for number in digested.needed]
         for inbox in (self.surface, self.rig):

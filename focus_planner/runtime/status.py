@@ -53,11 +53,21 @@ class LastRun:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The inputs and the last run, as of one moment."""
+    """The inputs and the last run, as of one moment.
+
+    Attributes
+    ----------
+    surface, rig : InputState
+        The newest.
+    last_run : LastRun or None
+    surfaces : tuple of InputState
+        All that are planned for together, the oldest first.
+    """
 
     surface: InputState = _NO_SURFACE
     rig: InputState = _NO_RIG
     last_run: LastRun | None = None
+    surfaces: tuple[InputState, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -144,6 +154,12 @@ def input_to_fields(state: InputState, now: datetime) -> Fields:
         "refused": state.refused,
         "unheard": state.unheard,
     }
+
+
+def state_to_plan_input(state: InputState, now: datetime) -> Fields:
+    """Return a ``PlanInput`` message: an input in force and its age."""
+    names = "topic", "received", "stamp", "age"
+    return {name: value for name, value in input_to_fields(state, now).items() if name in names}
 
 
 def age_of(state: InputState, now: datetime) -> float:

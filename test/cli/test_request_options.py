@@ -47,11 +47,11 @@ REPOSITORY = Path(__file__).parents[2]
 FIELDS = {each.name: each for each in specified_fields(PlanRequest)}
 #: Of every field another value than its default.
 OTHER = PlanRequest(
-    *("em", 17, 5, 3, "assigned", "grid", 1.5, 2, 0.25, 9, 0.5),
+    *("em", 17, 5, 3, "assigned", "grid", 1.5, 2, 3, 0.25, 9, 0.5),
     bound="tight",
     gap=0.125,
-    views=3,
     max_mm_per_pixel=0.75,
+    worst=True,
 )
 
 
@@ -77,11 +77,14 @@ def parsed(words: list[str], request_type: type[PlanRequest] = PlanRequest) -> P
 
 
 def words_of(request: PlanRequest) -> list[str]:
-    return [
-        word
-        for name in FIELDS
-        for word in (f"--{name.replace('_', '-')}", str(getattr(request, name)))
-    ]
+    words = []
+    for name, field in FIELDS.items():
+        option, value = f"--{name.replace('_', '-')}", getattr(request, name)
+        if isinstance(field.default, bool):
+            words += [option] if value else []
+        else:
+            words += [option, str(value)]
+    return words
 
 
 def test_every_field_is_specified() -> None:
@@ -195,6 +198,7 @@ def test_the_docstring_explains_every_field() -> None:
             "depth_tolerance: expected a number of at least 0, got inf",
         ),
         ({"standard_error": 0.0}, "standard_error: expected a number above 0, got 0"),
+        ({"worst": 1}, "worst: expected True or False, got 1"),
         ({"gap": 2.0}, "gap: expected at most 1, the whole cost, got 2"),
         ({"gap": "small"}, "gap: expected a number of at least 0, got 'small'"),
     ],

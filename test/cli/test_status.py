@@ -133,6 +133,21 @@ def test_plan_lenses_and_inputs_are_told(monkeypatch: pytest.MonkeyPatch) -> Non
     assert "\ne " not in table
 
 
+def test_several_subjects_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    surfaces = [{"topic": "/focus_planner/mesh", "age": age} for age in (90.0, 70.0, 62.5)]
+    told = standing(planner_status(lens("a", LensStatus.VERIFIED), subjects=surfaces))
+    told.plan["subjects"] = [
+        {"surface": "mesh 1", "fresh_cost": 320.0},
+        {"surface": "mesh 2", "fresh_cost": 330.0},
+    ]
+    stream = io.StringIO()
+    show(told, stream)
+    assert "for 2 subjects, the worst mesh 2" in stream.getvalue()
+    text = " ".join(stream.getvalue().split())
+    assert "together with 2 before it, the oldest on /focus_planner/mesh, 90.0 s old" in text
+
+
 def test_a_lens_that_nobody_reports_is_not_called_anything_better() -> None:
     text = shown(planner_status(lens("a", LensStatus.UNREPORTED)))
     assert "1 planned: 1 unreported" in text

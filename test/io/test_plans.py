@@ -23,6 +23,7 @@ from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPla
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.sharp_views import Resolution, SharpArea
+from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.surface.scene import Scene
@@ -37,7 +38,7 @@ KEYS = [
     *("surface_area", "covered_area", "in_focus_area", "in_focus_standard_error"),
     *("solve_seconds", "total_seconds", "views", "max_mm_per_pixel", "shots"),
 ]
-LIST_KEYS = ["notes", "cameras"]
+LIST_KEYS = ["notes", "subjects", "cameras"]
 SHARP_KEYS = ["sharp_area", "sharp_standard_error", "resolution"]
 CAMERA_KEYS = [
     *("name", "status", "focus_distance", "near_limit", "far_limit"),
@@ -96,6 +97,27 @@ def test_it_comes_back_bit_for_bit(tmp_path: Path) -> None:
     save_plan(bounded, tmp_path / "plan.json")
     assert load_plan(tmp_path / "plan.json") == bounded
     assert list(tmp_path.iterdir()) == [tmp_path / "plan.json"]
+
+
+SUBJECTS = tuple(
+    SubjectQuality(name, 1.5, 0.25, 7, 300.0 / 7, 9, 1 / 3, 0.1, 1.8, 1.7, 0.01, 1.6, 0.02, preset)
+    for name, preset in (("a.ply", 1), ("b.ply", 2))
+)
+
+
+def test_several_subjects_come_back(tmp_path: Path) -> None:
+    plan = replace(PLAN, subjects=SUBJECTS)
+    save_plan(plan, tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == plan
+    told = json.loads(plan_to_json(plan))["subjects"][1]
+    assert (told["surface"], told["preset"], told["in_focus_area"]) == ("b.ply", 2, 1.6)
+
+
+def test_plans_of_older_versions_have_no_subjects(tmp_path: Path) -> None:
+    data = json.loads(plan_to_json(PLAN))
+    del data["subjects"]
+    (tmp_path / "plan.json").write_text(json.dumps(data), encoding="utf-8")
+    assert load_plan(tmp_path / "plan.json") == PLAN
 
 
 def test_several_shots_come_back(tmp_path: Path) -> None:

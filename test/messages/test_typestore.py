@@ -305,19 +305,19 @@ def test_another_text_of_the_same_definition_reads_the_same(name):
 
 
 def test_what_an_older_definition_lacks_is_zero_or_empty():
-    lacking = ("float64 gap", "uint32 k", "uint32 views", "float64 max_mm_per_pixel")
+    lacking = ("float64 gap", "uint32 k", "uint32 views", "float64 max_mm_per_pixel", "bool worst")
     older = definition_of(REQUEST)
     for line in lacking:
         older = older.replace(f"{line}\n", "")
     assert older.count("\n") == definition_of(REQUEST).count("\n") - len(lacking)
     whole = {"method": "em", "seed": 5, "scope": "all", "bound": "none"}
-    # Without its last field, and without one whose absence leaves no gap before the next.
+    # Without its last fields, and without one whose absence leaves no gap before the next.
     payload = b"\0\1\0\0" + b"\3\0\0\0em\0\0" + bytes(4) + bytes(4) + (5).to_bytes(8, "little")
     payload += bytes(8) + b"\4\0\0\0all\0" + bytes(12) + bytes(4) + b"\5\0\0\0none\0"
     read = fields_of(deserialize(REQUEST, payload, older))
     for field, value in whole.items():
         assert read[field] == value
-    assert (read["gap"], read["k"]) == (0.0, 0)
+    assert (read["gap"], read["k"], read["worst"]) == (0.0, 0, False)
     assert (read["views"], read["max_mm_per_pixel"]) == (0, 0.0)
 
 

@@ -109,7 +109,7 @@ TEXTS = {
 def test_all_that_a_plan_depends_on_can_be_set():
     names = settable_names()
     assert len(set(names)) == len(names)
-    fixed = {"frame_id", "warm_start"}
+    fixed = {"frame_id", "subjects", "warm_start"}
     for declaration in DECLARATIONS:
         assert (declaration.name in names) is (declaration.name not in fixed and declaration.plans)
         if declaration.name.startswith("lens."):

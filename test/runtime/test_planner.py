@@ -454,3 +454,103 @@ def test_a_plan_is_made_again_from_its_stop_log(ready):
     assert again.cameras == ended.cameras
     assert not ended.converged
     assert not again.converged
+
+
+# --- several surfaces ----------------------------------------------------------------------------
+
+
+class SubjectsBench(Bench):
+    """A bench that keeps several surfaces in force."""
+
+    def __init__(self, subjects):
+        super().__init__()
+        self.subjects = subjects
+        self.planner.digest(Optics(), subjects)
+
+    def digest(self):
+        self.planner.digest(Optics(), self.subjects)
+
+    def surface(self, content, payload=None, *, digest=True):
+        super().surface(content, payload, digest=False)
+        if digest:
+            self.digest()
+
+    def rig(self, content, payload=None, *, digest=True):
+        super().rig(content, payload, digest=False)
+        if digest:
+            self.digest()
+
+    @property
+    def in_force(self):
+        return [each.value.surface for each in self.planner.surface.all_in_force]
+
+
+BOXES = [box(0.2 + 0.02 * i) for i in range(7)]
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_the_newest_surfaces_are_planned_for_together(at_once):
+    bench = SubjectsBench(6)
+    bench.rig(RIG)
+    for surface in BOXES:
+        bench.surface(surface, digest=not at_once)
+    bench.digest()
+    # Of those that wait, as many are kept as are planned for.
+    assert bench.in_force == BOXES[1:]
+    plan, _, _ = bench.planner.plan(REQUEST)
+    assert [each.surface for each in plan.subjects] == [f"mesh {i}" for i in range(1, 7)]
+    alone = plan_focus([Scene(each) for each in BOXES[1:]], RIG, REQUEST)
+    assert plan.focus_distances.tolist() == alone.focus_distances.tolist()
+
+
+def test_a_surface_that_comes_again_is_the_newest_and_counts_once():
+    bench = SubjectsBench(2)
+    bench.rig(RIG)
+    bench.surface(BOX, b"box")
+    bench.surface(OTHER, b"other")
+    bench.surface(BOX, b"box")
+    assert bench.in_force == [OTHER, BOX]
+
+
+def test_fewer_surfaces_than_wanted_are_planned_for_with_a_note():
+    bench = SubjectsBench(3)
+    bench.rig(RIG)
+    bench.surface(BOX)
+    bench.surface(OTHER)
+    plan, _, _ = bench.planner.plan(REQUEST)
+    assert len(plan.subjects) == 2
+    (note,) = (note for note in plan.notes if note.code == "subjects")
+    assert note.text.startswith("planned for 2 surfaces, all that were received so far, of the 3 ")
+
+
+def test_one_that_is_refused_takes_nobody_out_of_force():
+    bench = SubjectsBench(2)
+    bench.rig(RIG)
+    bench.surface(BOX)
+    bench.surface(OTHER)
+    bench.surface(InputError("mesh", "triangles", "none"))
+    assert bench.in_force == [BOX, OTHER]
+    with pytest.raises(NotReady, match="was refused"):
+        bench.planner.plan(REQUEST)
+    assert len(bench.planner.plan(REQUEST)[0].subjects) == 2
+
+
+def test_fewer_are_kept_once_fewer_are_wanted():
+    bench = SubjectsBench(3)
+    bench.rig(RIG)
+    for surface in BOXES[:3]:
+        bench.surface(surface)
+    bench.subjects = 1
+    bench.digest()
+    assert bench.in_force == BOXES[2:3]
+    assert bench.planner.plan(REQUEST)[0].subjects == ()
+
+
+def test_surfaces_that_do_not_fit_a_new_rig_are_no_longer_planned_for():
+    bench = SubjectsBench(2)
+    bench.rig(RIG)
+    bench.surface(BOX)
+    bench.rig(FAR_RIG)
+    bench.surface(FAR_BOX)
+    assert bench.in_force == [FAR_BOX]
+    assert any("does not fit the new rig" in line for line in bench.log.warnings)

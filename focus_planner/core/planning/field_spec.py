@@ -86,6 +86,9 @@ class SpecifiedField(NamedTuple):
         elif spec.choices:
             if type(value) is not type(self.default) or value not in spec.choices:
                 raise InputError(self.name, " or ".join(map(str, spec.choices)), repr(value))
+        elif isinstance(self.default, bool):
+            if not isinstance(value, bool):
+                raise InputError(self.name, "True or False", repr(value))
         elif isinstance(self.default, int):
             self._check_at_most(check_whole(self.name, value, int(spec.at_least or 0)))
         else:

@@ -30,6 +30,7 @@ from focus_planner.core.planning.diagnosis import (
 from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import MAX_SAMPLES, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.problem.joined import concatenate, separated
 from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import spread_start, with_shots
 from focus_planner.core.progress import ProgressCallback, never_stop
@@ -134,7 +135,18 @@ def _check_importance(samples: Samples, request: PlanRequest) -> None:
 
 
 def subsample(problem: Problem, count: int, seed: int) -> Problem:
-    """Return the problem on ``count`` of a problem's samples, drawn at random."""
+    """Return the problem on ``count`` of a problem's samples, drawn at random.
+
+    Of several subjects, of each as large a part.
+    """
+    if problem.subject_offsets:
+        share = count / problem.sample_count
+        return concatenate(
+            [
+                subsample(part, max(1, int(share * part.sample_count)), seed)
+                for part in separated(problem)
+            ]
+        )
     drawn = np.random.default_rng(seed).permutation(problem.sample_count)[:count]
     return _part_of(problem, np.sort(drawn))
 

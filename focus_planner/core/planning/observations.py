@@ -13,13 +13,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.planning.suspicions import blind_cameras, seen_from_behind, suspect_frames
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
@@ -40,23 +41,45 @@ _COARSE = 0.005
 
 
 def observe(
-    scene: Scene, rig: Rig, request: PlanRequest, problem: Problem, fresh: Problem
+    subjects: Sequence[Subject],
+    rig: Rig,
+    request: PlanRequest,
+    problems: Sequence[Problem],
+    fresh: Sequence[Problem],
 ) -> tuple[Note, ...]:
-    """Return notes on what was read, and on how the surface and the rig fit each other.
+    """Return notes on what was read, and on how the surfaces and the rig fit each other.
+
+    Of several subjects they name the one that they are about.
 
     Parameters
     ----------
-    scene, rig, request
-    problem, fresh : Problem
-        On the samples to plan on, and on fresh ones.
+    subjects, rig, request
+    problems, fresh : sequences of Problem
+        Each subject's, on the samples to plan on, and on fresh ones.
     """
-    return (
-        *scene.notes,
-        *rig.notes,
+    of_each = [
+        _of_subject(subject.scene, rig, request, *on)
+        for subject, *on in zip(subjects, problems, fresh, strict=True)
+    ]
+    if len(subjects) == 1:
+        read, fit = of_each[0]
+        return (*read, *rig.notes, *fit)
+    named = [
+        subject.noted([*read, *fit]) for subject, (read, fit) in zip(subjects, of_each, strict=True)
+    ]
+    return (*rig.notes, *(note for notes in named for note in notes))
+
+
+def _of_subject(
+    scene: Scene, rig: Rig, request: PlanRequest, problem: Problem, fresh: Problem
+) -> tuple[list[Note], list[Note]]:
+    """Return notes on what was read of a surface, and on how it fits the rig and the request."""
+    fit = [
         *_importance(scene),
         *_fit(scene, rig, problem, fresh),
         *_resolution(scene, rig, request, problem, fresh),
-    )
+    ]
+    return list(scene.notes), fit
 
 
 def fewer_samples(request: PlanRequest, problem: Problem, fresh: Problem, *, stopped: bool) -> Note:
@@ -70,10 +93,12 @@ def fewer_samples(request: PlanRequest, problem: Problem, fresh: Problem, *, sto
     stopped : bool
         Whether the caller stopped the plan, rather than its time budget.
     """
-    asked = f"{request.samples}" if request.samples else "all of the cloud's"
+    count = len(problem.subjects)
+    times = f"{count} times " if count > 1 else ""
+    asked = f"{times}{request.samples}" if request.samples else "all of the cloud's"
     counts = (
         f"{problem.sample_count} samples, of {asked}, and {fresh.sample_count} fresh ones, of"
-        f" {request.fresh_samples}"
+        f" {times}{request.fresh_samples}"
     )
     if stopped:
         seen, remedy = f"the request was stopped when there were {counts}", "let it end"

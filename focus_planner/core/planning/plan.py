@@ -26,6 +26,7 @@ from focus_planner.core.notes import Note
 from focus_planner.core.planning.plan_text import for_views, plan_line, plan_text
 from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.planning.subject_quality import SubjectQuality
 
 if TYPE_CHECKING:
     # Importing it loads compiled kernels, and plans are also read where nothing is planned.
@@ -142,7 +143,8 @@ class FocusPlan:
     method : str
     cost : float
         1000 × the mean over the solver's samples, by weight, of the pointwise cost (Eq. 3); with
-        several ``views`` of the mean over a sample's best ones.
+        several ``views`` of the mean over a sample's best ones. Of several subjects the mean of
+        their costs, by weight, or what the worst of them costs if that was planned for.
     lower_bound : float or None
         No plan for the solver's samples costs less on them.
     converged : bool
@@ -152,12 +154,13 @@ class FocusPlan:
     depth_tolerance : float
         The request's, metres.
     fresh_cost, fresh_standard_error : float
-        The same mean over the fresh samples, and its standard error.
+        The same over the fresh samples, and its standard error.
     fresh_samples : int
     surface_area, covered_area, in_focus_area : float
         Of the surface, of the part that some camera sees, and of the part that is in focus in the
         camera that images it best; square metres. The last two are estimated on the fresh samples
-        and leave out surface of no importance.
+        and leave out surface of no importance. Of several subjects each is the mean, by weight:
+        that of a subject on average.
     in_focus_standard_error : float
         Of ``in_focus_area``, square metres.
     solve_seconds, total_seconds : float
@@ -176,6 +179,8 @@ class FocusPlan:
     resolution : Resolution or None
         How finely the part in focus is imaged, estimated on the fresh samples; None if there is
         none, or it was not told.
+    subjects : tuple of SubjectQuality
+        What the plan is worth for each of several; empty for one.
     """
 
     method: str
@@ -200,6 +205,17 @@ class FocusPlan:
     max_mm_per_pixel: float = field(default=math.inf, kw_only=True)
     sharp_areas: tuple[SharpArea, ...] = field(default=(), kw_only=True)
     resolution: Resolution | None = field(default=None, kw_only=True)
+    subjects: tuple[SubjectQuality, ...] = field(default=(), kw_only=True)
+
+    @property
+    def worst(self) -> SubjectQuality | None:
+        """The subject that costs most on its fresh samples; None for a plan for one."""
+        return max(self.subjects, key=lambda each: each.fresh_cost, default=None)
+
+    @property
+    def is_for_worst(self) -> bool:
+        """Whether the cost, and its bound, are those of the worst subject, not of the mean."""
+        return any(each.multiplier for each in self.subjects)
 
     @property
     def gap(self) -> float | None:
@@ -231,6 +247,8 @@ class FocusPlan:
             text += f", within {100 * self.gap:.3g} % of the best"
         if not self.converged:
             text += ", ended before it converged"
+        if self.worst is not None and len(self.subjects) > 1:
+            text += f"; worst of {len(self.subjects)} subjects: {self.worst.surface}"
         codes = ", ".join(dict.fromkeys(note.code for note in self.notes))
         return f"{text}; see its notes: {codes}" if codes else text
 
@@ -283,7 +301,8 @@ class SolvedPlan(FocusPlan):
     fresh_problem : Problem
         The problem on the fresh samples.
     prices : (N,) array or None
-        Of the samples of ``problem``, 0 to 1; they prove the lower bound.
+        Of the samples of ``problem``, 0 to 1; they prove the lower bound. That of a worst subject
+        is proven with each subject's samples weighted by its multiplier.
     stop_log : StopLog
         Where the time budget or the callback ended it: with this log it can be made again, bit
         for bit, on any machine.

@@ -21,15 +21,15 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.solving import solve
 from focus_planner.core.planning.stop_log import StopLog
+from focus_planner.core.planning.subjects import Scenes, subjects_of
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
 
 
 def plan_focus(
-    scene: Scene,
+    scene: Scenes,
     rig: Rig,
     request: PlanRequest | None = None,
     model: CostModel | None = None,
@@ -51,8 +51,11 @@ def plan_focus(
 
     Parameters
     ----------
-    scene : Scene
-        Of the surface, in the rig's frame.
+    scene : Scene, or sequence of Scene or Subject
+        Of the surface, in the rig's frame. Several are planned for together, each alone in front
+        of the rig: their costs count the same, or as the weights of
+        :class:`~focus_planner.core.planning.subjects.Subject` say, and numbers of samples are those
+        of each.
     rig : Rig
     request : PlanRequest, optional
     model : CostModel, optional
@@ -92,9 +95,11 @@ def plan_focus(
         nonlocal is_stopped
         is_stopped = is_stopped or not on_progress(progress)
 
-    precompile(works_for(request, clouds=isinstance(scene.surface, PointCloud)), note)
+    subjects = subjects_of(scene)
+    clouds = any(isinstance(each.scene.surface, PointCloud) for each in subjects)
+    precompile(works_for(request, clouds=clouds), note)
     return solve(
-        scene,
+        subjects,
         rig,
         request,
         model,

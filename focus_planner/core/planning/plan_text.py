@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from focus_planner.core.planning.plan import FocusPlan
     from focus_planner.core.planning.sharp_views import Resolution, SharpArea
+    from focus_planner.core.planning.subject_quality import SubjectQuality
 
 
 def plan_text(plan: FocusPlan) -> str:
@@ -54,10 +55,10 @@ def _cameras(plan: FocusPlan) -> str:
 
 def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     """Yield rows: name, text."""
-    yield (
-        "cost",
-        f"{plan.cost:.2f} of 1000{for_views(plan)}, on {plan.samples} samples, seed {plan.seed}",
-    )
+    whose = for_views(plan)
+    if len(plan.subjects) > 1:
+        whose += f", {'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects"
+    yield "cost", f"{plan.cost:.2f} of 1000{whose}, on {plan.samples} samples, seed {plan.seed}"
     bound = "none sought"
     if plan.lower_bound is not None and plan.gap is not None:
         bound = f"{plan.lower_bound:.2f}: within {100 * plan.gap:.3g} % of the best"
@@ -72,6 +73,8 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
         yield "sharp views", ", ".join(_sharp(sharp, plan) for sharp in plan.sharp_areas)
     if plan.resolution:
         yield "resolution", resolution_text(plan.resolution)
+    if plan.worst is not None and len(plan.subjects) > 1:
+        yield "worst", f"{plan.worst.surface}: {worst_in_words(plan.worst)}"
     statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
     words = (
         f"{count} {status.name.lower().replace('sees_', 'seeing ')}" for status, count in statuses
@@ -97,6 +100,15 @@ def _sharp(sharp: SharpArea, plan: FocusPlan) -> str:
         return f"{sharp.views}+ {sharp.area:.3f} ± {sharp.standard_error:.3f} m²"
     share, error = sharp.area / plan.surface_area, sharp.standard_error / plan.surface_area
     return f"{sharp.views}+ {100 * share:.1f} ± {error:.1%}"
+
+
+def worst_in_words(worst: SubjectQuality) -> str:
+    """Return what a plan is worth for the subject that costs most."""
+    in_focus = f", {worst.in_focus_area / worst.surface_area:.1%} in focus"
+    return (
+        f"{worst.fresh_cost:.2f} ± {worst.fresh_standard_error:.2f} on fresh samples"
+        f"{in_focus if worst.surface_area else ''}"
+    )
 
 
 def _share(area: float, plan: FocusPlan) -> str:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,10 +80,13 @@ def estimate_quality(problem: Problem, focus: FloatArray, rig: Rig | None = None
     The estimate is unbiased if the samples are a random draw on which the distances do not
     depend; a solver's distances look better than they are on the samples that it was given.
 
+    Of several subjects it tells the quality on average: each was drawn from by itself, so that
+    errors are those of each, and how much subjects differ adds nothing to them.
+
     Parameters
     ----------
     problem : Problem
-        Of at least 2 samples.
+        Of at least 2 samples of each subject.
     focus : (C,) array
         Metres.
     rig : Rig, optional
@@ -92,19 +96,43 @@ def estimate_quality(problem: Problem, focus: FloatArray, rig: Rig | None = None
     weights, areas = problem.samples.weights, problem.samples.areas
     area = float(areas.sum())
     in_focus = problem.in_focus(focus, best)
+    mean = partial(mean_of_subjects, problem.subjects)
     return Quality(
-        cost=weighted_mean(weights, costs).scaled(1000),
-        covered_area=weighted_mean(areas, best >= 0).scaled(area),
-        in_focus_area=weighted_mean(areas, in_focus).scaled(area),
+        cost=mean(weights, costs).scaled(1000),
+        covered_area=mean(areas, best >= 0).scaled(area),
+        in_focus_area=mean(areas, in_focus).scaled(area),
         sharp_areas=_sharp_areas(problem, focus),
         resolution=None if rig is None else _resolution(problem, rig, best, in_focus),
+    )
+
+
+def mean_of_subjects(
+    subjects: Sequence[slice], weights: FloatArray, values: FloatArray | NDArray[np.bool_]
+) -> Estimate:
+    """Return the ratio Σ w·v / Σ w over all subjects' samples, each drawn independently.
+
+    Parameters
+    ----------
+    subjects : sequence of slice
+        The samples of each.
+    weights, values : (N,) arrays
+    """
+    if len(subjects) == 1:
+        return weighted_mean(weights, values)
+    means = [weighted_mean(weights[part], values[part]) for part in subjects]
+    shares = np.array([weights[part].sum() for part in subjects]) / weights.sum()
+    return Estimate(
+        float(shares @ [mean.value for mean in means]),
+        float(np.sqrt(shares**2 @ [mean.standard_error**2 for mean in means])),
     )
 
 
 def _sharp_areas(problem: Problem, focus: FloatArray) -> tuple[SharpArea, ...]:
     areas, views = problem.samples.areas, sharp_views(problem, focus)
     total = float(areas.sum())
-    estimates = ((count, weighted_mean(areas, views >= count)) for count in TOLD_VIEWS)
+    estimates = (
+        (count, mean_of_subjects(problem.subjects, areas, views >= count)) for count in TOLD_VIEWS
+    )
     return tuple(
         SharpArea(count, total * share.value, total * share.standard_error)
         for count, share in estimates

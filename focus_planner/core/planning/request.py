@@ -40,6 +40,9 @@ MAX_SHOTS = 16
 
 MAX_VIEWS = 8
 
+#: More of them, each with its rays to cast, belong into several plans.
+MAX_SUBJECTS = 64
+
 
 @documented
 @dataclass(frozen=True)
@@ -65,8 +68,8 @@ class PlanRequest:
     samples: int = specified(
         4096,
         FieldSpec(
-            "number of surface samples to plan on; 0 takes a cloud's own points, or on a mesh as"
-            " many samples as ``standard_error`` calls for",
+            "number of surface samples to plan on, of each subject; 0 takes a cloud's own points,"
+            " or on a mesh as many samples as ``standard_error`` calls for",
             at_least=0,
             at_most=MAX_SAMPLES,
         ),
@@ -154,8 +157,8 @@ class PlanRequest:
     fresh_samples: int = specified(
         4096,
         FieldSpec(
-            "number of further samples, unseen by the solver, on which the plan's quality is"
-            " estimated",
+            "number of further samples of each subject, unseen by the solver, on which the plan's"
+            " quality is estimated",
             at_least=2,
             at_most=MAX_SAMPLES,
         ),
@@ -184,6 +187,13 @@ class PlanRequest:
             at_least=0,
             at_most=1,
             at_most_is="the whole cost",
+        ),
+    )
+    worst: bool = specified(
+        False,
+        FieldSpec(
+            "plan several subjects for the one that costs most, so that it costs as little as it"
+            " can, rather than for their mean"
         ),
     )
 

@@ -54,24 +54,27 @@ class ResourceLimits:
     max_problem_size: float = math.inf
     max_memory: float = math.inf
 
-    def check_size(self, request: PlanRequest, samples: int, cameras: int) -> None:
+    def check_size(
+        self, request: PlanRequest, samples: int, cameras: int, subjects: int = 1
+    ) -> None:
         """Raise ``InputError`` if a problem of so many samples and cameras is too large.
 
         Parameters
         ----------
         request : PlanRequest
         samples : int
-            To plan on.
+            To plan on, of each subject.
         cameras : int
             Of the rig.
+        subjects : int
         """
         for what, count in (("samples", samples), ("fresh_samples", request.fresh_samples)):
-            size = count * request.shots * cameras
+            size = count * request.shots * cameras * subjects
             if size > self.max_problem_size:
-                fits = math.floor(self.max_problem_size / (request.shots * cameras))
+                fits = math.floor(self.max_problem_size / (request.shots * cameras * subjects))
                 raise InputError(
                     what,
-                    f"at most {fits:,} for {_counted(request, cameras)}"
+                    f"at most {fits:,} for {_counted(request, cameras, subjects)}"
                     f" (parameter max_problem_size, {self.max_problem_size:,.0f})",
                     f"{count:,}",
                     "take fewer, or raise the parameter",
@@ -86,18 +89,19 @@ class ResourceLimits:
         problem : Problem
             Tells how many cameras see a sample.
         samples : int
-            To plan on.
+            To plan on, of all subjects together.
         """
+        subjects = len(problem.subjects)
         pairs = len(problem.depth) / problem.sample_count
         needed = (_bytes_of_pair(request) * pairs + _BYTES_OF_SAMPLE) * samples
         if needed > self.max_memory:
-            fits = int(_CERTAIN * samples * self.max_memory / needed)
+            fits = int(_CERTAIN * samples * self.max_memory / needed / subjects)
             raise InputError(
                 "samples",
                 f"at most {_rounded_down(fits):,} for method {request.method} and"
-                f" {_counted(request, problem.camera_count // request.shots)}"
+                f" {_counted(request, problem.camera_count // request.shots, subjects)}"
                 f" (parameter max_memory, {self.max_memory / _GIGA:.3g} GB)",
-                f"{samples:,}, which would take {needed / _GIGA:.3g} GB",
+                f"{samples // subjects:,}, which would take {needed / _GIGA:.3g} GB",
                 "take fewer, or raise the parameter if there is enough memory",
             )
 
@@ -110,9 +114,10 @@ def _bytes_of_pair(request: PlanRequest) -> int:
     return max(with_tuples, _BYTES_OF_PROOF) if request.method == "optimal" else with_tuples
 
 
-def _counted(request: PlanRequest, cameras: int) -> str:
+def _counted(request: PlanRequest, cameras: int, subjects: int) -> str:
     shots = f"{request.shots} shots of " if request.shots > 1 else ""
-    return f"{shots}{cameras} camera{'s' if cameras > 1 else ''}"
+    of_each = f" and each of {subjects} subjects" if subjects > 1 else ""
+    return f"{shots}{cameras} camera{'s' if cameras > 1 else ''}{of_each}"
 
 
 def _rounded_down(count: int) -> int:

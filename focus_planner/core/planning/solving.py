@@ -19,28 +19,26 @@ from dataclasses import replace
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.bounds.lower_bound import lower_bound
-from focus_planner.core.notes import Note
-from focus_planner.core.planning.formulation import choose_samples, formulate_problem, subsample
-from focus_planner.core.planning.observations import cost_of_tolerance, fewer_samples, observe
+from focus_planner.core.planning.formulation import subsample
+from focus_planner.core.planning.making import Given, plan_of
+from focus_planner.core.planning.many_subjects import formulate_subjects
+from focus_planner.core.planning.observations import fewer_samples
 from focus_planner.core.planning.pacer import Pacer
-from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan, WarmStart
-from focus_planner.core.planning.quality import estimate_quality
+from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
-from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE, TimeBudget
+from focus_planner.core.planning.subjects import Scenes, subjects_of
+from focus_planner.core.planning.time_budget import TimeBudget
 from focus_planner.core.planning.warm_start import warm_options
+from focus_planner.core.planning.worst import Balanced, balance_subjects
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.problem.problem import Problem, mean_cost, with_depth_tolerance
-from focus_planner.core.problem.shots import sort_shots, spread_start
+from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import spread_start
 from focus_planner.core.progress import ProgressCallback, never_stop
-from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options, Solution
-from focus_planner.core.solvers.solution import fill_missing_distances
-from focus_planner.core.surface.scene import Scene
+from focus_planner.core.solvers import SOLVERS, Options
 from focus_planner.core.validation import InputError
 
 # Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
@@ -49,7 +47,7 @@ _QUICK_STEPS = 60
 
 
 def solve(
-    scene: Scene,
+    scenes: Scenes,
     rig: Rig,
     request: PlanRequest,
     model: CostModel | None = None,
@@ -64,65 +62,39 @@ def solve(
 
     Kernels that are not compiled yet are compiled on the way, which counts as part of the plan.
     """
+    subjects = subjects_of(scenes)
     options = _options(rig, request)
     pacer = Pacer(TimeBudget(request.time_budget, clock), on_progress, stop_log)
-    request = choose_samples(scene, rig, request, model, pacer)
-    limits = limits or ResourceLimits()
-    samples = request.samples or len(scene.sample(0, request.seed))
-    limits.check_size(request, samples, len(rig))
-    fresh, problem = _formulate(scene, rig, request, model, pacer, limits, samples)
-    notes = () if pacer.callback_stopped else observe(scene, rig, request, problem, fresh)
+    formulated = formulate_subjects(subjects, rig, request, model, pacer, limits)
     solving_began = clock()
-    problem = _with_cells(problem, request, pacer)
+    problem = _with_cells(formulated.problem, request, pacer)
     options = replace(options, start=spread_start(problem))
     if warm_start is not None:
         options = warm_options(options, warm_start, problem)
     bounded = request.bound != "none" and request.method != "optimal"
     pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
     with kernels.threads_for(len(problem.depth)):
-        solution = SOLVERS[request.method](problem, options, pacer)
+        solved = _solved(problem, request, options, pacer)
         solve_seconds = clock() - solving_began
         # A caller who stopped the plan is waiting for it, not for a bound.
         if bounded and not pacer.callback_stopped:
             pacer.start_bound()
-            solution = _bounded(problem, solution, request, options, pacer)
+            solved = _bounded(solved, request, options, pacer)
+    notes = formulated.notes
     if pacer.samples_left_out:
         stopped = pacer.callback_stopped
-        notes = (*notes, fewer_samples(request, problem, fresh, stopped=stopped))
-    return _plan(
-        (scene, rig, request),
-        problem,
-        fresh,
-        solution,
-        notes,
-        pacer=pacer,
-        solve_seconds=solve_seconds,
-    )
+        notes = (*notes, fewer_samples(request, problem, formulated.fresh, stopped=stopped))
+    formulated = replace(formulated, problem=problem, notes=notes)
+    return plan_of(Given(subjects, rig, request), formulated, solved, pacer, solve_seconds)
 
 
-def _formulate(
-    scene: Scene,
-    rig: Rig,
-    request: PlanRequest,
-    model: CostModel | None,
-    pacer: Pacer,
-    limits: ResourceLimits,
-    samples: int,
-) -> tuple[Problem, Problem]:
-    """Return the problem on fresh samples and the one to plan on, on as many as given."""
-    fresh_part, part = (
-        # Without questions in between, rays are cast all at once.
-        pacer.within(stage, share / request.shots) if pacer.may_stop else None
-        for stage, share in (("fresh", FRESH_SHARE), ("visibility", SAMPLES_SHARE))
-    )
-    enough = pacer.enough
-    fresh = formulate_problem(
-        scene, rig, request, model, fresh=True, keep_going=fresh_part, enough=enough
-    )
-    limits.check_memory(request, fresh, samples)
-    problem = formulate_problem(scene, rig, request, model, keep_going=part, enough=enough)
-    limits.check_memory(request, problem, problem.sample_count)
-    return fresh, problem
+def _solved(problem: Problem, request: PlanRequest, options: Options, pacer: Pacer) -> Balanced:
+    """Return what the method finds, for the mean or the worst of the problem's subjects."""
+    count = len(problem.subjects)
+    if request.worst and count > 1:
+        return balance_subjects(problem, request.method, options, pacer)
+    solution = SOLVERS[request.method](problem, options, pacer)
+    return Balanced(solution, np.zeros(count), problem, solution)
 
 
 def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem:
@@ -137,21 +109,16 @@ def _with_cells(problem: Problem, request: PlanRequest, pacer: Pacer) -> Problem
 
 
 def _bounded(
-    problem: Problem,
-    solution: Solution,
-    request: PlanRequest,
-    options: Options,
-    on_progress: ProgressCallback,
-) -> Solution:
+    solved: Balanced, request: PlanRequest, options: Options, on_progress: ProgressCallback
+) -> Balanced:
     """Return a solution without a lower bound with one added."""
-    near = solution.cost
+    problem, mean = solved.problem, solved.mean
+    near = mean.cost
     if request.method in {"closest", "average"}:
         near = SOLVERS["em"](problem, options).cost
     steps = _QUICK_STEPS if request.bound == "quick" else None
-    bound = lower_bound(
-        problem, solution.cost, near, options.gap, options.prices, on_progress, steps
-    )
-    return replace(solution, lower_bound=bound.lower_bound, prices=bound.prices)
+    bound = lower_bound(problem, mean.cost, near, options.gap, options.prices, on_progress, steps)
+    return replace(solved, mean=replace(mean, lower_bound=bound.lower_bound, prices=bound.prices))
 
 
 def _options(rig: Rig, request: PlanRequest) -> Options:
@@ -165,101 +132,4 @@ def _options(rig: Rig, request: PlanRequest) -> Options:
         scope=request.scope,
         grid=rig.grid if request.tuples == "grid" else None,
         gap=request.gap,
-    )
-
-
-def _plan(
-    given: tuple[Scene, Rig, PlanRequest],
-    problem: Problem,
-    fresh: Problem,
-    solution: Solution,
-    notes: tuple[Note, ...],
-    *,
-    pacer: Pacer,
-    solve_seconds: float,
-) -> SolvedPlan:
-    scene, rig, request = given
-    focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
-    costs, best = problem.evaluate(focus)
-    quality = estimate_quality(fresh, focus, rig)
-    if request.depth_tolerance:
-        nominal = estimate_quality(with_depth_tolerance(fresh, 0.0), focus, rig).in_focus_area.value
-        within = quality.in_focus_area.value
-        note = cost_of_tolerance(request.depth_tolerance, scene.area, within, nominal)
-        notes = (*notes, note)
-    cost = mean_cost(problem.samples.weights, costs)
-    bound = solution.lower_bound
-    return SolvedPlan(
-        method=request.method,
-        cost=cost,
-        lower_bound=None if bound is None else min(bound, cost),
-        converged=solution.converged and not pacer.samples_left_out,
-        samples=problem.sample_count,
-        seed=request.seed,
-        depth_tolerance=request.depth_tolerance,
-        views=request.views,
-        max_mm_per_pixel=request.max_mm_per_pixel,
-        fresh_cost=quality.cost.value,
-        fresh_standard_error=quality.cost.standard_error,
-        fresh_samples=fresh.sample_count,
-        surface_area=scene.area,
-        covered_area=quality.covered_area.value,
-        in_focus_area=quality.in_focus_area.value,
-        in_focus_standard_error=quality.in_focus_area.standard_error,
-        sharp_areas=quality.sharp_areas,
-        resolution=quality.resolution,
-        solve_seconds=solve_seconds,
-        total_seconds=pacer.budget.elapsed(),
-        notes=notes,
-        cameras=_camera_plans(problem, focus, best),
-        problem=problem,
-        fresh_problem=fresh,
-        prices=solution.prices,
-        stop_log=pacer.stop_log,
-    )
-
-
-def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[CameraFocus, ...]:
-    """Return every camera's part of the plan, given each sample's best camera."""
-    count = problem.camera_count
-    assigned = np.bincount(best[best >= 0], minlength=count)
-    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
-    shots = []
-    for c, lens in enumerate(problem.lenses):
-        near, far = depth_of_field(focus[c], lens)
-        shots.append(
-            Shot(
-                focus_distance=float(focus[c]),
-                near_limit=float(near),
-                far_limit=float(far),
-                assigned_samples=int(assigned[c]),
-                in_focus_samples=int(in_focus[c]),
-                device_value=lens.table.value_at(float(focus[c])) if lens.table else None,
-                from_sensor=float(distance_from_sensor(focus[c], lens)),
-            )
-        )
-    return tuple(
-        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
-        for c in range(0, count, problem.shots)
-    )
-
-
-def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
-    """Return a camera's part of the plan; its first shot is camera ``first`` of the problem."""
-    main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
-    assigned = sum(shot.assigned_samples for shot in shots)
-    status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
-    sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
-    return CameraFocus(
-        name=problem.names[first],
-        status=status if sees else CameraStatus.SEES_NOTHING,
-        focus_distance=main.focus_distance,
-        near_limit=main.near_limit,
-        far_limit=main.far_limit,
-        assigned_samples=assigned,
-        in_focus_samples=sum(shot.in_focus_samples for shot in shots),
-        shots=shots,
-        device_value=main.device_value,
-        device_unit=table.unit if table else None,
-        from_sensor=main.from_sensor,
     )

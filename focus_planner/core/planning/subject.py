@@ -13,19 +13,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 from focus_planner.core.brief import brief_repr
+from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.validation import InputError, first_few
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +68,58 @@ class PlannedSubject:
         # Without a number of samples, a request on a mesh chooses that of fresh ones as well.
         request = replace(self.request, samples=self.plan.samples, fresh_samples=samples)
         return formulate_problem(self.scene, self.rig, request, self.model, by="area", fresh=True)
+
+
+def one_of(
+    subjects: Sequence[Subject], planned: PlannedSubject, name: str | None = None
+) -> PlannedSubject:
+    """Return what a plan for several subjects is for one of them.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+        Those of the plan, in its order.
+    planned : PlannedSubject
+        The plan for all.
+    name : str, optional
+        Of the subject; by default the one that costs most.
+
+    Raises
+    ------
+    InputError
+        If there is none of this name.
+    """
+    if name is None:
+        assert planned.plan.worst is not None
+        name = planned.plan.worst.surface
+    plan = plan_for_one(planned.plan, name)
+    place = [each.surface for each in planned.plan.subjects].index(name)
+    return replace(planned, scene=subjects[place].scene, plan=plan)
+
+
+def plan_for_one(plan: FocusPlan, name: str) -> FocusPlan:
+    """Return a plan for several subjects with what it is worth for the one of this name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    names = [each.surface for each in plan.subjects]
+    if name not in names:
+        raise InputError("subject", f"one of {first_few(names)}", repr(name))
+    of_it = plan.subjects[names.index(name)]
+    note = Note(
+        "subjects",
+        f"the plan is for {len(names)} subjects together; this is what it is worth for {name}, and"
+        " samples of cameras are those of all",
+    )
+    told = vars(of_it)
+    alone = {
+        field.name: told.get(field.name, getattr(plan, field.name)) for field in fields(FocusPlan)
+    }
+    alone |= {"lower_bound": None, "notes": (note, *plan.notes), "subjects": ()}
+    return FocusPlan(**alone)
 
 
 def requested(plan: FocusPlan, scene: Scene) -> PlanRequest:

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, starmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,9 @@ class Problem:
     views : int
         How many views each sample needs: its cost is the mean of as many least costs, each in
         another camera of the rig, and 1 for each that is missing.
+    subject_offsets : tuple of int
+        Of several subjects (:mod:`focus_planner.core.problem.joined`): subject s's samples are
+        ``subject_offsets[s]`` to ``subject_offsets[s + 1]``; empty for one.
     """
 
     samples: Samples
@@ -82,6 +85,7 @@ class Problem:
     focus_weight: float
     shots: int = 1
     views: int = 1
+    subject_offsets: tuple[int, ...] = ()
 
     __repr__ = brief_repr
 
@@ -94,6 +98,12 @@ class Problem:
     def camera_count(self) -> int:
         """The number of cameras, C."""
         return len(self.names)
+
+    @property
+    def subjects(self) -> tuple[slice, ...]:
+        """The samples of each subject."""
+        offsets = self.subject_offsets or (0, self.sample_count)
+        return tuple(starmap(slice, pairwise(offsets)))
 
     @cached_property
     def view(self) -> IntArray:
@@ -338,8 +348,7 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
     first[pairs], last[pairs] = seen_first, seen_last
     if not keep_going():
         return None
-    weights = problem.samples.weights / problem.samples.weights.sum() * UNITS / problem.views
-    base = to_units(weights[problem.sample_index] * problem.base_cost)
+    base, focus, unseen = _costs_in_units(problem)
     return Cells(
         lenses=problem.lenses,
         offsets=cell_offsets,
@@ -352,6 +361,20 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
         seen_base=base[pairs],
         seen_first=seen_first,
         seen_last=seen_last,
-        focus=to_units(weights * problem.focus_weight),
-        unseen=to_units(weights),
+        focus=focus,
+        unseen=unseen,
     )
+
+
+def weigh_cells(problem: Problem, cells: Cells) -> Cells:
+    """Return a problem's cells, given those of one that differs in nothing but its weights."""
+    base, focus, unseen = _costs_in_units(problem)
+    seen_base = base[problem.camera_pairs]
+    return replace(cells, base=base, seen_base=seen_base, focus=focus, unseen=unseen)
+
+
+def _costs_in_units(problem: Problem) -> tuple[Offsets, Offsets, Offsets]:
+    """Return the weighted costs of pairs in focus, of samples out of focus, and of unseen ones."""
+    weights = problem.samples.weights / problem.samples.weights.sum() * UNITS / problem.views
+    base = to_units(weights[problem.sample_index] * problem.base_cost)
+    return base, to_units(weights * problem.focus_weight), to_units(weights)

@@ -1,0 +1,167 @@
+# Copyright 2026 focus_planner developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0
+# Unless required by applicable law or agreed to in writing, software distributed under the License
+# is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express
+# or implied. See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""From a solution to a plan: what every camera has to do, and how good it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.notes import Note
+from focus_planner.core.planning.many_subjects import Formulated, judge_subjects, mean_area
+from focus_planner.core.planning.observations import cost_of_tolerance
+from focus_planner.core.planning.pacer import Pacer
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan
+from focus_planner.core.planning.quality import Estimate, Quality, estimate_quality
+from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.subject_quality import SubjectQuality
+from focus_planner.core.planning.subjects import Subject
+from focus_planner.core.planning.worst import Balanced
+from focus_planner.core.problem.problem import Problem, mean_cost, with_depth_tolerance
+from focus_planner.core.problem.shots import sort_shots
+from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.solvers.solution import fill_missing_distances
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What a plan was asked for."""
+
+    subjects: tuple[Subject, ...]
+    rig: Rig
+    request: PlanRequest
+
+
+def plan_of(
+    given: Given, formulated: Formulated, solved: Balanced, pacer: Pacer, solve_seconds: float
+) -> SolvedPlan:
+    """Return the plan at the distances that were found, judged on fresh samples.
+
+    Parameters
+    ----------
+    given : Given
+    formulated : Formulated
+        The problems that were solved and that it is judged on, and notes so far.
+    solved : Balanced
+    pacer : Pacer
+        Of this plan.
+    solve_seconds : float
+    """
+    problem, fresh, request = formulated.problem, formulated.fresh, given.request
+    solution = solved.solution
+    focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
+    costs, best = problem.evaluate(focus)
+    quality = estimate_quality(fresh, focus, given.rig)
+    cost, fresh_cost = mean_cost(problem.samples.weights, costs), quality.cost
+    of_subjects: tuple[SubjectQuality, ...] = ()
+    if len(given.subjects) > 1:
+        multipliers = solved.multipliers
+        of_subjects = judge_subjects(given.subjects, problem, fresh, focus, costs, multipliers)
+    is_for_worst = bool(solved.multipliers.any())
+    if is_for_worst:
+        cost = max(each.cost for each in of_subjects)
+        worst = max(of_subjects, key=lambda each: each.fresh_cost)
+        fresh_cost = Estimate(worst.fresh_cost, worst.fresh_standard_error)
+    bound = solved.mean.lower_bound
+    bound = None if bound is None else min(bound, cost)
+    converged = solution.converged and not pacer.samples_left_out
+    if is_for_worst and request.method == "optimal" and bound is not None:
+        converged = converged and cost - bound <= request.gap * cost
+    return SolvedPlan(
+        method=request.method,
+        cost=cost,
+        lower_bound=bound,
+        converged=converged,
+        samples=problem.sample_count,
+        seed=request.seed,
+        depth_tolerance=request.depth_tolerance,
+        views=request.views,
+        max_mm_per_pixel=request.max_mm_per_pixel,
+        fresh_cost=fresh_cost.value,
+        fresh_standard_error=fresh_cost.standard_error,
+        fresh_samples=fresh.sample_count,
+        surface_area=mean_area(given.subjects),
+        covered_area=quality.covered_area.value,
+        in_focus_area=quality.in_focus_area.value,
+        in_focus_standard_error=quality.in_focus_area.standard_error,
+        sharp_areas=quality.sharp_areas,
+        resolution=quality.resolution,
+        solve_seconds=solve_seconds,
+        total_seconds=pacer.budget.elapsed(),
+        notes=(*formulated.notes, *_tolerated(given, fresh, focus, quality)),
+        cameras=_camera_plans(problem, focus, best),
+        subjects=of_subjects,
+        problem=problem,
+        fresh_problem=fresh,
+        prices=solved.mean.prices,
+        stop_log=pacer.stop_log,
+    )
+
+
+def _tolerated(
+    given: Given, fresh: Problem, focus: FloatArray, quality: Quality
+) -> tuple[Note, ...]:
+    """Return the note on what the depth tolerance costs, if there is one."""
+    tolerance = given.request.depth_tolerance
+    if not tolerance:
+        return ()
+    nominal = estimate_quality(with_depth_tolerance(fresh, 0.0), focus).in_focus_area.value
+    within = quality.in_focus_area.value
+    return (cost_of_tolerance(tolerance, mean_area(given.subjects), within, nominal),)
+
+
+def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[CameraFocus, ...]:
+    """Return every camera's part of the plan, given each sample's best camera."""
+    count = problem.camera_count
+    assigned = np.bincount(best[best >= 0], minlength=count)
+    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
+    shots = []
+    for c, lens in enumerate(problem.lenses):
+        near, far = depth_of_field(focus[c], lens)
+        shots.append(
+            Shot(
+                focus_distance=float(focus[c]),
+                near_limit=float(near),
+                far_limit=float(far),
+                assigned_samples=int(assigned[c]),
+                in_focus_samples=int(in_focus[c]),
+                device_value=lens.table.value_at(float(focus[c])) if lens.table else None,
+                from_sensor=float(distance_from_sensor(focus[c], lens)),
+            )
+        )
+    return tuple(
+        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
+        for c in range(0, count, problem.shots)
+    )
+
+
+def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
+    """Return a camera's part of the plan; its first shot is camera ``first`` of the problem."""
+    main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
+    assigned = sum(shot.assigned_samples for shot in shots)
+    status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
+    sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
+    return CameraFocus(
+        name=problem.names[first],
+        status=status if sees else CameraStatus.SEES_NOTHING,
+        focus_distance=main.focus_distance,
+        near_limit=main.near_limit,
+        far_limit=main.far_limit,
+        assigned_samples=assigned,
+        in_focus_samples=sum(shot.in_focus_samples for shot in shots),
+        shots=shots,
+        device_value=main.device_value,
+        device_unit=table.unit if table else None,
+        from_sensor=main.from_sensor,
+    )
