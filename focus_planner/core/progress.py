@@ -39,6 +39,8 @@ STAGES: Mapping[str, str] = {
     "em": "searching one by one",
     "k_view": "searching in pairs",
     "k_view, triples": "searching in triples",
+    "pictures": "choosing pictures",
+    "exchanges": "exchanging pictures",
     "prices": "proving a bound",
     "branching": "closing the gap",
 }

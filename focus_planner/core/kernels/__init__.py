@@ -38,6 +38,7 @@ from focus_planner.core.kernels.branch_and_bound import (
     confine,
     gains_by_sample,
 )
+from focus_planner.core.kernels.budget import cost_of_rankings, gains_of_pictures, place
 from focus_planner.core.kernels.camera_tuples import (
     NEVER,
     colour,
@@ -71,7 +72,6 @@ from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
 from focus_planner.core.kernels.orientation import agreement, join, refine
 from focus_planner.core.kernels.pairs import best_pair
-from focus_planner.core.kernels.pictures import cost_of_rankings, gains_of_pictures, place
 from focus_planner.core.kernels.point_grid import PointGrid
 from focus_planner.core.kernels.problem import (
     UNSEEN,

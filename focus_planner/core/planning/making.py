@@ -16,9 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.many_subjects import Formulated, judge_subjects, mean_area
+from focus_planner.core.planning.methods import proves_itself
 from focus_planner.core.planning.observations import cost_of_tolerance
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import CameraFocus, CameraStatus, Shot, SolvedPlan
@@ -28,7 +30,13 @@ from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.planning.worst import Balanced
 from focus_planner.core.problem.problem import Problem, mean_cost, with_depth_tolerance
-from focus_planner.core.problem.shots import sort_shots
+from focus_planner.core.problem.shots import (
+    most_shots,
+    sort_shots,
+    with_one_shot,
+    with_shots,
+)
+from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.optics import depth_of_field, distance_from_sensor
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.solvers.solution import fill_missing_distances
@@ -58,9 +66,8 @@ def plan_of(
         Of this plan.
     solve_seconds : float
     """
-    problem, fresh, request = formulated.problem, formulated.fresh, given.request
-    solution = solved.solution
-    focus = sort_shots(problem, fill_missing_distances(problem, solution.focus_distances))
+    solution, request = solved.solution, given.request
+    problem, fresh, focus = _with_shots_taken(formulated, solution.focus_distances)
     costs, best = problem.evaluate(focus)
     quality = estimate_quality(fresh, focus, given.rig)
     cost, fresh_cost = mean_cost(problem.samples.weights, costs), quality.cost
@@ -76,7 +83,8 @@ def plan_of(
     bound = solved.mean.lower_bound
     bound = None if bound is None else min(bound, cost)
     converged = solution.converged and not pacer.samples_left_out
-    if is_for_worst and request.method == "optimal" and bound is not None:
+    proven = proves_itself(problem, request) and not is_for_worst
+    if not proven and request.method == "optimal" and bound is not None:
         converged = converged and cost - bound <= request.gap * cost
     return SolvedPlan(
         method=request.method,
@@ -87,6 +95,7 @@ def plan_of(
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
         views=request.views,
+        images=request.images,
         max_mm_per_pixel=request.max_mm_per_pixel,
         fresh_cost=fresh_cost.value,
         fresh_standard_error=fresh_cost.standard_error,
@@ -109,6 +118,20 @@ def plan_of(
     )
 
 
+def _with_shots_taken(
+    formulated: Formulated, focus: FloatArray
+) -> tuple[Problem, Problem, FloatArray]:
+    """Return the problems and the distances with as many shots as the busiest camera takes."""
+    problem, fresh = formulated.problem, formulated.fresh
+    focus = sort_shots(problem, fill_missing_distances(problem, focus))
+    most = most_shots(problem, focus)
+    if most == problem.shots:
+        return problem, fresh, focus
+    kept = focus.reshape(-1, problem.shots)[:, :most].ravel()
+    problem, fresh = (with_shots(with_one_shot(each), most) for each in (problem, fresh))
+    return problem, fresh, kept
+
+
 def _tolerated(
     given: Given, fresh: Problem, focus: FloatArray, quality: Quality
 ) -> tuple[Note, ...]:
@@ -126,35 +149,49 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     count = problem.camera_count
     assigned = np.bincount(best[best >= 0], minlength=count)
     in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
-    shots = []
-    for c, lens in enumerate(problem.lenses):
-        near, far = depth_of_field(focus[c], lens)
-        shots.append(
-            Shot(
-                focus_distance=float(focus[c]),
-                near_limit=float(near),
-                far_limit=float(far),
-                assigned_samples=int(assigned[c]),
-                in_focus_samples=int(in_focus[c]),
-                device_value=lens.table.value_at(float(focus[c])) if lens.table else None,
-                from_sensor=float(distance_from_sensor(focus[c], lens)),
-            )
-        )
-    return tuple(
-        _camera_focus(problem, c, tuple(shots[c : c + problem.shots]))
-        for c in range(0, count, problem.shots)
+    taken = focus != kernels.UNTAKEN
+    # Where a lens rests whose camera takes no picture.
+    neutral = fill_missing_distances(problem, np.where(taken, focus, np.nan))
+    shots = [
+        _shot(lens, neutral[c], int(assigned[c]), int(in_focus[c]))
+        for c, lens in enumerate(problem.lenses)
+    ]
+    cameras = []
+    for first in range(0, count, problem.shots):
+        own = range(first, first + problem.shots)
+        of_camera = tuple(shots[c] for c in own if taken[c])
+        cameras.append(_camera_focus(problem, first, of_camera, neutral=shots[first]))
+    return tuple(cameras)
+
+
+def _shot(lens: Lens, focus: float, assigned: int, in_focus: int) -> Shot:
+    near, far = depth_of_field(focus, lens)
+    return Shot(
+        focus_distance=float(focus),
+        near_limit=float(near),
+        far_limit=float(far),
+        assigned_samples=assigned,
+        in_focus_samples=in_focus,
+        device_value=lens.table.value_at(float(focus)) if lens.table else None,
+        from_sensor=float(distance_from_sensor(focus, lens)),
     )
 
 
-def _camera_focus(problem: Problem, first: int, shots: tuple[Shot, ...]) -> CameraFocus:
+def _camera_focus(
+    problem: Problem, first: int, shots: tuple[Shot, ...], neutral: Shot
+) -> CameraFocus:
     """Return a camera's part of the plan; its first shot is camera ``first`` of the problem."""
-    main, table = max(shots, key=lambda shot: shot.assigned_samples), problem.lenses[first].table
+    main = max(shots, key=lambda shot: shot.assigned_samples, default=neutral)
+    table = problem.lenses[first].table
     assigned = sum(shot.assigned_samples for shot in shots)
     status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
-    sees = problem.camera_offsets[first] < problem.camera_offsets[first + 1]
+    if problem.camera_offsets[first] == problem.camera_offsets[first + 1]:
+        status = CameraStatus.SEES_NOTHING
+    elif not shots:
+        status = CameraStatus.NO_PICTURE
     return CameraFocus(
         name=problem.names[first],
-        status=status if sees else CameraStatus.SEES_NOTHING,
+        status=status,
         focus_distance=main.focus_distance,
         near_limit=main.near_limit,
         far_limit=main.far_limit,

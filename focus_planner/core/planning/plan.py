@@ -40,6 +40,7 @@ class CameraStatus(IntEnum):
     PLANNED = 1
     UNASSIGNED = 2
     SEES_NOTHING = 3
+    NO_PICTURE = 4
 
 
 @dataclass(frozen=True)
@@ -99,12 +100,14 @@ class CameraFocus:
     name : str
     status : CameraStatus
     focus_distance, near_limit, far_limit : float
-        Those of the shot with the most samples assigned, metres; see :class:`Shot`.
+        Those of the shot with the most samples assigned, metres; see :class:`Shot`. Without any
+        shot, a harmless neutral distance.
     assigned_samples, in_focus_samples : int
         Totals of all shots.
     shots : tuple of Shot
-        Ascending by focus distance, the same number for every camera of a plan. A shot without
-        assigned samples need not be taken.
+        Ascending by focus distance, the same number for every camera of a plan unless pictures are
+        limited: a camera may then have fewer, or none. A shot without assigned samples need not be
+        taken.
     device_value : float or None
         ``focus_distance`` in the unit of the lens's table; None without a table.
     device_unit : str or None
@@ -170,6 +173,8 @@ class FocusPlan:
         In the rig's order.
     views : int
         The request's number of views. Costs of plans for different numbers do not compare.
+    images : int
+        The request's limit of pictures; 0 for none.
     max_mm_per_pixel : float
         The request's: what is imaged more coarsely counts as unseen. Inf without limit.
     sharp_areas : tuple of SharpArea
@@ -202,6 +207,7 @@ class FocusPlan:
     notes: tuple[Note, ...]
     cameras: tuple[CameraFocus, ...]
     views: int = field(default=1, kw_only=True)
+    images: int = field(default=0, kw_only=True)
     max_mm_per_pixel: float = field(default=math.inf, kw_only=True)
     sharp_areas: tuple[SharpArea, ...] = field(default=(), kw_only=True)
     resolution: Resolution | None = field(default=None, kw_only=True)
@@ -226,8 +232,13 @@ class FocusPlan:
 
     @property
     def shots(self) -> int:
-        """How many shots each camera takes."""
-        return len(self.cameras[0].shots) if self.cameras else 1
+        """How many shots each camera takes; if pictures are limited, at most."""
+        return max([1, *(len(camera.shots) for camera in self.cameras)])
+
+    @property
+    def pictures(self) -> int:
+        """How many pictures all cameras take."""
+        return sum(len(camera.shots) for camera in self.cameras)
 
     @property
     def sensor_offsets(self) -> tuple[float, float] | None:
@@ -261,8 +272,14 @@ class FocusPlan:
 
     @property
     def focus_distances(self) -> FloatArray:
-        """(C · shots,) metres, camera by camera, as ``Problem.evaluate`` takes them."""
-        return np.array([shot.focus_distance for camera in self.cameras for shot in camera.shots])
+        """(C · shots,) metres, camera by camera, as ``Problem.evaluate`` takes them.
+
+        -inf, after those that are, for shots that are not taken.
+        """
+        focus = np.full((len(self.cameras), self.shots), -np.inf)
+        for row, camera in zip(focus, self.cameras, strict=True):
+            row[: len(camera.shots)] = [shot.focus_distance for shot in camera.shots]
+        return focus.ravel()
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,7 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.planning.many_subjects import formulate_subjects, judge_subjects
+from focus_planner.core.planning.methods import solver_of
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
@@ -41,7 +42,7 @@ from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import spread_start
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options
+from focus_planner.core.solvers import Options
 from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError, check_whole
@@ -266,9 +267,8 @@ class _Search:
         options = self._options
         start = spread_start(problem) if start is None else start
         with kernels.threads_for(len(problem.depth)):
-            solution = SOLVERS[self._request.method](
-                problem, replace(options, start=start), self._pacer
-            )
+            solver = solver_of(problem, self._request)
+            solution = solver(problem, replace(options, start=start), self._pacer)
         return fill_missing_distances(problem, solution.focus_distances)
 
     def _costs(self, focus: FloatArray) -> FloatArray:

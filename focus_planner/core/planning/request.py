@@ -22,6 +22,7 @@ from focus_planner.core.planning.field_spec import (
     specified,
     specified_fields,
 )
+from focus_planner.core.rig.rig import MAX_CAMERAS
 from focus_planner.core.validation import MAX_COORDINATE
 
 #: Those of the solvers.
@@ -129,6 +130,16 @@ class PlanRequest:
             " cameras; photogrammetry takes 3 or more",
             at_least=1,
             at_most=MAX_VIEWS,
+        ),
+        kw_only=True,
+    )
+    images: int = specified(
+        0,
+        FieldSpec(
+            "most pictures that all cameras take together, placed where they pay: each camera takes"
+            " at most ``shots`` of them, and some may take none; 0 for no limit",
+            at_least=0,
+            at_most=MAX_CAMERAS,
         ),
         kw_only=True,
     )

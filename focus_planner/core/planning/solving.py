@@ -23,6 +23,7 @@ from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.planning.formulation import subsample
 from focus_planner.core.planning.making import Given, plan_of
 from focus_planner.core.planning.many_subjects import formulate_subjects
+from focus_planner.core.planning.methods import picture_limit, proves_itself, solver_of
 from focus_planner.core.planning.observations import fewer_samples
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
@@ -38,7 +39,7 @@ from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import spread_start
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import SOLVERS, Options
+from focus_planner.core.solvers import Options
 from focus_planner.core.validation import InputError
 
 # Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
@@ -71,7 +72,8 @@ def solve(
     options = replace(options, start=spread_start(problem))
     if warm_start is not None:
         options = warm_options(options, warm_start, problem)
-    bounded = request.bound != "none" and request.method != "optimal"
+    proven = proves_itself(problem, request)
+    bounded = not proven and (request.bound != "none" or request.method == "optimal")
     pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
     with kernels.threads_for(len(problem.depth)):
         solved = _solved(problem, request, options, pacer)
@@ -92,8 +94,8 @@ def _solved(problem: Problem, request: PlanRequest, options: Options, pacer: Pac
     """Return what the method finds, for the mean or the worst of the problem's subjects."""
     count = len(problem.subjects)
     if request.worst and count > 1:
-        return balance_subjects(problem, request.method, options, pacer)
-    solution = SOLVERS[request.method](problem, options, pacer)
+        return balance_subjects(problem, solver_of(problem, request), options, pacer)
+    solution = solver_of(problem, request)(problem, options, pacer)
     return Balanced(solution, np.zeros(count), problem, solution)
 
 
@@ -115,9 +117,18 @@ def _bounded(
     problem, mean = solved.problem, solved.mean
     near = mean.cost
     if request.method in {"closest", "average"}:
-        near = SOLVERS["em"](problem, options).cost
-    steps = _QUICK_STEPS if request.bound == "quick" else None
-    bound = lower_bound(problem, mean.cost, near, options.gap, options.prices, on_progress, steps)
+        near = solver_of(problem, replace(request, method="em"))(problem, options).cost
+    is_quick = request.bound == "quick" and request.method != "optimal"
+    bound = lower_bound(
+        problem,
+        mean.cost,
+        near,
+        options.gap,
+        options.prices,
+        on_progress,
+        _QUICK_STEPS if is_quick else None,
+        picture_limit(problem, request),
+    )
     return replace(solved, mean=replace(mean, lower_bound=bound.lower_bound, prices=bound.prices))
 
 

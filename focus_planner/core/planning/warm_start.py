@@ -38,7 +38,7 @@ def warm_options(options: Options, warm_start: WarmStart, problem: Problem) -> O
     distances = dict(zip(_numbered(warm_start.names), warm_start.focus_distances, strict=True))
     if len(warm_start.names) == problem.shots * len(set(warm_start.names)):
         known = [distances.get(shot, np.nan) for shot in shots]
-        start = np.where(np.isnan(known), start, known)
+        start = np.where(np.isfinite(known), known, start)
     if warm_start.prices is None:
         return replace(options, start=start)
     tree = cKDTree(warm_start.points)

@@ -27,7 +27,7 @@ from focus_planner.core.brief import brief_repr
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.problem.joined import costs_of_subjects, reweighted
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.solvers import SOLVERS, Options, Solution
+from focus_planner.core.solvers import Options, Solution, Solver
 from focus_planner.core.solvers.solution import fill_missing_distances
 
 # Plans that are made at most. On bodies the worst cost and the means are then within 0.2 %.
@@ -63,15 +63,15 @@ class Balanced:
     __repr__ = brief_repr
 
 
-def balance_subjects(problem: Problem, method: str, options: Options, pacer: Pacer) -> Balanced:
+def balance_subjects(problem: Problem, solver: Solver, options: Options, pacer: Pacer) -> Balanced:
     """Return the plan whose worst subject costs least, of those for one mean after another.
 
     Parameters
     ----------
     problem : Problem
         Of several subjects.
-    method : str
-        Solves for each mean.
+    solver : Solver
+        For each mean.
     options : Options
     pacer : Pacer
         Asked after every step; once it stops a solver, that plan is the last.
@@ -81,7 +81,7 @@ def balance_subjects(problem: Problem, method: str, options: Options, pacer: Pac
     best: Balanced | None = None
     for number in range(1, _ROUNDS + 1):
         weighted = _weighted(problem, multipliers)
-        mean = SOLVERS[method](weighted, options, pacer)
+        mean = solver(weighted, options, pacer)
         focus = fill_missing_distances(weighted, mean.focus_distances)
         costs = costs_of_subjects(problem, problem.evaluate(focus)[0])
         here = Balanced(

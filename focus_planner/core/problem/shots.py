@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.problem.problem import Problem
 
@@ -108,6 +109,14 @@ def spread_start(problem: Problem) -> FloatArray | None:
 
 
 def sort_shots(problem: Problem, focus: FloatArray) -> FloatArray:
-    """Return the focus distances with each camera's shots ascending."""
-    ascending: FloatArray = np.sort(focus.reshape(-1, problem.shots), axis=1).ravel()
-    return ascending
+    """Return the focus distances with each camera's shots ascending, those not taken last."""
+    last = np.where(focus == kernels.UNTAKEN, np.inf, focus).reshape(-1, problem.shots)
+    order = np.argsort(last, axis=1, kind="stable")
+    ascending: FloatArray = np.take_along_axis(focus.reshape(-1, problem.shots), order, axis=1)
+    return ascending.ravel()
+
+
+def most_shots(problem: Problem, focus: FloatArray) -> int:
+    """Return how many shots the camera takes that takes most, at least 1."""
+    taken = (focus != kernels.UNTAKEN).reshape(-1, problem.shots).sum(axis=1)
+    return max(int(taken.max()), 1)

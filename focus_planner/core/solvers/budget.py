@@ -27,7 +27,7 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import with_pictures
-from focus_planner.core.progress import Progress, ProgressCallback
+from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import average, closest
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import (
@@ -47,30 +47,30 @@ _FIXED = (closest.solve, average.solve)
 _ROUNDS = 12
 
 
-def solve(
-    problem: Problem, solver: Solver, images: int, options: Options, on_progress: ProgressCallback
-) -> Solution:
-    """Choose at most ``images`` pictures of all shots, and where they focus.
+def within_budget(solver: Solver, images: int) -> Solver:
+    """Return the solver of problems in which at most so many pictures are taken.
 
-    O(images · pairs) to choose, and as much for each round of exchanges.
+    Where it takes no picture, the focus distance is ``kernels.UNTAKEN``. It reports after every
+    picture that it chooses or exchanges, and whenever the method does that moves them. O(images ·
+    pairs) to choose, and as much for each round of exchanges.
 
     Parameters
     ----------
-    problem : Problem
     solver : Solver
         The method that moves pictures.
     images : int
-    options : Options
-    on_progress : ProgressCallback
-        Called after every picture that is chosen or exchanged, and by the method; return False to
-        stop.
-
-    Returns
-    -------
-    Solution
-        The focus distance of a picture that is not taken is ``kernels.UNTAKEN``.
+        Of all cameras together, at least 1.
     """
-    return _Search(problem, solver, images, options, on_progress).run()
+
+    def solve(
+        problem: Problem,
+        options: Options | None = None,
+        on_progress: ProgressCallback = never_stop,
+        /,
+    ) -> Solution:
+        return _Search(problem, solver, images, options or Options(), on_progress).run()
+
+    return solve
 
 
 class _Search:

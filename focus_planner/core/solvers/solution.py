@@ -140,15 +140,16 @@ def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
 
 
 def fill_missing_distances(problem: Problem, focus: FloatArray) -> FloatArray:
-    """Return the focus distances with NaNs replaced by the median of the others.
+    """Return the focus distances with NaNs replaced by the median of those that were found.
 
     Each is moved to the nearest that its lens can be set to. These cameras see nothing, or
     nothing that they can focus on, so any distance would do, but their lenses will be set to it.
     """
-    missing = ~np.isfinite(focus)
+    found = np.isfinite(focus)
+    missing = ~found & (focus != kernels.UNTAKEN)
     wanted = np.array([lens.hyperfocal_distance for lens in problem.lenses])
-    if not missing.all():
-        wanted[:] = np.nanmedian(focus)
+    if found.any():
+        wanted[:] = np.median(focus[found])
     wanted = np.maximum(wanted, [2 * lens.focal_length for lens in problem.lenses])
     settled = settable(problem.lenses, np.arange(problem.camera_count), wanted)
     return np.where(missing, settled, focus)
