@@ -489,7 +489,11 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else "stopped early"
     yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else early
     yield "total", f"{plan.total_seconds:.3f} s", ""
-    if plan.shots > 1:
+    if plan.images:
+        used = sum(bool(camera.shots) for camera in plan.cameras)
+        most = f"of at most {plan.images}, by {used} of {len(plan.cameras)} cameras"
+        yield "pictures", str(plan.pictures), most
+    elif plan.shots > 1:
         used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
         yield "shots", str(plan.shots * len(plan.cameras)), f"{used} in use"
     values: dict[str, list[float]] = {}

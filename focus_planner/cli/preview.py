@@ -152,7 +152,7 @@ def _written(
     from focus_planner.core.planning.precompile import DEPTHS, PICTURES
     from focus_planner.core.rig.walk import walking_order
 
-    pictures = len(chosen) * subject.plan.shots
+    pictures = sum(len(subject.plan.cameras[c].shots) for c in chosen)
     if _is_file(options.output) and not options.all and pictures > 1:
         raise InputError(
             "--output",

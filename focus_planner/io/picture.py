@@ -329,10 +329,13 @@ def _measured(plans: list[FocusPlan]) -> str:
 
 
 def _shots(plans: list[FocusPlan]) -> str:
-    counts = {plan.shots for plan in plans}
-    if counts == {1}:
+    told = {f"{plan.pictures} pictures" for plan in plans if plan.images}
+    counts = {plan.shots for plan in plans if not plan.images}
+    if counts == {1} and not told:
         return "one shot"
-    return f"{' or '.join(map(str, sorted(counts)))} shots each"
+    if counts:
+        told.add(f"{' or '.join(map(str, sorted(counts)))} shots each")
+    return " or ".join(sorted(told))
 
 
 def _label(size: float, colour: str) -> dict[str, Any]:

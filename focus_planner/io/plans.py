@@ -35,15 +35,18 @@ _APART = ("notes", "subjects", "cameras", "sharp_areas", "resolution")
 _MAY_BE_INFINITE = ("far_limit", "from_sensor", "max_mm_per_pixel")
 _MAY_BE_NEGATIVE = ("device_value", "from_sensor")
 _COUNT = re.compile(r"[1-9][0-9]{0,8}")
-# Some have them, and older versions wrote neither views nor a limit of resolution.
-_MAY_BE_MISSING = ("device_value", "device_unit", "from_sensor", "views", "max_mm_per_pixel")
+# Some have them, and older versions wrote neither views nor limits.
+_MAY_BE_MISSING = (
+    *("device_value", "device_unit", "from_sensor"),
+    *("views", "images", "max_mm_per_pixel"),
+)
 
 
 def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
     Numbers are written with all their digits; an infinite distance, or no limit, is null, as JSON
-    has no infinity. A camera with several shots has the list ``shots``, and one whose lens has a
+    has no infinity. A camera with several shots, or none, has the list ``shots``, and one whose lens has a
     table has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those
     of older plans have no ``from_sensor``. Sharp areas go by the number of views; older plans have
     neither these nor a ``resolution``.
@@ -103,7 +106,7 @@ def _sharpness_to_json(plan: FocusPlan) -> dict[str, Any]:
 def _camera_to_json(camera: CameraFocus) -> dict[str, Any]:
     values = _focus_to_json(asdict(camera)) | {"status": camera.status.name.lower()}
     shots = [_focus_to_json(shot) for shot in values.pop("shots")]
-    return values | {"shots": shots} if len(shots) > 1 else values
+    return values | {"shots": shots} if len(shots) != 1 else values
 
 
 def _focus_to_json(values: dict[str, Any]) -> dict[str, Any]:
@@ -134,7 +137,7 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
         _camera_from_json(at, camera)
         for at, camera in _entries(where, "cameras", _value(where, data, "cameras"))
     )
-    if len({len(camera.shots) for camera in cameras}) > 1:
+    if not known.get("images") and len({len(camera.shots) for camera in cameras}) > 1:
         raise InputError(f"{where}: cameras", "as many shots of each", "different numbers")
     return FocusPlan(
         **known,
@@ -178,11 +181,12 @@ def _camera_from_json(where: str, data: Any) -> CameraFocus:
     values = _fields_of(CameraFocus, where, data)
     # A single shot is described by the camera's own keys.
     shots = _entries(where, "shots", data.get("shots", [data]))
-    if not shots:
+    status = _status(f"{where}.status", _value(where, data, "status"))
+    if not shots and status not in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}:
         raise InputError(f"{where}.shots", "at least one", "none")
     return CameraFocus(
         **values,
-        status=_status(f"{where}.status", _value(where, data, "status")),
+        status=status,
         shots=tuple(Shot(**_fields_of(Shot, at, shot)) for at, shot in shots),
     )
 

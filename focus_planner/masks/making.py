@@ -26,6 +26,7 @@ from focus_planner.core.imaging.resolution import fine_pixels
 from focus_planner.core.planning.plan import Shot
 from focus_planner.core.planning.subject import PlannedSubject
 from focus_planner.core.problem.problem import Problem
+from focus_planner.core.problem.shots import with_pictures
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.surface.resolution import metres_per_pixel
 from focus_planner.masks.programs import PictureName
@@ -141,15 +142,14 @@ def sharp_elsewhere(
     # Of all that cameras see: what they image too coarsely takes pixels as well.
     request = replace(subject.request, max_mm_per_pixel=math.inf)
     problem = replace(subject, request=request).fresh_problem(samples)
-    shots = [shot for camera in subject.plan.cameras for shot in camera.shots]
-    cameras = [
-        camera
-        for camera, focus in zip(subject.rig.cameras, subject.plan.cameras, strict=True)
-        for _ in focus.shots
-    ]
+    shots = subject.plan.slots
+    cameras = [camera for camera in subject.rig.cameras for _ in range(subject.plan.shots)]
+    problem = with_pictures(problem, np.array([shot is not None for shot in shots]))
     taken = problem.camera_index
     sharp = np.zeros(len(taken), dtype=bool)
     for i, (camera, shot) in enumerate(zip(cameras, shots, strict=True)):
+        if shot is None:
+            continue
         pairs = taken == i
         sharp[pairs] = shot.holds(problem.depth[pairs], subject.plan.depth_tolerance)
         if max_blur is not None:

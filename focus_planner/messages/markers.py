@@ -211,7 +211,14 @@ def _usual_distance(plan: FocusPlan, chosen: NDArray[np.bool_]) -> float:
 
 def _pictures(plan: FocusPlan) -> _Pictures:
     """Return all pictures of the plan, in the order of ``SampledQuality.picture``."""
-    shots = [shot for focus in plan.cameras for shot in focus.shots]
+    # A shot that is not taken, which no sample is assigned to, is not drawn.
+    cameras = [focus for focus in plan.cameras for _ in range(plan.shots)]
+    shots = [
+        Shot(camera.focus_distance, camera.near_limit, camera.far_limit, 0, 0)
+        if shot is None
+        else shot
+        for shot, camera in zip(plan.slots, cameras, strict=True)
+    ]
     assigned = np.array([shot.assigned_samples for shot in shots])
     in_focus = np.array([shot.in_focus_samples for shot in shots])
     return _Pictures(

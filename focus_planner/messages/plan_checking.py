@@ -22,7 +22,7 @@ from focus_planner.messages.reading import Message
 
 # Of two computations of the same number.
 _ROUNDING = 1e-9
-_STATUSES = {CameraStatus.PLANNED, CameraStatus.UNASSIGNED, CameraStatus.SEES_NOTHING}
+_STATUSES = set(CameraStatus) - {CameraStatus.UNKNOWN}
 _MAX_UNIT = 64
 _AT_LEAST_ZERO = (
     "cost",
@@ -102,12 +102,25 @@ def check_plan(message: Message) -> None:
     name, times = Counter(camera.name for camera in message.cameras).most_common(1)[0]
     if times > 1:
         raise InputError("cameras", "different names", f"{name!r} {times} times")
-    shots = {len(camera.shots) for camera in message.cameras}
-    if len(shots) > 1:
-        got = f"{min(shots)} and {max(shots)}"
-        raise InputError("cameras", "the same number of shots for all", got)
+    _check_shots(message)
     for camera in message.cameras:
         _check_camera(camera, f"{camera.name}: ", message.samples)
+
+
+def _check_shots(message: Message) -> None:
+    """Check how many shots cameras have."""
+    shots = [len(camera.shots) for camera in message.cameras]
+    if not message.images and len(set(shots)) > 1:
+        got = f"{min(shots)} and {max(shots)}"
+        raise InputError("cameras", "the same number of shots for all", got)
+    if message.images and sum(shots) > message.images:
+        raise InputError(
+            "cameras", f"at most {message.images} shots, as images says", str(sum(shots))
+        )
+    for camera, count in zip(message.cameras, shots, strict=True):
+        takes_none = camera.status in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}
+        if not count and not (message.images and takes_none):
+            raise InputError(f"{camera.name}: shots", "at least one", "none")
 
 
 def _check_camera(camera: Message, where: str, samples: int) -> None:
@@ -121,7 +134,7 @@ def _check_camera(camera: Message, where: str, samples: int) -> None:
     for focus in (camera, *camera.shots):
         _check_order(focus, where, samples)
     distances = [shot.focus_distance for shot in camera.shots]
-    if distances != sorted(distances) or camera.focus_distance not in distances:
+    if distances != sorted(distances) or distances and camera.focus_distance not in distances:
         raise InputError(f"{where}shots", "ascending, the camera's among them", "others")
     if list(camera.bracket) != distances:
         raise InputError(f"{where}bracket", "the distances of the shots", "others")

@@ -406,6 +406,7 @@ def plan_from_message(message: Message) -> FocusPlan:
         seed=message.seed,
         views=message.views or 1,  # 0 in runs older than the field
         depth_tolerance=message.depth_tolerance,
+        images=message.images,
         max_mm_per_pixel=message.max_mm_per_pixel or math.inf,
         fresh_cost=message.fresh_cost,
         fresh_standard_error=message.fresh_standard_error,

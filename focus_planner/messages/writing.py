@@ -232,6 +232,7 @@ def plan_to_fields(
         "seed": plan.seed,
         "shots": plan.shots,
         "views": plan.views,
+        "images": plan.images,
         "depth_tolerance": plan.depth_tolerance,
         "max_mm_per_pixel": 0.0 if math.isinf(plan.max_mm_per_pixel) else plan.max_mm_per_pixel,
         "fresh_cost": plan.fresh_cost,

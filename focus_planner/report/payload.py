@@ -237,7 +237,7 @@ def _focus(camera: CameraFocus) -> Json:
         "assigned": camera.assigned_samples,
         "inFocus": camera.in_focus_samples,
         # That its focus distance, and its picture, are of.
-        "main": [shot.focus_distance for shot in camera.shots].index(camera.focus_distance),
+        "main": _main_shot(camera),
         "shots": [
             {
                 "focus": shot.focus_distance,
@@ -251,6 +251,12 @@ def _focus(camera: CameraFocus) -> Json:
             for shot in camera.shots
         ],
     }
+
+
+def _main_shot(camera: CameraFocus) -> int:
+    """Return which shot the camera's focus distance is that of; 0 without any."""
+    distances = [shot.focus_distance for shot in camera.shots]
+    return distances.index(camera.focus_distance) if distances else 0
 
 
 def _rounded(values: FloatArray) -> list[float]:

@@ -10,6 +10,7 @@ const STATUS = [
   "Planned",
   "Others image all samples that were planned on better: leave it as it is",
   "Sees none of the samples that were planned on: leave it as it is",
+  "Takes no picture, as pictures are limited: leave it as it is",
 ];
 
 /** What the panel says of a camera, its plans side by side. */
@@ -90,6 +91,7 @@ function pictureNodes(model: Model, camera: number, plan: number, named: boolean
   const { name } = model.cameras[camera]!;
   const { title, cameras } = model.plans[plan]!;
   const { main, shots } = cameras[camera]!;
+  if (!shots.length) return [];
   const shot = shots.length > 1 ? `, shot ${main + 1} of ${shots.length}` : "";
   const image = h("img", {
     src: address,

@@ -135,6 +135,7 @@ export function selectedCamera(
 ): THREE.Group {
   const group = new THREE.Group();
   const shots = model.focus(plan, camera.index).shots;
+  if (!shots.length) return group;
   const ends = shots.map((shot) => Math.min(shot.far ?? Infinity, farthest));
   const end = Math.max(...ends, ...shots.map((shot) => shot.focus));
   const rim = corners(camera, end);

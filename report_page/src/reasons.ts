@@ -39,7 +39,7 @@ export interface View {
   axisTerm: number;
 }
 
-export type Blindness = "behind" | "outside" | "faces away" | "too coarse" | "hidden";
+export type Blindness = "no picture" | "behind" | "outside" | "faces away" | "too coarse" | "hidden";
 
 /** A camera that does not see the point. */
 export interface Blind {
@@ -67,7 +67,7 @@ export function explain(model: Model, plan: Plan, p: number): Explanation {
   const seeing = new Set(views.map((view) => view.camera.index));
   const blind = model.cameras
     .filter((camera) => !seeing.has(camera.index))
-    .map((camera) => blindness(model, camera, p));
+    .map((camera) => blindness(model, plan, camera, p));
   const told =
     state === Seen.Unseen
       ? unseen(model, p, blind)
@@ -80,9 +80,14 @@ export function explain(model: Model, plan: Plan, p: number): Explanation {
 function viewsOf(model: Model, plan: Plan, p: number): View[] {
   const views: View[] = [];
   for (let q = model.offsets[p]!; q < model.offsets[p + 1]!; q++) {
-    views.push(viewOf(model, plan, p, q));
+    if (takesPictures(plan, model.cameras[model.pairCamera[q]!]!)) views.push(viewOf(model, plan, p, q));
   }
   return views.sort((a, b) => a.cost - b.cost);
+}
+
+/** Whether a plan takes pictures with a camera: where these are limited it may take none. */
+function takesPictures(plan: Plan, camera: Camera): boolean {
+  return plan.cameras[camera.index]!.shots.length > 0;
 }
 
 function viewOf(model: Model, plan: Plan, p: number, q: number): View {
@@ -123,10 +128,11 @@ function degrees(cosine: number): number {
   return (Math.acos(Math.min(Math.max(cosine, -1), 1)) * 180) / Math.PI;
 }
 
-function blindness(model: Model, camera: Camera, p: number): Blind {
+function blindness(model: Model, plan: Plan, camera: Camera, p: number): Blind {
   const point = model.point(p);
   const at = toCamera(camera, point);
   const faces = dot(model.normal(p), minus(point, camera.position)) < 0;
+  if (!takesPictures(plan, camera)) return { camera, why: "no picture", pixels: Infinity, faces };
   if (at[2] <= camera.optics.focal) return { camera, why: "behind", pixels: Infinity, faces };
   const pixels = pixelsOutside(camera, at);
   const why = pixels > 0 ? "outside" : !faces ? "faces away" : tooCoarse(model, camera, p) ? "too coarse" : "hidden";
@@ -324,7 +330,11 @@ function unseen(model: Model, p: number, blind: Blind[]) {
   const away = of("faces away");
   const coarse = of("too coarse");
   const outside = blind.filter((each) => each.why === "outside" || each.why === "behind");
+  const idle = of("no picture");
   const why = [];
+  if (idle.length) {
+    why.push(`No picture is taken by ${counted(idle.length, "camera")}, as pictures are limited.`);
+  }
   if (hidden.length) {
     why.push(
       `Hidden by other parts of the surface from ${counted(hidden.length, "camera")} that it faces ` +

@@ -153,7 +153,7 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     # Where a lens rests whose camera takes no picture.
     neutral = fill_missing_distances(problem, np.where(taken, focus, np.nan))
     shots = [
-        _shot(lens, neutral[c], int(assigned[c]), int(in_focus[c]))
+        _shot(lens, float(neutral[c]), int(assigned[c]), int(in_focus[c]))
         for c, lens in enumerate(problem.lenses)
     ]
     cameras = []
@@ -164,15 +164,16 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     return tuple(cameras)
 
 
-def _shot(lens: Lens, focus: float, assigned: int, in_focus: int) -> Shot:
+def _shot(lens: Lens, distance: float, assigned: int, in_focus: int) -> Shot:
+    focus = np.float64(distance)
     near, far = depth_of_field(focus, lens)
     return Shot(
-        focus_distance=float(focus),
+        focus_distance=distance,
         near_limit=float(near),
         far_limit=float(far),
         assigned_samples=assigned,
         in_focus_samples=in_focus,
-        device_value=lens.table.value_at(float(focus)) if lens.table else None,
+        device_value=lens.table.value_at(distance) if lens.table else None,
         from_sensor=float(distance_from_sensor(focus, lens)),
     )
 

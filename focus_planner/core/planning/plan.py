@@ -236,6 +236,15 @@ class FocusPlan:
         return max([1, *(len(camera.shots) for camera in self.cameras)])
 
     @property
+    def slots(self) -> tuple[Shot | None, ...]:
+        """(C · shots,) the shots of all cameras, None after those of a camera that takes fewer."""
+        return tuple(
+            shot
+            for camera in self.cameras
+            for shot in (*camera.shots, *(self.shots - len(camera.shots)) * (None,))
+        )
+
+    @property
     def pictures(self) -> int:
         """How many pictures all cameras take."""
         return sum(len(camera.shots) for camera in self.cameras)
@@ -276,10 +285,7 @@ class FocusPlan:
 
         -inf, after those that are, for shots that are not taken.
         """
-        focus = np.full((len(self.cameras), self.shots), -np.inf)
-        for row, camera in zip(focus, self.cameras, strict=True):
-            row[: len(camera.shots)] = [shot.focus_distance for shot in camera.shots]
-        return focus.ravel()
+        return np.array([-np.inf if shot is None else shot.focus_distance for shot in self.slots])
 
 
 @dataclass(frozen=True, eq=False)

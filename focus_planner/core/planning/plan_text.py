@@ -50,6 +50,8 @@ def _title(plan: FocusPlan) -> str:
 def _cameras(plan: FocusPlan) -> str:
     count = len(plan.cameras)
     shots = f" of {plan.shots} shots" if plan.shots > 1 else ""
+    if plan.images:
+        shots = f", {plan.pictures} pictures"
     return f"{count} camera{'s' * (count != 1)}{shots}"
 
 

@@ -139,6 +139,7 @@ def requested(plan: FocusPlan, scene: Scene) -> PlanRequest:
         seed=plan.seed,
         shots=plan.shots,
         views=plan.views,
+        images=plan.images,
         depth_tolerance=plan.depth_tolerance,
         max_mm_per_pixel=plan.max_mm_per_pixel,
         fresh_samples=plan.fresh_samples,
