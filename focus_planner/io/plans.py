@@ -46,10 +46,10 @@ def plan_to_json(plan: FocusPlan) -> str:
     """Return a plan as the text of plan.json.
 
     Numbers are written with all their digits; an infinite distance, or no limit, is null, as JSON
-    has no infinity. A camera with several shots, or none, has the list ``shots``, and one whose lens has a
-    table has ``device_value`` and ``device_unit``; other cameras do not have these keys, and those
-    of older plans have no ``from_sensor``. Sharp areas go by the number of views; older plans have
-    neither these nor a ``resolution``.
+    has no infinity. A camera with several shots, or none, has the list ``shots``, and one whose
+    lens has a table has ``device_value`` and ``device_unit``; other cameras do not have these keys,
+    and those of older plans have no ``from_sensor``. Sharp areas go by the number of views; older
+    plans have neither these nor a ``resolution``.
     """
     names = [each.name for each in fields(FocusPlan) if each.name not in _APART]
     values = {name: getattr(plan, name) for name in names} | {"shots": plan.shots}

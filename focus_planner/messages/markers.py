@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan
+from focus_planner.core.planning.plan import CameraFocus, CameraStatus, FocusPlan, Shot
 from focus_planner.core.planning.sampled_quality import SampledQuality
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations, corner_directions
 from focus_planner.core.rig.rig import Rig

@@ -134,7 +134,7 @@ def _check_camera(camera: Message, where: str, samples: int) -> None:
     for focus in (camera, *camera.shots):
         _check_order(focus, where, samples)
     distances = [shot.focus_distance for shot in camera.shots]
-    if distances != sorted(distances) or distances and camera.focus_distance not in distances:
+    if distances != sorted(distances) or (distances and camera.focus_distance not in distances):
         raise InputError(f"{where}shots", "ascending, the camera's among them", "others")
     if list(camera.bracket) != distances:
         raise InputError(f"{where}bracket", "the distances of the shots", "others")

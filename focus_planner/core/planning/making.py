@@ -165,7 +165,7 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
 
 
 def _shot(lens: Lens, distance: float, assigned: int, in_focus: int) -> Shot:
-    focus = np.float64(distance)
+    focus = np.asarray(distance)
     near, far = depth_of_field(focus, lens)
     return Shot(
         focus_distance=distance,
