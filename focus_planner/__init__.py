@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.plan_focus import plan_focus
     from focus_planner.core.planning.precompile import precompile
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.planning.sharp_views import Resolution, SharpArea
     from focus_planner.core.problem.cost_model import CostModel
     from focus_planner.core.problem.problem import Problem
     from focus_planner.core.rig.camera import Camera, CameraIntrinsics
@@ -64,8 +65,10 @@ __all__ = [
     "PlanRequest",
     "PointCloud",
     "Problem",
+    "Resolution",
     "Rig",
     "Scene",
+    "SharpArea",
     "Shot",
     "SolvedPlan",
     "cylinder_rig",
@@ -108,6 +111,7 @@ _HOMES = {
     "core.planning.precompile": ("precompile",),
     "core.planning.request": ("PlanRequest",),
     "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "core.planning.sharp_views": ("Resolution", "SharpArea"),
     "io.lens_sheet.content": ("lens_sheet",),
     "io.lens_sheet.saving": ("save_lens_sheet",),
     "io.plans": ("load_plan", "save_plan"),
