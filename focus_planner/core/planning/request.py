@@ -122,8 +122,8 @@ class PlanRequest:
     views: int = specified(
         1,
         FieldSpec(
-            "number of views that each piece of surface needs: planned for so many sharp pictures"
-            " of it from different cameras; photogrammetry needs 3 or more",
+            "number of views that each piece of surface needs: it is planned to be sharp in so many"
+            " cameras; photogrammetry takes 3 or more",
             at_least=1,
             at_most=MAX_VIEWS,
         ),
