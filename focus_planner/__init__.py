@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.precompile import precompile
     from focus_planner.core.planning.presets import Presets, plan_presets
     from focus_planner.core.planning.request import PlanRequest
+    from focus_planner.core.planning.sharp_views import Resolution, SharpArea
     from focus_planner.core.planning.subject_quality import SubjectQuality
     from focus_planner.core.planning.subjects import Subject
     from focus_planner.core.problem.cost_model import CostModel
@@ -70,8 +71,10 @@ __all__ = [
     "PointCloud",
     "Presets",
     "Problem",
+    "Resolution",
     "Rig",
     "Scene",
+    "SharpArea",
     "Shot",
     "SolvedPlan",
     "Subject",
@@ -124,6 +127,7 @@ _HOMES = {
     "core.planning.subject_quality": ("SubjectQuality",),
     "core.planning.subjects": ("Subject",),
     "core.planning.plan": ("CameraFocus", "CameraStatus", "FocusPlan", "Shot", "SolvedPlan"),
+    "core.planning.sharp_views": ("Resolution", "SharpArea"),
     "io.lens_sheet.content": ("lens_sheet",),
     "io.lens_sheet.saving": ("save_lens_sheet",),
     "io.plans": ("load_plan", "save_plan"),
