@@ -92,6 +92,14 @@ def check_subjects(options: argparse.Namespace) -> None:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
         raise InputError("SURFACE", "a file of its own for each subject", f"{twice} twice")
+    only_for_several = {
+        "--worst": options.worst,
+        "--subject-weights": options.subject_weights,
+        "--subject": options.subject,
+    }
+    for option, given in only_for_several.items():
+        if given and count == 1:
+            raise InputError(option, "several SURFACEs with it", "one")
     if not 1 <= options.presets <= count:
         raise InputError("--presets", f"1 to {count}, one per SURFACE", str(options.presets))
     if options.presets > 1 and options.worst:
