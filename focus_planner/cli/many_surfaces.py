@@ -92,6 +92,8 @@ def check_subjects(options: argparse.Namespace) -> None:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
         raise InputError("SURFACE", "a file of its own for each subject", f"{twice} twice")
+    if count == 1:
+        _check_one(options)
     if not 1 <= options.presets <= count:
         raise InputError("--presets", f"1 to {count}, one per SURFACE", str(options.presets))
     if options.presets > 1 and options.worst:
@@ -116,6 +118,18 @@ def check_subjects(options: argparse.Namespace) -> None:
     if options.subject is not None and options.subject not in names:
         raise InputError("--subject", f"one of {first_few(names)}", repr(options.subject))
     check_beside(options, "--subject", "--picture", "--report")
+
+
+def _check_one(options: argparse.Namespace) -> None:
+    """Raise if an option is given that has no effect on one surface."""
+    only_for_several = {
+        "--worst": options.worst,
+        "--subject-weights": options.subject_weights,
+        "--subject": options.subject,
+    }
+    for option, given in only_for_several.items():
+        if given:
+            raise InputError(option, "several SURFACEs with it", "one")
 
 
 def numbered(path: Path, number: int) -> Path:

@@ -308,7 +308,7 @@ def _solve(
     best = BestSoFar(tell, callback)
     on_progress, end = recorder.begin(beginning, best)
     try:
-        plan = plan_focus(subjects, rig, request, None, on_progress, start)
+        plan = plan_focus(subjects, rig, request, on_progress=on_progress, warm_start=start)
     except InputError as error:
         ctrl_c.check()  # what it was stopped at need not be what is wrong
         end(False, str(error))

@@ -78,11 +78,8 @@ def _rows(standing: Standing) -> Iterator[Row]:
         yield from _input_rows(kind, status[kind])
         if kind == "surface" and len(status["subjects"]) > 1:
             oldest = status["subjects"][0]
-            yield (
-                "",
-                f"together with {len(status['subjects']) - 1} before it, the oldest on"
-                f" {oldest['topic']}, {_old(oldest['age'])}",
-            )
+            others = f"together with {len(status['subjects']) - 1} before it"
+            yield "", f"{others}, the oldest on {oldest['topic']}, {_old(oldest['age'])}"
 
 
 def _doing(status: dict[str, Any]) -> str:

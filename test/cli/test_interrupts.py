@@ -93,7 +93,7 @@ def pressed_before(function: Callable[..., Any]) -> Callable[..., Any]:
         (PLAN, "focus_planner.io.rigs.load_rig"),
         (PLAN, "focus_planner.io.surfaces.load_surface"),
         (PLAN, "focus_planner.core.planning.plan_focus.plan_focus"),
-        (PLAN, "focus_planner.core.planning.solving.formulate_problem"),
+        (PLAN, "focus_planner.core.planning.many_subjects.formulate_problem"),
         ([*PLAN, *FILES], "focus_planner.io.plans.save_plan"),
         ([*PLAN, *FILES], "focus_planner.io.problems.save_problem"),
         ([*PLAN, *FILES], "focus_planner.io.picture.draw_plans"),

@@ -303,18 +303,20 @@ def test_the_same_seed_gives_the_same_plan(
 def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[PlanRequest] = []
 
-    def plan_focus(scene: Any, rig: Rig, request: PlanRequest, on_progress: Any) -> Any:
+    def plan_focus(scene: Any, rig: Rig, request: PlanRequest, **_: Any) -> Any:
         seen.append(request)
         raise KeyboardInterrupt
 
     monkeypatch.setattr("focus_planner.core.planning.plan_focus.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
     options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
-    options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01"
+    options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01 --views 3"
     assert plan(*options.split()) == 130
     assert plan() == 130
     expected = PlanRequest(
-        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01, 9, 0.5), bound="tight", gap=0.01
+        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 3, 0.01, 9, 0.5),
+        bound="tight",
+        gap=0.01,
     )
     assert seen == [expected, PlanRequest()]
 
@@ -718,6 +720,9 @@ def test_help_names_every_choice_and_default(capsys: Any) -> None:
     defaults = PlanRequest()
     for field in specified_fields(PlanRequest):
         value = getattr(defaults, field.name)
+        if isinstance(value, bool):
+            assert f" --{field.name} {field.spec.help}" in text
+            continue
         shown = {math.inf: "none", 1e-4: "0.0001", 2.0: "2", 0.0: "0"}.get(value, value)
         # With what it takes, unlike where another option's help mentions it.
         option = rf" --{field.name.replace('_', '-')} [A-Z{{].*?\(default: (.*?)\)"

@@ -157,6 +157,14 @@ def test_options_that_do_not_fit_several_are_refused(here, capsys, options, told
     assert told in refused(capsys, *options)
 
 
+@pytest.mark.parametrize(
+    "option", [("--worst",), ("--subject", "a.ply"), ("--subject-weights", "2")]
+)
+def test_options_on_several_are_refused_for_one(here, capsys, option):
+    error = refused(capsys, *option, surfaces=("a.ply",))
+    assert f"{option[0]}: expected several SURFACEs with it, got one" in error
+
+
 def test_a_file_is_one_subject_only(here, capsys):
     error = refused(capsys, surfaces=("a.ply", "a.ply"))
     assert "expected a file of its own for each subject, got a.ply twice" in error

@@ -47,9 +47,11 @@ REPOSITORY = Path(__file__).parents[2]
 FIELDS = {each.name: each for each in specified_fields(PlanRequest)}
 #: Of every field another value than its default.
 OTHER = PlanRequest(
-    *("em", 17, 5, 3, "assigned", "grid", 1.5, 2, 3, 0.25, 9, 0.5),
+    *("em", 17, 5, 3, "assigned", "grid", 1.5, 2, 0.25, 9, 0.5),
     bound="tight",
     gap=0.125,
+    views=3,
+    images=7,
     max_mm_per_pixel=0.75,
     worst=True,
 )

@@ -36,7 +36,7 @@ KEYS = [
     *("method", "cost", "lower_bound", "converged", "samples", "seed", "depth_tolerance"),
     *("fresh_cost", "fresh_standard_error", "fresh_samples"),
     *("surface_area", "covered_area", "in_focus_area", "in_focus_standard_error"),
-    *("solve_seconds", "total_seconds", "views", "max_mm_per_pixel", "shots"),
+    *("solve_seconds", "total_seconds", "views", "images", "max_mm_per_pixel", "shots"),
 ]
 LIST_KEYS = ["notes", "subjects", "cameras"]
 SHARP_KEYS = ["sharp_area", "sharp_standard_error", "resolution"]

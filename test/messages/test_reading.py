@@ -129,7 +129,7 @@ def test_tables_are_given_to_cameras_that_bring_none():
 
 def test_what_a_request_leaves_out_is_the_default():
     defaults = PlanRequest("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5, "tight", 0.01)
-    defaults = replace(defaults, views=3, max_mm_per_pixel=0.5)
+    defaults = replace(defaults, views=3, images=7, max_mm_per_pixel=0.5, worst=True)
     assert request_from_message(request_message(), defaults) == defaults
     own = request_from_message(request_message(bound="none", gap=0.5), defaults)
     assert own == replace(defaults, bound="none", gap=0.5)

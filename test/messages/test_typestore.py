@@ -305,7 +305,14 @@ def test_another_text_of_the_same_definition_reads_the_same(name):
 
 
 def test_what_an_older_definition_lacks_is_zero_or_empty():
-    lacking = ("float64 gap", "uint32 k", "uint32 views", "float64 max_mm_per_pixel", "bool worst")
+    lacking = (
+        "float64 gap",
+        "uint32 k",
+        "uint32 views",
+        "uint32 images",
+        "float64 max_mm_per_pixel",
+        "bool worst",
+    )
     older = definition_of(REQUEST)
     for line in lacking:
         older = older.replace(f"{line}\n", "")

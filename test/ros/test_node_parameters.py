@@ -48,8 +48,8 @@ def change(node, **values):
 def test_the_defaults_are_the_cores(make_node):
     settings = Parameters(make_node()).current
     assert settings == Settings.from_values({})
-    expected = ("world", "importance", PlanRequest(), False, Optics(), CostModel())
-    assert tuple(vars(settings).values())[:6] == expected
+    expected = ("world", "importance", PlanRequest(), 1, False, Optics(), CostModel())
+    assert tuple(vars(settings).values())[:7] == expected
     assert settings.recording == Recording()
     assert settings.serving == Serving()
     assert dict(settings.values) == {d.name: d.default for d in DECLARATIONS}

@@ -114,6 +114,20 @@ def test_a_plan_for_several_is_evaluated_on_each(method):
     assert plan.lower_bound <= plan.cost + 1e-9
 
 
+def test_shots_and_views_are_those_of_every_subject():
+    request = replace(REQUEST, shots=2, views=2)
+    plan = plan_focus(BOTH, RIG, request)
+    for each, part in zip(plan.subjects, parts(SCENE, SMALL, shots=2, views=2), strict=True):
+        assert each.cost == pytest.approx(part.cost(plan.focus_distances), rel=1e-9)
+    assert plan.lower_bound is None or plan.lower_bound <= plan.cost
+
+
+def test_a_warm_start_never_costs_more():
+    cold = plan_focus(BOTH, RIG, REQUEST)
+    warm = plan_focus(BOTH, RIG, REQUEST, warm_start=cold.warm_start)
+    assert warm.cost <= cold.cost + 1e-9
+
+
 def test_what_a_subject_has_in_focus_is_what_a_fresh_estimate_tells():
     plan = plan_focus(BOTH, RIG, REQUEST)
     for subject, each in zip(BOTH, plan.subjects, strict=True):
@@ -217,7 +231,7 @@ def test_a_plan_for_the_worst_can_be_stopped_and_made_again():
 
 def test_errors_name_the_subject():
     elsewhere = Scene(sphere(200.0))
-    with pytest.raises(InputError, match=r"^away\.ply: camera poses: expected"):
+    with pytest.raises(InputError, match=r"^away\.ply: surface and camera poses: expected"):
         plan_focus([Subject(SCENE, "here.ply"), Subject(elsewhere, "away.ply")], RIG, REQUEST)
 
 
