@@ -58,7 +58,7 @@ from focus_planner.core.kernels.distortion import (
     distort,
     keep_imaged,
 )
-from focus_planner.core.kernels.em import stab
+from focus_planner.core.kernels.em import stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
 from focus_planner.core.kernels.k_view import DescentState, improve_tuples, reassign
 from focus_planner.core.kernels.kept import folders, kept_in
@@ -215,6 +215,7 @@ __all__ = [
     "sort_by_camera",
     "sort_by_sample",
     "stab",
+    "stab_brackets",
     "strongest",
     "thin",
     "threads_for",

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from focus_planner.core import kernels
+from focus_planner.core.arrays import IntArray
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
@@ -31,9 +32,10 @@ def solve(
     Both steps are exact (Eq. 5, Eq. 8), so the cost never rises; O(pairs + cells) a step. The
     result depends on the start: of the closest, mean, median and farthest depths and each
     camera's own best distance, the closest gave the lowest cost on bodies.
+
+    With several views the shots of a camera, which are one of them, move together.
     """
     options = options or Options()
-    cells = problem.cells
     start = closest.closest_depths(problem)
     if options.start is not None:
         start = np.where(np.isnan(options.start), start, options.start)
@@ -42,8 +44,19 @@ def solve(
     iteration = 0
     while True:
         iteration += 1
-        moved = kernels.stab(problem.pairs_by_camera, cells.focus, cells.offsets, best, cell)
+        moved = _move(problem, best, cell)
         best, units = assign_samples(problem, cell)
         keep_going = on_progress(Progress("em", iteration, cost_of_units(units)))
         if not (moved and keep_going):
             return finish_cells(problem, cell, iteration, not moved)
+
+
+def _move(problem: Problem, best: IntArray, cell: IntArray) -> int:
+    """Move cameras to the best cells for their samples; return how many moved."""
+    pairs, cells = problem.pairs_by_camera, problem.cells
+    if problem.views > 1 and problem.shots > 1:
+        views = problem.camera_views
+        moved = kernels.stab_brackets(pairs, cells.focus, views, cells.offsets, best, cell)
+    else:
+        moved = kernels.stab(pairs, cells.focus, cells.offsets, best, cell)
+    return int(moved)
