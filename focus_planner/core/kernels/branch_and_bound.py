@@ -243,7 +243,7 @@ def _confine(
         bound -= _most_taken(c, pairs, low, high, price)
         low[c], high[c] = cuts.first[b], cuts.last[b]
         if not _order(c, shots, low, high):
-            return np.int64(0)
+            return goal
         bound += _most_taken(c, pairs, low, high, price)
     if bound <= goal:
         return bound
