@@ -31,6 +31,7 @@ from focus_planner.core.kernels.arrays import (
     PairsBySample,
     PricedPairs,
 )
+from focus_planner.core.kernels.assigned import reassign
 from focus_planner.core.kernels.branch_and_bound import (
     Cuts,
     Neighbourhoods,
@@ -60,7 +61,7 @@ from focus_planner.core.kernels.distortion import (
 )
 from focus_planner.core.kernels.em import stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
-from focus_planner.core.kernels.k_view import DescentState, improve_tuples, reassign
+from focus_planner.core.kernels.k_view import DescentState, improve_tuples
 from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
     PriceDescent,
