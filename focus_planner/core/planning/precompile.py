@@ -72,6 +72,7 @@ _SECONDS = {
     "pairs": 6.5,
     "point_grid": 1.0,
     "problem": 2.5,
+    "ranking": 3.0,
     "rasterize": 14.0,
     "shading": 25.0,
     "smoothing": 10.0,
@@ -364,7 +365,7 @@ PLANNING = _work(
 #: Finding the surface around a cloud's points.
 CLOUDS = _work(_prepare_clouds, "local_fit", "noise", "orientation", "point_grid", "smoothing")
 #: Solving with tuples of cameras.
-TUPLES_OF_CAMERAS = _work(_plan_tuples, "camera_tuples", "k_view", "pairs")
+TUPLES_OF_CAMERAS = _work(_plan_tuples, "camera_tuples", "k_view", "pairs", "ranking")
 #: Proving that a plan is the best.
 PROOFS = _work(_prove, "branch_and_bound", "local_prices")
 #: How far away is what a camera sees.
