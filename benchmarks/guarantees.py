@@ -27,7 +27,7 @@ from rich.table import Table
 
 from benchmarks.processes import family, memory_of, status_of
 from focus_planner import FocusPlan, Mesh, PlanRequest, Rig, Scene, plan_focus
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from testing.ros.planner_process import PlannerProcess
 
 # What a message said stands within a line, never at its start.

@@ -51,7 +51,7 @@ from focus_planner.io.picture import draw_plans
 from focus_planner.io.plans import save_plan
 from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.recording.provenance import provenance_of
 from focus_planner.recording.run_reading import read_run
 from focus_planner.report.assembly import Provenance, assemble

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
+from focus_planner.cli.best_so_far import BestSoFar
 from focus_planner.cli.compiling import compile_first
 from focus_planner.cli.interrupts import INTERRUPTED, ctrl_c
 from focus_planner.cli.many_surfaces import (
@@ -32,6 +32,7 @@ from focus_planner.cli.many_surfaces import (
     of_preset,
 )
 from focus_planner.cli.option_rules import check_beside
+from focus_planner.cli.plan_table import print_summary
 from focus_planner.cli.progress import Tell, show_progress, show_share, shown
 from focus_planner.cli.recording import (
     NOT_RECORDED,
@@ -54,7 +55,7 @@ from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import InputError
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning.plan import FocusPlan, Shot, SolvedPlan, WarmStart
+    from focus_planner.core.planning.plan import SolvedPlan, WarmStart
     from focus_planner.core.planning.request import PlanRequest
     from focus_planner.core.planning.subject import PlannedSubject
     from focus_planner.core.planning.subjects import Subject
@@ -431,7 +432,7 @@ def _show(options: argparse.Namespace, made: Sequence[_Made]) -> None:
     if with_summary:
         for number, each in enumerate(made, 1):
             title = f"preset {number} of {len(made)}: " if len(made) > 1 else ""
-            _print_summary(title, each.plan, stream, each.interrupted)
+            print_summary(title, each.plan, stream, each.interrupted)
     if STDOUT in options.output or not (_plans(options) or with_summary):
         from focus_planner.io.plans import plan_to_json
 
@@ -442,88 +443,3 @@ def _show(options: argparse.Namespace, made: Sequence[_Made]) -> None:
         told += [note.text for each in made for note in each.plan.notes]
         for text in dict.fromkeys(told):
             show_note(text)
-
-
-def _print_summary(which: str, plan: SolvedPlan, stream: TextIO, interrupted: str) -> None:
-    from focus_planner.cli.subject_table import print_subjects
-    from focus_planner.cli.tables import console_for, new_table
-
-    table = new_table(title=f"{which}{plan.method}, {len(plan.cameras)} cameras")
-    table.add_column()
-    table.add_column(justify="right")
-    table.add_column()
-    for name, value, note in _summary(plan, interrupted):
-        table.add_row(name, value, note)
-    console = console_for(stream)
-    console.print(table)
-    if plan.subjects:
-        print_subjects(plan.subjects, console)
-
-
-def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str]]:
-    """Yield rows: name, value, note."""
-    from collections import Counter
-
-    from focus_planner.core.planning.plan_text import for_views
-
-    def area(part: float) -> str:
-        return f"{part:.3f} m²"
-
-    def share(part: float) -> str:
-        return f"{part / plan.surface_area:.1%} of the surface"
-
-    whose = f"{'worst' if plan.is_for_worst else 'mean'} of {len(plan.subjects)} subjects, "
-    on = f"{whose if len(plan.subjects) > 1 else ''}on {plan.samples} samples"
-    yield "cost", f"{plan.cost:.2f}", f"of 1000{for_views(plan)}, {on}, seed {plan.seed}"
-    if plan.lower_bound is not None and plan.gap is not None:
-        note = f"no plan costs less on these samples: within {100 * plan.gap:.3g} % of the best"
-        yield "lower bound", f"{plan.lower_bound:.2f}", note
-    fresh = f"{plan.fresh_cost:.2f} ± {plan.fresh_standard_error:.2f}"
-    yield "fresh cost", fresh, f"on {plan.fresh_samples} samples unseen by the solver"
-    average = "of a subject on average" if plan.subjects else ""
-    yield "surface", area(plan.surface_area), average
-    yield "seen", area(plan.covered_area), share(plan.covered_area)
-    in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
-    yield "in focus", in_focus, f"{share(plan.in_focus_area)}, in its best view"
-    yield from _sharpness(plan)
-    early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else "stopped early"
-    yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else early
-    yield "total", f"{plan.total_seconds:.3f} s", ""
-    if plan.images:
-        used = sum(bool(camera.shots) for camera in plan.cameras)
-        most = f"of at most {plan.images}, by {used} of {len(plan.cameras)} cameras"
-        yield "pictures", str(plan.pictures), most
-    elif plan.shots > 1:
-        used = sum(shot.assigned_samples > 0 for camera in plan.cameras for shot in camera.shots)
-        yield "shots", str(plan.shots * len(plan.cameras)), f"{used} in use"
-    values: dict[str, list[float]] = {}
-    for shot, unit in ((s, c.device_unit) for c in plan.cameras for s in c.shots):
-        if unit is not None and shot.device_value is not None:
-            values.setdefault(unit, []).append(shot.device_value)
-    for unit, told in values.items():
-        yield "lenses", f"{min(told):g} to {max(told):g}", unit
-    shots = [shot for camera in plan.cameras for shot in camera.shots]
-    yield "focused at", _span([shot.focus_distance for shot in shots]), _from_sensor(shots)
-    for status, count in sorted(Counter(c.status for c in plan.cameras).items()):
-        yield "cameras", str(count), status.name.lower().replace("_", " ")
-
-
-def _sharpness(plan: FocusPlan) -> Iterator[tuple[str, str, str]]:
-    """Yield what is sharp in how many views, and how finely what is in focus is imaged."""
-    for sharp in plan.sharp_areas:
-        name = f"in {sharp.views} view{'s' * (sharp.views > 1)}"
-        area = f"{sharp.area:.3f} ± {sharp.standard_error:.3f} m²"
-        share = f"{sharp.area / plan.surface_area:.1%} of the surface"
-        yield name, area, f"{share}, sharp in so many or more"
-    if plan.resolution is not None:
-        note = f"median of what is in focus; 90% at {plan.resolution.percentile_90:.3g} or finer"
-        yield "resolution", f"{plan.resolution.median:.3g} mm/px", note
-
-
-def _span(metres: Sequence[float]) -> str:
-    return f"{min(metres):.3f} to {max(metres):.3f} m"
-
-
-def _from_sensor(shots: Sequence[Shot]) -> str:
-    marked = [shot.from_sensor for shot in shots if shot.from_sensor is not None]
-    return f"from the centre of projection; {_span(marked)} from the sensor" if marked else ""

@@ -26,7 +26,8 @@ from focus_planner.core.progress import Progress
 from focus_planner.core.validation import InputError
 from focus_planner.io.importance import IMPORTANCE
 from focus_planner.messages.plan_checking import check_values
-from focus_planner.messages.reading import Message, note_from_message, plan_from_message
+from focus_planner.messages.plan_reading import note_from_message, plan_from_message
+from focus_planner.messages.reading import Message
 from focus_planner.messages.typestore import (
     CLOUD,
     PLAN,

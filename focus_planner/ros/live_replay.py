@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 from focus_planner.core.validation import InputError
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.messages.typestore import (
     CLOUD,
     MESH,

@@ -19,16 +19,18 @@ from hypothesis import given
 
 from focus_planner import CameraIntrinsics, Mesh, PlanRequest
 from focus_planner.messages import reading, writing
-from focus_planner.messages.reading import (
+from focus_planner.messages.plan_reading import (
     camera_focus_from_message,
+    plan_from_message,
+    shot_from_message,
+)
+from focus_planner.messages.reading import (
     cloud_from_message,
     intrinsics_from_message,
     lens_from_message,
     mesh_from_bytes,
-    plan_from_message,
     poses_from_message,
     rig_from_message,
-    shot_from_message,
 )
 from focus_planner.messages.requests import request_from_message, request_to_fields
 from focus_planner.messages.writing import (

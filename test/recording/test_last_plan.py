@@ -18,7 +18,7 @@ import signal
 import pytest
 
 from focus_planner.core.validation import InputError
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.recording.bag import BagWriter
 from focus_planner.recording.last_plan import last_plan
 from focus_planner.recording.naming import METADATA, PARTIAL

@@ -37,15 +37,14 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import read_mesh, write_mesh
+from focus_planner.messages.plan_reading import camera_focus_from_message, plan_from_message
 from focus_planner.messages.reading import (
     Datatype,
-    camera_focus_from_message,
     camera_from_message,
     cloud_from_message,
     intrinsics_from_message,
     lens_from_message,
     mesh_from_bytes,
-    plan_from_message,
     poses_from_message,
     rig_from_message,
 )

@@ -19,7 +19,7 @@ from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.surface.scene import Scene
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.ros.client import PlannerClient
 from testing.malformed import BALL, READ, RIG, Bench, absurd, broken
 

@@ -32,7 +32,7 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.messages.writing import (
     cloud_to_fields,
     mesh_to_bytes,

@@ -36,7 +36,7 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.validation import InputError
 from focus_planner.messages.cdr import write_mesh
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.messages.typestore import CLOUD, MESH, RIG, serialize
 from focus_planner.messages.writing import (
     mesh_to_bytes,

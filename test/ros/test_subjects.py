@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from focus_planner import Scene, Subject, plan_focus
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.run_inputs import SURFACES
 from focus_planner.recording.subject import subject_of

@@ -16,7 +16,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import replace
 
-from focus_planner.messages.reading import plan_from_message
+from focus_planner.messages.plan_reading import plan_from_message
 from testing.ros.planner_process import PATIENCE
 
 # Calls that wait for their turn however busy the machine is, and small plans.
