@@ -83,7 +83,7 @@ def plan_of(
     bound = solved.mean.lower_bound
     bound = None if bound is None else min(bound, cost)
     converged = solution.converged and not pacer.samples_left_out
-    proven = proves_itself(problem, request) and not is_for_worst
+    proven = proves_itself(formulated.problem, request) and not is_for_worst
     if not proven and request.method == "optimal" and bound is not None:
         converged = converged and cost - bound <= request.gap * cost
     return SolvedPlan(

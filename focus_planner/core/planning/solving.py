@@ -71,7 +71,8 @@ def solve(
     problem = _with_cells(formulated.problem, request, pacer)
     options = replace(options, start=spread_start(problem))
     if warm_start is not None:
-        options = warm_options(options, warm_start, problem)
+        limited = picture_limit(problem, request) is not None
+        options = warm_options(options, warm_start, problem, limited=limited)
     proven = proves_itself(problem, request)
     bounded = not proven and (request.bound != "none" or request.method == "optimal")
     pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)

@@ -18,27 +18,32 @@ from itertools import groupby
 import numpy as np
 from scipy.spatial import cKDTree
 
+from focus_planner.core import kernels
 from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.solvers import Options
 
 
-def warm_options(options: Options, warm_start: WarmStart, problem: Problem) -> Options:
+def warm_options(
+    options: Options, warm_start: WarmStart, problem: Problem, *, limited: bool = False
+) -> Options:
     """Return the options to solve a problem from a warm start.
 
     Cameras are matched by name and shots by their order. New cameras start as they would without
-    a warm start, and so do all if the number of shots has changed. Each sample takes the price of
-    the nearest sample of the earlier plan: a price is what focus on a place gains, and differs
-    little from place to place.
+    a warm start, and so do all if the number of shots has changed. If pictures are limited, the
+    search starts from those that the earlier plan takes; otherwise, shots that it does not take
+    start like new ones. Each sample takes the price of the nearest sample of the earlier plan: a
+    price is what focus on a place gains, and differs little from place to place.
     """
     start = options.start
     if start is None:
         start = np.full(problem.camera_count, np.nan)
     shots = _numbered(problem.names)
     distances = dict(zip(_numbered(warm_start.names), warm_start.focus_distances, strict=True))
-    if len(warm_start.names) == problem.shots * len(set(warm_start.names)):
+    same_shots = len(warm_start.names) == problem.shots * len(set(warm_start.names))
+    if limited or same_shots:
         known = [distances.get(shot, np.nan) for shot in shots]
-        start = np.where(np.isfinite(known), known, start)
+        start = np.where(np.isfinite(known), known, kernels.UNTAKEN if limited else start)
     if warm_start.prices is None:
         return replace(options, start=start)
     tree = cKDTree(warm_start.points)

@@ -88,6 +88,20 @@ def with_pictures(problem: Problem, taken: NDArray[np.bool_]) -> Problem:
     )
 
 
+def confined_to(problem: Problem, focus: FloatArray) -> Problem:
+    """Return the problem in which lenses can be set only to these focus distances (C,), metres.
+
+    What a camera does not hold in focus there, it cannot: nothing, where its distance is NaN.
+    """
+    at = focus[problem.camera_index]
+    held = (problem.focus_near <= at) & (at <= problem.focus_far)
+    return replace(
+        problem,
+        focus_near=np.where(held, at, np.inf),
+        focus_far=np.where(held, at, -np.inf),
+    )
+
+
 def spread_start(problem: Problem) -> FloatArray | None:
     """Return (C,) initial focus distances, metres, apart for a camera's shots; None for one shot.
 

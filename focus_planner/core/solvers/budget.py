@@ -11,9 +11,10 @@
 """A budget of pictures: which are taken, and where they focus (docs/algorithm.md).
 
 What pictures gain is submodular, so taking one after the other, each time the one that gains most,
-is a good start. From there two searches take turns: a method moves the pictures that are taken, and
-exchanges leave each one out in turn and take the best of all others in its place. Both are exact
-and never raise the cost; together they end where neither lowers it.
+is a good start, unless a warm start already says which to take. From there two searches take turns:
+a method moves the pictures that are taken, and exchanges leave each one out in turn and take the
+best of all others in its place. Both are exact and never raise the cost; together they end where
+neither lowers it.
 """
 
 from __future__ import annotations
@@ -23,16 +24,17 @@ from dataclasses import replace
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.arrays import FloatArray
+from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
-from focus_planner.core.problem.shots import with_pictures
+from focus_planner.core.problem.shots import confined_to, with_pictures
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import average, closest
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import (
     Solution,
     Solver,
+    cells_at,
     distances_of_cells,
     finish,
     finish_cells,
@@ -84,33 +86,48 @@ class _Search:
         options: Options,
         on_progress: ProgressCallback,
     ) -> None:
+        self._any = np.full(problem.camera_count, kernels.NO_PICTURE, dtype=np.int32)
+        self._fixed: FloatArray | None = None
+        if solver in _FIXED:
+            self._fixed = solver(problem, options).focus_distances
+            problem = confined_to(problem, self._fixed)
         self._problem, self._solver, self._options = problem, solver, options
         self._images = min(images, problem.camera_count)
         self._on_progress = on_progress
         self._keep_going, self._iterations = True, 0
         cells = problem.cells
         self._views = problem.camera_views._replace(missing=cells.unseen)
-        self._cell = np.full(problem.camera_count, kernels.NO_PICTURE, dtype=np.int32)
+        self._cell = self._first_cells()
         self._ranking = np.empty((problem.sample_count, problem.views + 1), dtype=np.int64)
         self._rank()
         self._gain = np.empty(len(self._views.offsets) - 1, dtype=np.int64)
         self._where = np.empty(len(self._gain), dtype=np.int32)
-        self._only = self._cell.copy()
-        self._fixed: FloatArray | None = None
-        if solver in _FIXED:
-            self._fixed = solver(problem, options).focus_distances
-            self._only = start_cells(problem, self._fixed)
 
     def run(self) -> Solution:
-        while self._keep_going and self._taken < self._images and self._take():
-            self._report(CHOOSING)
+        self._choose()
         converged = False
         for _ in range(_ROUNDS):
             settled = self._move()
-            if not self._exchange():
+            exchanged = self._exchange()
+            if not self._choose() and not exchanged:
                 converged = settled and self._keep_going
                 break
         return self._finish(converged)
+
+    def _first_cells(self) -> IntArray:
+        """Return the cells of the pictures that the options say to start from, if so few."""
+        start = self._options.start
+        none = np.full(self._problem.camera_count, kernels.NO_PICTURE, dtype=np.int32)
+        if start is None or np.isfinite(start).sum() > self._images:
+            return none
+        return np.where(np.isfinite(start), start_cells(self._problem, start), none)
+
+    def _choose(self) -> bool:
+        """Take pictures while there may be more and they gain; return whether any was taken."""
+        before = self._taken
+        while self._keep_going and self._taken < self._images and self._take():
+            self._report(CHOOSING)
+        return self._taken > before
 
     @property
     def _taken(self) -> int:
@@ -143,7 +160,7 @@ class _Search:
             self._problem.cells.offsets,
             self._cell,
             self._ranking,
-            self._only,
+            self._any,
             self._gain,
             self._where,
         )
@@ -181,9 +198,13 @@ class _Search:
             return self._keep_going
 
         solution = self._solver(problem, options, on_progress)
-        cell = start_cells(problem, solution.focus_distances)
-        self._cell = np.where(taken, cell, self._cell).astype(np.int32)
+        before, cell = self._units, self._cell
+        self._cell = np.where(taken, cells_at(problem, solution.focus_distances), cell)
         self._rank()
+        if self._units > before:
+            # Methods settle what they found between cells, and go on from the nearest of them.
+            self._cell = cell
+            self._rank()
         return solution.converged
 
     def _exchange(self) -> bool:

@@ -134,6 +134,26 @@ def start_cells(problem: Problem, start: FloatArray) -> IntArray:
     return cell
 
 
+def cells_at(problem: Problem, focus: FloatArray) -> IntArray:
+    """Return (C,) a cell of each camera that holds all its focus distance holds; -1 for no cells.
+
+    Between two cells, intervals first end, and hold on to the one before, then begin, and reach to
+    the one behind. So one of the two holds whatever is held there, and is not always the nearer.
+    """
+    cells = problem.cells
+    cell = np.full(problem.camera_count, -1, dtype=np.int32)
+    counts = np.diff(cells.offsets)
+    for c in np.flatnonzero(counts):
+        near = cells.near[cells.offsets[c] : cells.offsets[c + 1]]
+        cell[c] = np.searchsorted(near, focus[c], side="right") - 1
+    at, before = focus[problem.camera_index], cell[problem.camera_index]
+    held = (problem.focus_near <= at) & (at <= problem.focus_far)
+    ended = held & ~((cells.first <= before) & (before <= cells.last))
+    cell[np.unique(problem.camera_index[ended])] += 1
+    # Before the first cell something is held, or nothing: the first holds as much.
+    return np.where(counts > 0, np.maximum(cell, 0), cell)
+
+
 def within_limits(problem: Problem, focus: FloatArray) -> FloatArray:
     """Return the focus distances, each moved to the nearest that its lens can be set to."""
     return settable(problem.lenses, np.arange(problem.camera_count), focus)

@@ -15,14 +15,16 @@ import pytest
 
 from focus_planner.core import kernels
 from focus_planner.core.progress import never_stop
-from focus_planner.core.solvers import SOLVERS, Options, budget
+from focus_planner.core.solvers import SOLVERS, Options
+from focus_planner.core.solvers.budget import within_budget
 from testing.problems import random_problem
 
 CASES = [(1, 1, 2), (2, 1, 3), (1, 2, 3), (2, 2, 3)]
 
 
-def solve(problem, images, method="k_view", on_progress=never_stop):
-    return budget.solve(problem, SOLVERS[method], images, Options(), on_progress)
+def solve(problem, images, method="k_view", on_progress=never_stop, start=None):
+    solver = within_budget(SOLVERS[method], images)
+    return solver(problem, Options(start=start), on_progress)
 
 
 def is_taken(solution):
@@ -67,16 +69,43 @@ def test_no_exchange_of_a_picture_pays(views, shots, method):
     assert taken.sum() == 6
     distances, offsets = problem.cells.distances(), problem.cells.offsets
     fixed = SOLVERS[method](problem, Options()).focus_distances
+    if method in {"closest", "average"}:
+        np.testing.assert_array_equal(solution.focus_distances[taken], fixed[taken])
     for out, into in itertools.product(np.flatnonzero(taken), np.flatnonzero(~taken)):
         choices = distances[offsets[into] : offsets[into + 1]]
-        if method in {"closest", "average"}:
-            np.testing.assert_array_equal(solution.focus_distances[taken], fixed[taken])
-            # Chosen by the cells nearest to what the method takes, which may hold other samples.
-            continue
-        for distance in choices:
+        for distance in [fixed[into]] if method in {"closest", "average"} else choices:
             focus = solution.focus_distances.copy()
             focus[out], focus[into] = kernels.UNTAKEN, distance
             assert problem.cost(focus) >= solution.cost - 1e-9
+
+
+def test_each_picture_gains_most_of_all_and_no_step_costs_more():
+    for method, seed in itertools.product(("closest", "em", "k_view"), range(6)):
+        problem = random_problem(seed, 40, 6, share=0.5, views=1 + seed % 3, shots=1 + seed % 2)
+        told = []
+        solution = solve(problem, 5, method, lambda p, told=told: told.append(p) or True)
+        costs = [p.cost for p in told if p.stage in {"pictures", "exchanges"}]
+        assert all(after < before for before, after in itertools.pairwise(costs))
+        assert solution.cost <= costs[-1] + 1e-9
+        gains = -np.diff([1000.0, *(p.cost for p in told[:5])])
+        assert all(after <= before + 1e-6 for before, after in itertools.pairwise(gains))
+
+
+def test_it_goes_on_from_the_pictures_that_a_start_takes():
+    problem = random_problem(6, 60, 8, share=0.4, shots=2)
+    first = solve(problem, 6)
+    seen = []
+    again = solve(
+        problem, 6, start=first.focus_distances, on_progress=lambda p: seen.append(p) or True
+    )
+    assert "pictures" not in {progress.stage for progress in seen}
+    assert again.cost <= first.cost + 1e-9
+    more = solve(problem, 8, start=first.focus_distances)
+    assert more.cost <= first.cost
+    assert 6 <= is_taken(more).sum() <= 8
+    # A start with more pictures than there may be says nothing.
+    fewer = solve(problem, 4, start=first.focus_distances)
+    np.testing.assert_array_equal(fewer.focus_distances, solve(problem, 4).focus_distances)
 
 
 def test_more_pictures_cost_less_and_all_cost_what_they_do_without_a_budget():
