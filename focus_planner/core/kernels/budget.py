@@ -29,7 +29,7 @@ from focus_planner.core.kernels.ranking import (
 
 
 @parallel_kernel
-def gains_of_pictures(by_camera, focus, views, cell_offsets, cell, ranking, only, gain, where):
+def gains_of_pictures(by_camera, focus, views, cell_offsets, cell, ranking, gain, where):
     """Fill what one more picture of each view gains (V,), in units, and its cell.
 
     ``gain`` is -1 for a view that takes all its shots already.
@@ -43,8 +43,6 @@ def gains_of_pictures(by_camera, focus, views, cell_offsets, cell, ranking, only
     cell_offsets : (C + 1,) array of int64
     cell : (C,) array of int32
     ranking : (N, needed + 1) array of int64
-    only : (C,) array of int32
-        The cell that a picture may take; ``NO_PICTURE`` for any.
     gain : (V,) array of int64
     where : (V,) array of int32
         -1 for a picture without a cell, which holds nothing in focus.
@@ -57,7 +55,7 @@ def gains_of_pictures(by_camera, focus, views, cell_offsets, cell, ranking, only
         else:
             steps = np.zeros(cell_offsets[c + 1] - cell_offsets[c] + 1, dtype=np.int64)
             blurred = _sum_gains(c, by_camera, focus, views, cell, ranking, steps)
-            gain[v], where[v] = _best(blurred, steps, only[c])
+            gain[v], where[v] = _best(blurred, steps)
 
 
 @kernel
@@ -95,12 +93,12 @@ def _sum_gains(c, by_camera, focus, views, cell, ranking, steps):
 
 
 @kernel
-def _best(blurred, steps, only):
+def _best(blurred, steps):
     """Return the most that a picture gains, and its cell."""
     best, where, total = np.int64(0), -1, np.int64(0)
     for i in range(len(steps) - 1):
         total += steps[i]
-        if (total > best or where < 0) and only in (NO_PICTURE, i):
+        if total > best or where < 0:
             best, where = total, i
     return blurred + best, where
 

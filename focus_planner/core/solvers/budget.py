@@ -86,7 +86,6 @@ class _Search:
         options: Options,
         on_progress: ProgressCallback,
     ) -> None:
-        self._any = np.full(problem.camera_count, kernels.NO_PICTURE, dtype=np.int32)
         self._fixed: FloatArray | None = None
         if solver in _FIXED:
             self._fixed = solver(problem, options).focus_distances
@@ -160,7 +159,6 @@ class _Search:
             self._problem.cells.offsets,
             self._cell,
             self._ranking,
-            self._any,
             self._gain,
             self._where,
         )

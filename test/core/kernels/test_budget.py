@@ -41,10 +41,9 @@ class Pictures:
     def units(self):
         return int(kernels.cost_of_rankings(self.views, self.ranking))
 
-    def gains(self, only=None):
+    def gains(self):
         problem, views = self.problem, len(self.views.offsets) - 1
         gain, where = np.empty(views, dtype=np.int64), np.empty(views, dtype=np.int32)
-        any_cell = np.full(problem.camera_count, kernels.NO_PICTURE, dtype=np.int32)
         kernels.gains_of_pictures(
             problem.pairs_by_camera,
             problem.cells.focus,
@@ -52,7 +51,6 @@ class Pictures:
             problem.cells.offsets,
             self.cell,
             self.ranking,
-            any_cell if only is None else only,
             gain,
             where,
         )
@@ -109,20 +107,6 @@ def test_the_best_picture_of_a_view_gains_what_all_its_cells_are_tried_for(views
             assert where[view] == np.argmax(gains)
             tried += 1
     assert tried > 5
-
-
-def test_a_picture_that_may_take_one_cell_takes_that():
-    problem = random_problem(1, 30, 4, share=0.8)
-    pictures = Pictures(problem, 0)
-    pictures.cell[:] = kernels.NO_PICTURE
-    pictures.rank()
-    only = (np.diff(problem.cells.offsets) - 1).astype(np.int32)
-    before, (gain, where) = pictures.units(), pictures.gains(only)
-    assert where.tolist() == only.tolist()
-    for c in range(4):
-        pictures.place(c, only[c])
-        assert gain[c] == before - pictures.units()
-        pictures.place(c, kernels.NO_PICTURE)
 
 
 def test_a_camera_that_cannot_focus_on_anything_gains_what_it_sees_blurred():
