@@ -195,7 +195,8 @@ def _main_distances(plan: FocusPlan) -> FloatArray:
 
 
 def _focus_scale(distances: list[FloatArray]) -> ScalarMappable:
-    low, high = np.percentile(np.concatenate(distances), [2, 98])
+    every = np.concatenate(distances)
+    low, high = np.percentile(every[np.isfinite(every)], [2, 98])
     return ScalarMappable(Normalize(float(low), float(high)), colormaps["cividis"])
 
 

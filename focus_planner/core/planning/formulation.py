@@ -28,6 +28,7 @@ from focus_planner.core.planning.diagnosis import (
     explain_unseen,
 )
 from focus_planner.core.planning.quality import estimate_quality
+from focus_planner.core.planning.methods import solver_of
 from focus_planner.core.planning.request import MAX_SAMPLES, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.joined import concatenate, separated
@@ -35,7 +36,7 @@ from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import spread_start, with_shots
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
-from focus_planner.core.solvers import SOLVERS, Options
+from focus_planner.core.solvers import Options
 from focus_planner.core.solvers.solution import fill_missing_distances
 from focus_planner.core.surface.resolution import only_pairs, pairs_metres_per_pixel
 from focus_planner.core.surface.sampling import Density
@@ -201,7 +202,8 @@ def choose_samples(
         scene, rig, replace(request, method="em", samples=_PILOT_SAMPLES), model
     )
     with kernels.threads_for(len(pilot.depth)):
-        solution = SOLVERS["em"](pilot, Options(start=spread_start(pilot)), on_progress)
+        solver = solver_of(pilot, replace(request, method="em"))
+        solution = solver(pilot, Options(start=spread_start(pilot)), on_progress)
     quality = estimate_quality(pilot, fill_missing_distances(pilot, solution.focus_distances))
     ratio = quality.cost.standard_error / request.standard_error
     enough = _PILOT_SAMPLES * ratio * ratio

@@ -47,6 +47,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, PointCloud
 
 _SAMPLES = 200
+_IMAGES = 4
 _SMALL = 64  # pixels
 _MERIDIANS, _PARALLELS = 24, 12
 # On the ball they are 8 mm apart, and scatter by as much.
@@ -149,6 +150,8 @@ def works_for(request: PlanRequest, *, clouds: bool) -> tuple[Work, ...]:
         works.append(TUPLES_OF_CAMERAS)
     if request.method == "optimal":
         works.append(PROOFS)
+    if request.images:
+        works.append(BUDGETS)
     return tuple(works)
 
 
@@ -302,6 +305,10 @@ def _prove() -> None:
     Branching(gains, prices.price, prices.bound, 0).step(0)
 
 
+def _plan_within_budget() -> None:
+    solve(Scene(_ball()), _rig(), PlanRequest("em", _SAMPLES, images=_IMAGES))
+
+
 def _see_depths() -> None:
     camera = _rig().cameras[0]
     PictureCamera(Scene(_ball())).depths(camera, _SMALL / camera.intrinsics.height)
@@ -369,13 +376,15 @@ CLOUDS = _work(_prepare_clouds, "local_fit", "noise", "orientation", "point_grid
 TUPLES_OF_CAMERAS = _work(_plan_tuples, "assigned", "camera_tuples", "k_view", "pairs", "ranking")
 #: Proving that a plan is the best.
 PROOFS = _work(_prove, "branch_and_bound", "local_prices")
+#: Choosing pictures within a budget of them.
+BUDGETS = _work(_plan_within_budget, "budget")
 #: How far away is what a camera sees.
 DEPTHS = _work(_see_depths, "rasterize")
 #: What it looks like.
 PICTURES = _work(_take_pictures, "shading")
 
 #: All that plans may consist of.
-PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, PROOFS)
+PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, PROOFS, BUDGETS)
 ALL = (*PLANS, DEPTHS, PICTURES)
 
 # What this process has done.

@@ -14,7 +14,12 @@ import itertools
 
 import numpy as np
 
-from focus_planner.core.kernels.stabbing import Intervals, best_cells, best_with_each
+from focus_planner.core.kernels.stabbing import (
+    Intervals,
+    best_cells,
+    best_cells_of_each,
+    best_with_each,
+)
 
 
 def random_intervals(random, cells, count):
@@ -71,6 +76,24 @@ def test_of_all_ascending_cells_the_best_are_found():
         assert value == held(intervals, chosen) == expected.max()
         several += len(set(chosen.tolist())) > 1
     assert several > 300
+
+
+def test_of_any_number_of_cells_the_best_are_found_and_each_adds_less():
+    random, falling = np.random.default_rng(2), 0
+    for _ in range(800):
+        cells, shots = int(random.integers(1, 8)), int(random.integers(1, 5))
+        intervals = random_intervals(random, cells, int(random.integers(0, 15)))
+        values, chosen = np.empty(shots, dtype=np.int64), np.empty((shots, shots), dtype=np.int32)
+        best_cells_of_each(intervals, cells, values, chosen)
+        for k in range(1, shots + 1):
+            sets = itertools.combinations_with_replacement(range(cells), k)
+            assert values[k - 1] == max(held(intervals, some) for some in sets)
+            assert held(intervals, chosen[k - 1, :k]) == values[k - 1]
+            assert (np.diff(chosen[k - 1, :k]) >= 0).all()
+        added = np.diff([0, *values])
+        assert (np.diff(added) <= 0).all()
+        falling += shots > 2 and added[0] > added[1] > added[2] > 0
+    assert falling > 50
 
 
 def test_among_many_cells_the_best_are_found():

@@ -118,6 +118,9 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
         cameras = Rig(tuple(replace(camera, lens=lens) for camera in rig.cameras))
         request = PlanRequest(method, 150, shots=2, depth_tolerance=0.002, time_budget=50.0)
         plan_focus(scene, cameras, request, clock=Clock(1.0))
+        for views in (1, 3):
+            limited = replace(request, images=5, views=views)
+            plan_focus(scene, cameras, limited, clock=Clock(1.0))
     assert compiled() == warm
 
 
@@ -149,16 +152,18 @@ def test_every_kernel_belongs_to_one_kind_of_work():
 
 
 @pytest.mark.parametrize(
-    ("method", "clouds", "works"),
+    ("method", "images", "clouds", "works"),
     [
-        ("em", False, [planning.PLANNING]),
-        ("closest", True, [planning.PLANNING, planning.CLOUDS]),
-        ("k_view", False, [planning.PLANNING, planning.TUPLES_OF_CAMERAS]),
-        ("optimal", True, list(planning.PLANS)),
+        ("em", 0, False, [planning.PLANNING]),
+        ("em", 9, False, [planning.PLANNING, planning.BUDGETS]),
+        ("closest", 0, True, [planning.PLANNING, planning.CLOUDS]),
+        ("k_view", 0, False, [planning.PLANNING, planning.TUPLES_OF_CAMERAS]),
+        ("optimal", 0, True, [work for work in planning.PLANS if work != planning.BUDGETS]),
+        ("optimal", 9, True, list(planning.PLANS)),
     ],
 )
-def test_only_what_a_request_runs_is_compiled(method, clouds, works):
-    assert list(works_for(PlanRequest(method), clouds=clouds)) == works
+def test_only_what_a_request_runs_is_compiled(method, images, clouds, works):
+    assert list(works_for(PlanRequest(method, images=images), clouds=clouds)) == works
 
 
 @pytest.mark.processes
@@ -177,13 +182,19 @@ def test_each_kind_of_work_covers_what_its_requests_run():
         rig = cylinder_rig(rows=2, columns=6, radius=1.0, bottom=-0.1, top=0.1)
         mesh = box((0.3, 0.3, 0.3))
         cloud = PointCloud(Scene(mesh).sample(3000, 0).points)
-        for method, clouds in (("em", False), ("k_view", False), ("em", True), ("optimal", True)):
-            request = PlanRequest(method, 300)
+        for method, images, clouds in (
+            ("em", 0, False),
+            ("em", 5, False),
+            ("k_view", 0, False),
+            ("em", 0, True),
+            ("optimal", 0, True),
+        ):
+            request = PlanRequest(method, 300, images=images)
             precompile(works_for(request, clouds=clouds))
             loaded = []
             with kernels.listening(lambda kernel, _: loaded.append(kernel.name)):
                 plan_focus(Scene(cloud if clouds else mesh), rig, request)
-            assert not loaded, (method, clouds, loaded)
+            assert not loaded, (method, images, clouds, loaded)
     """
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True)
 
