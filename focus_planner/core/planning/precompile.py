@@ -60,6 +60,7 @@ _TELLING = 0.1
 _SECONDS = {
     "assigned": 3.0,
     "branch_and_bound": 13.0,
+    "budget": 4.0,
     "camera_tuples": 7.0,
     "cells": 3.5,
     "distortion": 2.5,
@@ -276,6 +277,7 @@ def _plan() -> None:
     solve(Scene(smooth), rig, PlanRequest("closest", _SAMPLES))
     for method in ("closest", "average", "em"):
         solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
+    solve(Scene(ball), rig, PlanRequest("em", _SAMPLES, views=2, shots=2))
 
 
 def _prepare_clouds() -> None:
