@@ -52,7 +52,7 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     """Yield rows: name, value, note."""
     from collections import Counter
 
-    from focus_planner.core.planning.plan_text import for_views
+    from focus_planner.core.planning.plan_text import for_views, unfinished
 
     def area(part: float) -> str:
         return f"{part:.3f} m²"
@@ -74,7 +74,7 @@ def _summary(plan: SolvedPlan, interrupted: str) -> Iterator[tuple[str, str, str
     in_focus = f"{plan.in_focus_area:.3f} ± {area(plan.in_focus_standard_error)}"
     yield "in focus", in_focus, f"{share(plan.in_focus_area)}, in its best view"
     yield from _sharpness(plan)
-    early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else "stopped early"
+    early = "stopped early by Ctrl-C" if interrupted == CUT_SHORT else unfinished(plan)
     yield "solved in", f"{plan.solve_seconds:.3f} s", "" if plan.converged else early
     yield "total", f"{plan.total_seconds:.3f} s", ""
     if plan.images:

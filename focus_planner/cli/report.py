@@ -104,8 +104,8 @@ def _provenance(named: NamedSubject) -> Provenance:
         return provenance_of(named.run)
 
     parameters = parameters_of(named.subject.request)
-    asked = ("method", "samples", "seed", "shots", "views", "depth_tolerance", "max_mm_per_pixel")
-    told = (*asked, "fresh_samples")
+    asked = ("method", "samples", "seed", "shots", "views", "images", "depth_tolerance")
+    told = (*asked, "max_mm_per_pixel", "fresh_samples")
     return Provenance(
         named.surface,
         named.rig,

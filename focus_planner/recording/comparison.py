@@ -140,8 +140,9 @@ class CameraChange:
 
 
 def camera_changes(before: FocusPlan, after: FocusPlan) -> list[CameraChange]:
-    """Return the changes of the cameras that both plans have, the largest first."""
-    now = {camera.name: camera for camera in after.cameras}
+    """Return the changes of the cameras that take pictures in both plans, the largest first."""
+    # What a lens rests at whose camera takes no picture does not matter.
+    now = {camera.name: camera for camera in after.cameras if camera.shots}
     changes = [
         CameraChange(
             camera.name,
@@ -153,7 +154,9 @@ def camera_changes(before: FocusPlan, after: FocusPlan) -> list[CameraChange]:
             now[camera.name].from_sensor,
         )
         for camera in before.cameras
-        if camera.name in now and camera.focus_distance != now[camera.name].focus_distance
+        if camera.shots
+        and camera.name in now
+        and camera.focus_distance != now[camera.name].focus_distance
     ]
     return sorted(changes, key=lambda change: (-change.moved, change.name))
 
@@ -168,6 +171,7 @@ def quantities(plan: FocusPlan) -> Iterator[tuple[str, float | str | bool | None
     yield "method", plan.method, ""
     yield "samples", plan.samples, ""
     yield "views", plan.views, ""
+    yield "pictures", plan.pictures, ""
     yield "cost", plan.cost, ""
     yield "lower_bound", plan.lower_bound, ""
     yield "fresh_cost", plan.fresh_cost, f"± {plan.fresh_standard_error:.2f}"

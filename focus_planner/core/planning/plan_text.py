@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.sharp_views import Resolution, SharpArea
     from focus_planner.core.planning.subject_quality import SubjectQuality
 
+# Of cameras, where they are not what a status is called.
+_WORDS = {"SEES_NOTHING": "seeing nothing", "NO_PICTURE": "taking no picture"}
+
 
 def plan_text(plan: FocusPlan) -> str:
     """Return a plan in a few lines: its quality, and what its cameras have to do."""
@@ -44,14 +47,23 @@ def for_views(plan: FocusPlan) -> str:
 
 
 def _title(plan: FocusPlan) -> str:
-    return f"{plan.method} plan for {_cameras(plan)}" + ", stopped early" * (not plan.converged)
+    return f"{plan.method} plan for {_cameras(plan)}{unfinished(plan, ', ')}"
+
+
+def unfinished(plan: FocusPlan, before: str = "") -> str:
+    """Return why a plan is not what was asked for, after ``before``; nothing if it is."""
+    if plan.converged:
+        return ""
+    # Of these it is the gap that may be missed without anyone's stopping the search.
+    only_bounded = plan.method == "optimal" and (plan.images > 0 or plan.is_for_worst)
+    return before + ("not proven to be within the gap" if only_bounded else "stopped early")
 
 
 def _cameras(plan: FocusPlan) -> str:
     count = len(plan.cameras)
     shots = f" of {plan.shots} shots" if plan.shots > 1 else ""
     if plan.images:
-        shots = f", {plan.pictures} pictures"
+        shots = f", {plan.pictures} picture{'s' * (plan.pictures != 1)}"
     return f"{count} camera{'s' * (count != 1)}{shots}"
 
 
@@ -78,9 +90,7 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     if plan.worst is not None and len(plan.subjects) > 1:
         yield "worst", f"{plan.worst.surface}: {worst_in_words(plan.worst)}"
     statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
-    words = (
-        f"{count} {status.name.lower().replace('sees_', 'seeing ')}" for status, count in statuses
-    )
+    words = (f"{count} {_WORDS.get(status.name, status.name.lower())}" for status, count in statuses)
     yield "cameras", ", ".join(words) or "none"
     distances = [shot.focus_distance for camera in plan.cameras for shot in camera.shots]
     yield "focused at", f"{min(distances):.3f} to {max(distances):.3f} m" if distances else "none"
