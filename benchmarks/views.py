@@ -103,7 +103,7 @@ def _ratios() -> Table:
     """Return how long 2-view takes for three views and for one, in turn."""
     table = Table(
         *("body", "for 1 view, s", "for 3 views, s", "ratio of medians", "median ratio", "asked"),
-        title=f"Processor seconds of 2-view on {_REQUEST.samples:,} samples, {_PAIRS} pairs in turn",
+        title=f"Processor seconds of 2-view, {_REQUEST.samples:,} samples, {_PAIRS} pairs in turn",
     )
     for name, scene in three_body_scenes().items():
         problems = [

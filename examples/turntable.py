@@ -66,10 +66,9 @@ def main(surface: str, capture: str) -> None:
         "96 where they pay": PlanRequest(samples=3000, views=VIEWS, shots=4, images=96),
     }.items():
         plan = plan_focus(scene, rig, replace(request, bound="none"), model)
-        share = next(sharp.area for sharp in plan.sharp_areas if sharp.views == VIEWS)
-        print(
-            f"{what}: {share / plan.surface_area:.0%} sharp in {VIEWS} views, {plan.pictures} pictures"
-        )
+        area = next(sharp.area for sharp in plan.sharp_areas if sharp.views == VIEWS)
+        share = f"{area / plan.surface_area:.0%} sharp in {VIEWS} views"
+        print(f"{what}: {share}, {plan.pictures} pictures")
     save_lens_sheet(lens_sheet(plan, rig, surface=surface), Path(capture))
 
 
