@@ -36,7 +36,7 @@ def main(rig_file: str, surface_file: str, plan_file: str) -> None:
         )
         print(f"{what}: sharp in so many views or more: {shares}")
     assert plan.gap is not None
-    print(f"no plan for three costs over {plan.gap:.1%} less")
+    print(f"within {plan.gap:.1%} of the best plan for three")
     save_plan(plan, Path(plan_file))
 
 
