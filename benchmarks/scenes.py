@@ -25,6 +25,7 @@ from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 
 _SITE_SPACING = 3.0  # two rigs' radii and an aisle
+_TWELVE = 12
 
 
 @cache
@@ -38,6 +39,12 @@ def body_scenes() -> dict[str, Scene]:
     folder = os.environ.get("BODIES")
     paths = sorted(Path(folder).glob("*.ply")) if folder else bodies()
     return {path.stem: Scene(load_surface(path)) for path in paths}
+
+
+def three_body_scenes() -> dict[str, Scene]:
+    """Return bodies 0, 4 and 8 where BODIES is a folder of twelve, else the first three."""
+    scenes = list(body_scenes().items())
+    return dict(scenes[::4] if len(scenes) == _TWELVE else scenes[:3])
 
 
 def hall(sites: int) -> tuple[Scene, Rig]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -84,19 +85,46 @@ def test_compare_methods(rig_file):
     assert shares == sorted(shares)  # so does stopping down
 
 
+def test_photogrammetry(rig_file, tmp_path):
+    said = run("photogrammetry", rig_file, body("arms_out"), tmp_path / "plan.json")
+    *rows, last = said.splitlines()
+    assert [row.split(":")[0] for row in rows] == [
+        *("autofocus", "planned for one view", "planned for three")
+    ]
+    autofocus, one, three = (
+        {views: int(share) for share, views in re.findall(r"(\d+)% in (\d)", row)}
+        for row in rows
+    )
+    assert list(one) == ["1", "2", "3", "5"]
+    assert autofocus["3"] <= one["3"] < three["3"]
+    assert three["1"] < one["1"]
+    assert re.fullmatch(r"within \d\.\d% of the best plan for three", last)
+    assert load_plan(tmp_path / "plan.json").views == 3
+
+
 def test_turntable(tmp_path):
     said = run("turntable", body("arms_out"), tmp_path / "capture.csv").splitlines()
-    closest, planned = (
-        int(re.search(r": (\d+)% of the surface in focus", line)[1]) for line in said
+    shares, pictures = zip(
+        *(re.search(r": (\d+)% sharp in 3 views, (\d+) pictures$", line).groups() for line in said),
+        strict=True,
     )
-    assert planned > 90
-    assert closest < 20
+    autofocus, each_pose, as_many, more = map(int, shares)
+    assert autofocus < each_pose < as_many < more
+    assert autofocus < 20
+    assert more > 90
+    assert pictures == ("48", "48", "48", "72")
     with (tmp_path / "capture.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [int(row["picture"]) for row in rows] == list(range(1, 97))
-    # Turn by turn, two pictures at each stop.
-    taken = [f"cam_{turn}_{stop:02d}" for turn in range(3) for stop in range(16) for _ in range(2)]
-    assert [row["name"] for row in rows] == taken
+    assert [int(row["picture"]) for row in rows] == list(range(1, 73))
+    # Turn by turn, the pictures of a stop one after the other, some stops none and others several.
+    names = [row["name"] for row in rows]
+    assert names == sorted(names)
+    at_a_stop = Counter(names)
+    assert len(at_a_stop) < 48
+    assert 2 < max(at_a_stop.values()) <= 4
+    assert [int(row["shot"]) for row in rows] == [
+        shot for name in at_a_stop for shot in range(1, at_a_stop[name] + 1)
+    ]
     assert all(0.27 < float(row["distance_m"]) < 0.33 for row in rows)
 
 

@@ -68,7 +68,7 @@ def plan_of(
     """
     solution, request = solved.solution, given.request
     problem, fresh, focus = _with_shots_taken(formulated, solution.focus_distances)
-    costs, best = problem.evaluate(focus)
+    costs, best = problem.assign(focus)
     quality = estimate_quality(fresh, focus, given.rig)
     cost, fresh_cost = mean_cost(problem.samples.weights, costs), quality.cost
     of_subjects: tuple[SubjectQuality, ...] = ()
@@ -145,10 +145,15 @@ def _tolerated(
 
 
 def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[CameraFocus, ...]:
-    """Return every camera's part of the plan, given each sample's best camera."""
+    """Return every camera's part of the plan, given each sample's best cameras (N, views).
+
+    A picture is needed too if it is the last of the views that a sample needs.
+    """
     count = problem.camera_count
     assigned = np.bincount(best[best >= 0], minlength=count)
-    in_focus = np.bincount(best[problem.in_focus(focus, best)], minlength=count)
+    in_focus = np.zeros(count, dtype=np.int64)
+    for of_view in best.T:
+        in_focus += np.bincount(of_view[problem.in_focus(focus, of_view)], minlength=count)
     taken = focus != kernels.UNTAKEN
     # Where a lens rests whose camera takes no picture.
     neutral = fill_missing_distances(problem, np.where(taken, focus, np.nan))

@@ -54,7 +54,8 @@ class Shot:
     near_limit, far_limit : float
         The depth of field, metres; far may be inf.
     assigned_samples : int
-        Samples that this shot images best of all shots of all cameras.
+        Samples that this shot images best of all shots of all cameras; in a plan for several
+        views, samples of which it is one of the best views.
     in_focus_samples : int
         How many of them are in focus, given the depth tolerance.
     device_value : float or None

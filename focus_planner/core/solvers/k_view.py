@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -33,6 +34,9 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # sample counts once per block of cells of the third camera: bounds rule out most of them.
 _SAMPLES_BETWEEN_CALLS = 200_000
 _THIRD_CELLS_AT_ONCE = 40
+# Tuples per batch below which they take their steps one after the other: where views overlap so
+# much, a second thread would have nothing to do but to wait after every batch.
+_TUPLES_AT_ONCE = 1.5
 #: The stages of pairs and of triples, as the callback gets them.
 STAGES = {2: "k_view", 3: "k_view, triples"}
 
@@ -106,6 +110,8 @@ class Descent:
         self._assigned = options.scope == "assigned"
         self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
         self._stops = _stops(problem, self._tuples)
+        batches = len(self._tuples.batch_offsets) - 1
+        self._one_by_one = len(self._tuples.cameras) < _TUPLES_AT_ONCE * batches
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
         ranked = 0 if self._assigned else problem.sample_count
         cameras = problem.camera_count
@@ -165,17 +171,18 @@ class Descent:
 
     def _improve(self, low: int, high: int) -> int:
         problem, cells = self._problem, self._problem.cells
-        gain = kernels.improve_tuples(
-            self._tuples,
-            low,
-            high,
-            problem.pairs_by_camera,
-            problem.pairs_by_sample,
-            cells.focus,
-            problem.camera_views,
-            cells.offsets,
-            self._state,
-        )
+        with kernels.threads_for(0) if self._one_by_one else nullcontext():
+            gain = kernels.improve_tuples(
+                self._tuples,
+                low,
+                high,
+                problem.pairs_by_camera,
+                problem.pairs_by_sample,
+                cells.focus,
+                problem.camera_views,
+                cells.offsets,
+                self._state,
+            )
         return int(gain)
 
 

@@ -157,3 +157,25 @@ def test_a_plan_for_several_views_is_judged_for_as_many():
         weights = fresh.samples.weights
         expected = 1000 * (weights * costs).sum() / weights.sum()
         assert plan.fresh_cost == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(("shots", "images"), [(1, 0), (2, 0), (2, 7)])
+def test_what_is_one_of_the_views_that_a_sample_needs_is_assigned_to_it(shots, images):
+    scene, rig = Scene(torus(0.4, 0.15)), around(8, 1.0)
+    request = PlanRequest("k_view", samples=200, bound="none", views=3, shots=shots, images=images)
+    plan = plan_focus(scene, rig, request)
+    problem, focus = plan.problem, plan.focus_distances
+    table = reference.table(problem)
+    for seen in table.seen:
+        for c in np.flatnonzero(focus == -np.inf):
+            seen.pop(c, None)
+    assigned, sharp = np.zeros((2, len(focus)), dtype=int)
+    for seen, cameras in zip(table.seen, reference.assign_views(table, focus), strict=True):
+        for c in cameras:
+            assigned[c] += 1
+            sharp[c] += seen[c].near <= focus[c] <= seen[c].far
+    told = [(0, 0) if s is None else (s.assigned_samples, s.in_focus_samples) for s in plan.slots]
+    assert told == list(zip(assigned, sharp, strict=True))
+    # So what has no samples may be left out: that changes no cost.
+    idle = np.where(assigned == 0, -np.inf, focus)
+    assert problem.cost(idle) == pytest.approx(plan.cost, rel=1e-12)
