@@ -92,8 +92,7 @@ def test_photogrammetry(rig_file, tmp_path):
         *("autofocus", "planned for one view", "planned for three")
     ]
     autofocus, one, three = (
-        {views: int(share) for share, views in re.findall(r"(\d+)% in (\d)", row)}
-        for row in rows
+        {views: int(share) for share, views in re.findall(r"(\d+)% in (\d)", row)} for row in rows
     )
     assert list(one) == ["1", "2", "3", "5"]
     assert autofocus["3"] <= one["3"] < three["3"]

@@ -27,8 +27,8 @@ from focus_planner.core.planning.diagnosis import (
     check_resolution,
     explain_unseen,
 )
-from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.methods import solver_of
+from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.core.planning.request import MAX_SAMPLES, PlanRequest
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.problem.joined import concatenate, separated

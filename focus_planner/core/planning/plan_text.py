@@ -90,7 +90,9 @@ def _rows(plan: FocusPlan) -> Iterator[tuple[str, str]]:
     if plan.worst is not None and len(plan.subjects) > 1:
         yield "worst", f"{plan.worst.surface}: {worst_in_words(plan.worst)}"
     statuses = sorted(Counter(camera.status for camera in plan.cameras).items())
-    words = (f"{count} {_WORDS.get(status.name, status.name.lower())}" for status, count in statuses)
+    words = (
+        f"{count} {_WORDS.get(status.name, status.name.lower())}" for status, count in statuses
+    )
     yield "cameras", ", ".join(words) or "none"
     distances = [shot.focus_distance for camera in plan.cameras for shot in camera.shots]
     yield "focused at", f"{min(distances):.3f} to {max(distances):.3f} m" if distances else "none"

@@ -172,9 +172,7 @@ def test_optimal_converges_where_its_gap_is_reached():
 def test_plans_ended_early_keep_within_the_budget_and_are_made_again(method):
     request = replace(SMALL, method=method, samples=300, images=9, shots=2, bound="quick")
     steps = []
-    whole = plan_focus(
-        BODY, BODY_RIG, request, on_progress=lambda p: steps.append(p.stage) or True
-    )
+    whole = plan_focus(BODY, BODY_RIG, request, on_progress=lambda p: steps.append(p.stage) or True)
     assert {"pictures", "exchanges"} & set(steps)
     early = 0
     for stop in range(1, len(steps), max(len(steps) // 12, 1)):
@@ -252,9 +250,7 @@ def test_with_tolerances_limits_tables_and_resolutions():
 
 @pytest.mark.parametrize("worst", [False, True])
 def test_one_budget_for_many_subjects(worst):
-    subjects = tuple(
-        Subject(Scene(body(name)), name=name) for name in ("arms_out", "arms_down")
-    )
+    subjects = tuple(Subject(Scene(body(name)), name=name) for name in ("arms_out", "arms_down"))
     request = replace(SMALL, images=12, worst=worst, bound="quick")
     plan = plan_focus(subjects, BODY_RIG, request)
     assert plan.pictures == 12
@@ -268,9 +264,7 @@ def test_one_budget_for_many_subjects(worst):
 
 
 def test_each_preset_has_the_budget():
-    subjects = tuple(
-        Subject(Scene(body(name)), name=name) for name in ("arms_out", "arms_down")
-    )
+    subjects = tuple(Subject(Scene(body(name)), name=name) for name in ("arms_out", "arms_down"))
     presets = plan_presets(subjects, BODY_RIG, 2, replace(SMALL, method="em", images=10))
     for plan in presets.plans:
         assert plan.pictures == 10
