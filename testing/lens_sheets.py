@@ -33,6 +33,7 @@ def shot(distance, assigned=8, in_focus=6, **changes):
 
 
 def camera(name, *shots, unit=None, status=None):
+    """Of one that takes no picture the shot is where its lens rests."""
     main, assigned = shots[0], sum(each.assigned_samples for each in shots)
     if status is None:
         status = CameraStatus.PLANNED if assigned else CameraStatus.UNASSIGNED
@@ -44,7 +45,7 @@ def camera(name, *shots, unit=None, status=None):
         far_limit=main.far_limit,
         assigned_samples=assigned,
         in_focus_samples=sum(each.in_focus_samples for each in shots),
-        shots=shots,
+        shots=() if status is CameraStatus.NO_PICTURE else shots,
         device_value=main.device_value,
         device_unit=unit,
         from_sensor=main.from_sensor,
@@ -85,6 +86,23 @@ def _of_every_kind():
         camera(names[4], shot(0.04, 1, 0, from_sensor=None)),
         camera(names[5], shot(0.1 + 0.2, 7, 7)),
     )
+
+
+def limited():
+    """A plan of four pictures for ``RIG``, two cameras of which take none."""
+    cameras = list(in_steps().cameras)
+    for k in (0, 3):
+        resting = replace(cameras[k].shots[0], assigned_samples=0, in_focus_samples=0)
+        cameras[k] = camera(
+            cameras[k].name,
+            resting,
+            unit=cameras[k].device_unit,
+            status=CameraStatus.NO_PICTURE if k else CameraStatus.SEES_NOTHING,
+        )
+    cameras[0] = replace(cameras[0], shots=())
+    cameras[1:3] = [replace(each, shots=each.shots[:1]) for each in cameras[1:3]]
+    cameras[4] = replace(cameras[4], shots=cameras[4].shots[:1])
+    return replace(plan(*cameras), images=6)
 
 
 def in_steps():

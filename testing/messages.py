@@ -33,7 +33,7 @@ from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.core.rig.camera import Camera, CameraIntrinsics
 from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.lens_table import LensTable
-from focus_planner.core.rig.rig import Grid, Rig
+from focus_planner.core.rig.rig import MAX_CAMERAS, Grid, Rig
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.messages.reading import Datatype, Optics
 from focus_planner.messages.writing import cloud_to_fields
@@ -318,6 +318,7 @@ requests = st.builds(
     time_budget=st.one_of(st.just(math.inf), positive),
     shots=st.integers(1, MAX_SHOTS),
     views=st.integers(1, MAX_VIEWS),
+    images=st.integers(0, MAX_CAMERAS),
     depth_tolerance=positive,
     max_mm_per_pixel=st.one_of(st.just(math.inf), positive),
     bound=st.sampled_from(BOUNDS),
@@ -347,7 +348,7 @@ def camera_foci(draw):
             far_limit=far_limits,
             assigned_samples=counts,
             in_focus_samples=counts,
-            shots=st.lists(shots, min_size=1, max_size=3).map(tuple),
+            shots=st.lists(shots, max_size=3).map(tuple),
             from_sensor=from_sensor,
         )
     )
@@ -377,6 +378,7 @@ plans = st.builds(
     total_seconds=positive,
     cameras=st.lists(camera_foci(), max_size=3).map(tuple),
     views=st.integers(1, MAX_VIEWS),
+    images=counts,
     max_mm_per_pixel=st.one_of(st.just(math.inf), positive),
     sharp_areas=st.lists(st.builds(SharpArea, counts.filter(bool), positive, positive)).map(tuple),
     resolution=st.none() | st.builds(Resolution, positive, positive),

@@ -141,6 +141,13 @@ def _chosen(subject: PlannedSubject, names: Sequence[str]) -> list[int]:
                 repr(name),
                 did_you_mean(name, known, 3) or f"they are named like {next(iter(known))}",
             )
+        if not subject.plan.cameras[known[name]].shots:
+            raise InputError(
+                "--camera",
+                "a camera that takes a picture",
+                repr(name),
+                f"the plan takes {subject.plan.pictures} pictures, none of them with it",
+            )
     return [known[name] for name in dict.fromkeys(names)]
 
 
@@ -226,7 +233,9 @@ def _write_sheets(
         scale = fitting_scale(subject.rig.cameras[index], THUMBNAIL)
         cells += list(_panels(subject, plans, view, index, scale))
     methods = " and ".join(plan.method for plan in plans)
-    heading = f"What {len(subject.rig)} cameras will see, focused by {methods}."
+    whole, shown = len(subject.rig), len({cell[0].camera for cell in cells})
+    which = str(whole) if shown == whole else f"{shown} of {whole}"
+    heading = f"What {which} cameras will see, focused by {methods}."
     note = sentence(note_on_circles(subject.rig))
     sheets = contact_sheets(cells, f"{heading} {note}".strip())
     base = options.output if _is_file(options.output) else _folder(options) / "contact_sheet.png"
@@ -242,14 +251,15 @@ def _panels(
     index: int,
     scale: float,
 ) -> Iterator[tuple[Preview, ...]]:
-    """Yield, for each shot of a camera, its picture by each of the plans."""
+    """Yield, for each shot of a camera, its picture by each of the plans that take it."""
+    from itertools import zip_longest
+
     from focus_planner.preview.pictures import previews
 
     camera = subject.rig.cameras[index]
-    return zip(
-        *(previews(view, camera, plan, index, scale) for plan in plans),
-        strict=True,
-    )
+    of_plans = (previews(view, camera, plan, index, scale) for plan in plans)
+    for of_shot in zip_longest(*of_plans):
+        yield tuple(panel for panel in of_shot if panel is not None)
 
 
 def _folder(options: argparse.Namespace) -> Path:

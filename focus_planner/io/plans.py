@@ -137,8 +137,7 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
         _camera_from_json(at, camera)
         for at, camera in _entries(where, "cameras", _value(where, data, "cameras"))
     )
-    if not known.get("images") and len({len(camera.shots) for camera in cameras}) > 1:
-        raise InputError(f"{where}: cameras", "as many shots of each", "different numbers")
+    _check_shots(where, known.get("images", 0), cameras)
     return FocusPlan(
         **known,
         notes=notes,
@@ -147,6 +146,23 @@ def _plan_from_json(where: str, data: Any) -> FocusPlan:
         sharp_areas=_sharp_areas(where, data),
         resolution=_resolution(where, data),
     )
+
+
+def _check_shots(where: str, images: int, cameras: tuple[CameraFocus, ...]) -> None:
+    """Check how many shots cameras have."""
+    counts = [len(camera.shots) for camera in cameras]
+    if not images and len(set(counts)) > 1:
+        raise InputError(f"{where}: cameras", "as many shots of each", "different numbers")
+    if images and sum(counts) > images:
+        expected = f"at most {images} shots, as images says"
+        raise InputError(f"{where}: cameras", expected, str(sum(counts)))
+    for i, (camera, count) in enumerate(zip(cameras, counts, strict=True)):
+        at = f"{where}.cameras[{i}].shots"
+        takes_none = camera.status in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}
+        if not count and not (images and takes_none):
+            raise InputError(at, "at least one", "none")
+        if count and camera.status is CameraStatus.NO_PICTURE:
+            raise InputError(at, "none, as status says", str(count))
 
 
 def _sharp_areas(where: str, data: Any) -> tuple[SharpArea, ...]:
@@ -181,12 +197,9 @@ def _camera_from_json(where: str, data: Any) -> CameraFocus:
     values = _fields_of(CameraFocus, where, data)
     # A single shot is described by the camera's own keys.
     shots = _entries(where, "shots", data.get("shots", [data]))
-    status = _status(f"{where}.status", _value(where, data, "status"))
-    if not shots and status not in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}:
-        raise InputError(f"{where}.shots", "at least one", "none")
     return CameraFocus(
         **values,
-        status=status,
+        status=_status(f"{where}.status", _value(where, data, "status")),
         shots=tuple(Shot(**_fields_of(Shot, at, shot)) for at, shot in shots),
     )
 

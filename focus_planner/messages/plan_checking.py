@@ -121,6 +121,8 @@ def _check_shots(message: Message) -> None:
         takes_none = camera.status in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}
         if not count and not (message.images and takes_none):
             raise InputError(f"{camera.name}: shots", "at least one", "none")
+        if count and camera.status == CameraStatus.NO_PICTURE:
+            raise InputError(f"{camera.name}: shots", "none, as status says", str(count))
 
 
 def _check_camera(camera: Message, where: str, samples: int) -> None:

@@ -353,6 +353,8 @@ def _rows(
             other_samples=_chosen_samples(plan) != _chosen_samples(plans[0].plan),
             other_measure=_measure(plan) != _measure(plans[0].plan),
         )
-    bound = plans[0].plan.lower_bound
+    bound, images = plans[0].plan.lower_bound, plans[0].plan.images
     if bound is not None and not foreign:
-        yield CostRow(title="lower bound", cost=bound)
+        # Plans beside it may have more pictures, and so cost less.
+        pictures = f", {images} picture{'s' * (images > 1)}" if images else ""
+        yield CostRow(title=f"lower bound{pictures}", cost=bound)

@@ -113,7 +113,8 @@ def _lacking(plan: FocusPlan, worth: Worth, area: float) -> str:
     could_be = ", or could be" if plan.depth_tolerance else ""
     blurred, unseen = shares.blurred, shares.unseen
     ignored = 1 - worth.counted_area / area
-    by_none = "seen by no camera" + " finely enough" * math.isfinite(plan.max_mm_per_pixel)
+    by_none = "in no picture" if plan.images else "seen by no camera"
+    by_none += " finely enough" * math.isfinite(plan.max_mm_per_pixel)
     if not blurred and not unseen:
         text = "None of it was found blurred or unseen"
     elif not unseen:

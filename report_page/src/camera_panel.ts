@@ -49,9 +49,11 @@ export function cameraPanel(model: Model, camera: number, plans: number[]): Node
       ["", ...columns.map(({ title }) => ({ text: title, number: true }))],
       rows.map(([name, of]) => [name, ...columns.map(({ shot, plan }) => of(shot, plan))]),
   );
+  if (!columns.length) return nodes;
   const region = { class: "scroll", tabindex: 0, role: "region", "aria-label": "Where the lens is set" };
   nodes.push(h("div", region, settings));
-  nodes.push(...heldNodes(model, camera, shown.filter((plan) => plan.seesTheSame)));
+  const taken = shown.filter((plan) => plan.seesTheSame && plan.cameras[camera]!.shots.length);
+  nodes.push(...heldNodes(model, camera, taken));
   for (const k of plans) nodes.push(...pictureNodes(model, camera, k, plans.length > 1));
   return nodes;
 }

@@ -193,8 +193,9 @@ export function linesOfSight(model: Model, plan: Plan, p: number, inks: Inks): T
   const of = (held: number) => {
     const lines: [Vector, Vector][] = [];
     for (let q = model.offsets[p]!; q < model.offsets[p + 1]!; q++) {
-      if (plan.pairHeld[q] === held) {
-        lines.push([point, model.cameras[model.pairCamera[q]!]!.position]);
+      const camera = model.pairCamera[q]!;
+      if (plan.pairHeld[q] === held && plan.cameras[camera]!.shots.length) {
+        lines.push([point, model.cameras[camera]!.position]);
       }
     }
     return lines;

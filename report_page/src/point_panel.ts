@@ -11,7 +11,7 @@ const WORDS: Record<Seen, string> = {
   [Seen.Unseen]: "unseen",
 };
 const BLIND: Record<Blindness, string> = {
-  "no picture": "take no picture, as pictures are limited",
+  "no picture": "it takes no picture, as pictures are limited",
   behind: "it is behind the camera, or too close to it",
   outside: "it is outside the picture",
   "faces away": "it faces away",

@@ -65,12 +65,13 @@ export function explain(model: Model, plan: Plan, p: number): Explanation {
   const state = model.seen(plan, p);
   const views = viewsOf(model, plan, p);
   const seeing = new Set(views.map((view) => view.camera.index));
+  const inView = new Set(model.pairCamera.subarray(model.offsets[p]!, model.offsets[p + 1]!));
   const blind = model.cameras
     .filter((camera) => !seeing.has(camera.index))
-    .map((camera) => blindness(model, plan, camera, p));
+    .map((camera) => blindness(model, camera, p, inView.has(camera.index)));
   const told =
     state === Seen.Unseen
-      ? unseen(model, p, blind)
+      ? unseen(model, plan, p, blind)
       : views.some((view) => view.held)
         ? held(plan, p, views)
         : blurred(model, plan, p, views);
@@ -128,11 +129,12 @@ function degrees(cosine: number): number {
   return (Math.acos(Math.min(Math.max(cosine, -1), 1)) * 180) / Math.PI;
 }
 
-function blindness(model: Model, plan: Plan, camera: Camera, p: number): Blind {
+/** Why a camera does not see a point, though it may be in view of one that takes no picture. */
+function blindness(model: Model, camera: Camera, p: number, inView: boolean): Blind {
   const point = model.point(p);
   const at = toCamera(camera, point);
   const faces = dot(model.normal(p), minus(point, camera.position)) < 0;
-  if (!takesPictures(plan, camera)) return { camera, why: "no picture", pixels: Infinity, faces };
+  if (inView) return { camera, why: "no picture", pixels: 0, faces };
   if (at[2] <= camera.optics.focal) return { camera, why: "behind", pixels: Infinity, faces };
   const pixels = pixelsOutside(camera, at);
   const why = pixels > 0 ? "outside" : !faces ? "faces away" : tooCoarse(model, camera, p) ? "too coarse" : "hidden";
@@ -324,7 +326,7 @@ function stopped(model: Model, plan: Plan, views: View[]): string[] {
 
 // --- seen by none ------------------------------------------------------------------------------
 
-function unseen(model: Model, p: number, blind: Blind[]) {
+function unseen(model: Model, plan: Plan, p: number, blind: Blind[]) {
   const of = (why: Blindness) => blind.filter((each) => each.why === why);
   const hidden = of("hidden");
   const away = of("faces away");
@@ -333,7 +335,10 @@ function unseen(model: Model, p: number, blind: Blind[]) {
   const idle = of("no picture");
   const why = [];
   if (idle.length) {
-    why.push(`No picture is taken by ${counted(idle.length, "camera")}, as pictures are limited.`);
+    why.push(
+      `In view of ${counted(idle.length, "camera")} that ${idle.length > 1 ? "take" : "takes"} no picture, ` +
+        `as pictures are limited: ${some(idle)}.`,
+    );
   }
   if (hidden.length) {
     why.push(
@@ -355,7 +360,11 @@ function unseen(model: Model, p: number, blind: Blind[]) {
     const whose = whole ? all(blind.length, "camera") : counted(outside.length, "camera");
     why.push(`It is outside the picture of ${whose}.`);
   }
-  return { why, mends: [...turned(outside), ...added(model, p)] };
+  if (idle.length) {
+    return { why, mends: [`Allow more pictures, and take one with ${idle[0]!.camera.name}.`] };
+  }
+  const taking = outside.filter((each) => takesPictures(plan, each.camera));
+  return { why, mends: [...turned(taking), ...added(model, p)] };
 }
 
 function turned(outside: Blind[]): string[] {

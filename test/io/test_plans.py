@@ -133,6 +133,35 @@ def test_several_shots_come_back(tmp_path: Path) -> None:
     assert data["cameras"][0]["shots"][1]["far_limit"] is None
 
 
+def test_cameras_without_a_picture_come_back(tmp_path: Path) -> None:
+    cameras = (
+        PLAN.cameras[0],
+        replace(PLAN.cameras[1], status=CameraStatus.NO_PICTURE, shots=()),
+        replace(PLAN.cameras[2], shots=()),
+    )
+    plan = replace(PLAN, images=2, cameras=cameras)
+    save_plan(plan, tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json") == plan
+    data = json.loads(plan_to_json(plan), parse_constant=refuse_constant)
+    assert (data["images"], data["shots"]) == (2, 1)
+    assert [camera.get("shots") for camera in data["cameras"]] == [None, [], []]
+    assert data["cameras"][1]["status"] == "no_picture"
+    # A shot more than the budget, none without a budget, or one where the status says none.
+    for change, why in (
+        ({"images": 0}, "as many shots of each"),
+        ({"images": 0, "cameras": data["cameras"][1:]}, r"cameras\[0\].shots: expected at least one"),
+        ({"cameras": 3 * data["cameras"][:1]}, "at most 2 shots, as images says, got 3"),
+        ({"cameras": [data["cameras"][0] | {"shots": []}]}, r"cameras\[0\].shots: .* at least one"),
+        (
+            {"cameras": [data["cameras"][0] | {"status": "no_picture"}]},
+            r"cameras\[0\].shots: expected none, as status says, got 1",
+        ),
+    ):
+        (tmp_path / "plan.json").write_text(json.dumps(data | change), encoding="utf-8")
+        with pytest.raises(InputError, match=why):
+            load_plan(tmp_path / "plan.json")
+
+
 def test_device_values_come_back_and_are_not_there_without_tables(tmp_path: Path) -> None:
     near, far = Shot(0.5, 0.48, 0.52, 3, 3, 180.0), Shot(1.0, 0.9, 1.1, 5, 4, 90.0)
     camera = CameraFocus("a", CameraStatus.PLANNED, 1.0, 0.9, 1.1, 8, 7, (near, far), 90.0, "steps")

@@ -49,9 +49,9 @@ A = forward("a", intrinsics=SQUARE, lens=LENS)
 AWAY = forward("away", (50.0, 0.0, 0.0), intrinsics=SQUARE, lens=LENS)
 
 
-def planned(surface, *cameras, shots=1):
+def planned(surface, *cameras, shots=1, images=0):
     rig = Rig(cameras, "stage")
-    request = PlanRequest("em", 400, fresh_samples=400, shots=shots)
+    request = PlanRequest("em", 400, fresh_samples=400, shots=shots, images=images)
     return plan_focus(Scene(surface), rig, request), rig
 
 
@@ -132,6 +132,21 @@ def test_every_marker_is_valid_whatever_the_rig(shots):
     plan, rig = planned(sphere(0.5), *rig.cameras, AWAY, shots=shots)
     assert np.isinf([shot.far_limit for c in plan.cameras for shot in c.shots]).any()
     markers_of(plan, rig)
+
+
+def test_cameras_without_a_picture_are_grey_and_show_none():
+    rig = around(7, 1.6)
+    plan, rig = planned(sphere(0.5), *rig.cameras, AWAY, shots=2, images=5)
+    idle = [camera.name for camera in plan.cameras if not camera.shots]
+    assert 3 <= len(idle) < 8
+    markers = markers_of(plan, rig)
+    names = [marker.text for marker in markers if marker.ns == "names"]
+    assert {name for name in names if "\n" not in name} >= set(idle)
+    shown = by_namespace(markers)
+    # Eight edges of a pyramid, two points each.
+    assert len(shown["other_cameras"].points) == 16 * len(idle)
+    assert len(shown["chosen_cameras"].points) == 16 * (8 - len(idle))
+    assert len(shown["frusta"].points) == 16 * plan.pictures
 
 
 def test_a_rig_that_sees_nothing_shows_its_cameras_only():

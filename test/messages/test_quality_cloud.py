@@ -31,8 +31,8 @@ RIG = around(5, 2.2)
 SHALLOW = around(5, 2.2, lens=Lens(0.085, 60.0))
 
 
-def planned(shots=1):
-    request = PlanRequest("em", 300, fresh_samples=200, shots=shots)
+def planned(shots=1, images=0):
+    request = PlanRequest("em", 300, fresh_samples=200, shots=shots, images=images)
     return plan_focus(Scene(sphere(0.6)), RIG if shots == 1 else SHALLOW, request)
 
 
@@ -51,6 +51,8 @@ def obvious(plan):
         best, holds = (1.0, -1, False), set()
         for pair in pairs:
             picture = problem.camera_index[pair]
+            if focus[picture] == -np.inf:  # it is not taken
+                continue
             sharp = problem.focus_near[pair] <= focus[picture] <= problem.focus_far[pair]
             cost = problem.base_cost[pair] + (0.0 if sharp else problem.focus_weight)
             if cost < best[0]:
@@ -61,9 +63,9 @@ def obvious(plan):
     return tuple(np.array(column) for column in zip(*rows, strict=True))
 
 
-@pytest.mark.parametrize("shots", [1, 3])
-def test_every_point_has_the_numbers_of_the_plan(shots):
-    plan = planned(shots)
+@pytest.mark.parametrize(("shots", "images"), [(1, 0), (3, 0), (1, 4), (3, 7)])
+def test_every_point_has_the_numbers_of_the_plan(shots, images):
+    plan = planned(shots, images)
     found = cloud_columns(cloud_of(sampled_quality(plan.fresh_problem, plan.focus_distances)))
     cost, camera, in_focus, views = obvious(plan)
     assert 0 < in_focus.sum() < len(in_focus)

@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given
 
 from focus_planner import CameraIntrinsics, Mesh, PlanRequest
-from focus_planner.messages import reading, writing
+from focus_planner.messages import plan_reading, reading, writing
 from focus_planner.messages.plan_reading import (
     camera_focus_from_message,
     plan_from_message,
@@ -175,6 +175,7 @@ def test_a_plan_is_read_as_it_was_written(plan):
 
 
 def test_every_conversion_has_its_opposite():
-    read = {_FROM.sub("", name) for name in dir(reading) if _FROM.search(name)}
+    readers = {*dir(reading), *dir(plan_reading)}
+    read = {_FROM.sub("", name) for name in readers if _FROM.search(name)}
     written = {_TO.sub("", name) for name in dir(writing) if _TO.search(name)}
     assert read == written - {"plan_input", "time"}  # which nobody plans with

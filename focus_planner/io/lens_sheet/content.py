@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -173,15 +174,16 @@ def lens_sheet(
     entries = [
         _Entry(plan.cameras[i], rig.cameras[i], shot, k)
         for i in walking_order(rig)
-        for k, shot in enumerate(plan.cameras[i].shots, 1)
+        for k, shot in _shots(plan.cameras[i])
     ]
+    pictures = itertools.count(1)
     rows = (
         Row(
             tuple(cell(entry) for _, cell in fields),
-            _capture(entry, picture, rig.frame_id),
+            _capture(entry, next(pictures) if entry.number else None, rig.frame_id),
             idle=not entry.shot.assigned_samples,
         )
-        for picture, entry in enumerate(entries, 1)
+        for entry in entries
     )
     return LensSheet(
         title=f"Lens sheet for {_counted(len(rig), 'camera')}",
@@ -198,12 +200,28 @@ def lens_sheet(
 
 @dataclass(frozen=True)
 class _Entry:
-    """What a row is about; shots are counted from 1."""
+    """What a row is about; shots are counted from 1, and 0 is where a lens rests without one."""
 
     camera: CameraFocus
     at: Camera
     shot: Shot
     number: int
+
+
+def _shots(camera: CameraFocus) -> list[tuple[int, Shot]]:
+    """Return a camera's shots and their numbers; of one without a picture, where its lens rests."""
+    if camera.shots:
+        return list(enumerate(camera.shots, 1))
+    rest = Shot(
+        camera.focus_distance,
+        camera.near_limit,
+        camera.far_limit,
+        assigned_samples=0,
+        in_focus_samples=0,
+        device_value=camera.device_value,
+        from_sensor=camera.from_sensor,
+    )
+    return [(0, rest)]
 
 
 _Field = tuple[Column, Callable[[_Entry], Cell]]
@@ -218,7 +236,7 @@ def _fields(plan: FocusPlan) -> list[_Field]:
     ]
     if plan.shots > 1:
         shot = Column("shot", "shot", f"of {plan.shots}")
-        fields.append((shot, lambda e: Cell(e.number, str(e.number))))
+        fields.append((shot, lambda e: Cell(e.number or None, str(e.number or "–"))))
     fields += [
         (
             Column("distance_m", "distance", "m"),
@@ -249,7 +267,7 @@ def _fields(plan: FocusPlan) -> list[_Field]:
     ]
 
 
-def _capture(entry: _Entry, picture: int, frame_id: str) -> tuple[Value, ...]:
+def _capture(entry: _Entry, picture: int | None, frame_id: str) -> tuple[Value, ...]:
     take = int(entry.shot.assigned_samples > 0)
     return (picture, take, *entry.at.position, *entry.at.orientation, printable(frame_id))
 
@@ -319,6 +337,7 @@ def _facts(
         ("sharp", _sharp(plan)),
         ("resolution", resolution_text(plan.resolution) if plan.resolution else ""),
         ("cameras", _statuses(plan)),
+        ("pictures", f"{plan.pictures}, of at most {plan.images}" if plan.images else ""),
     ]
     return [(name, printable(text)) for name, text in facts if text]
 

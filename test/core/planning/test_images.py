@@ -70,7 +70,7 @@ def check(plan, request, rig):
     # Samples are drawn by area, so that all have the same part of it.
     assert plan.in_focus_area == pytest.approx(plan.surface_area * sharp.mean())
     assert plan.covered_area == pytest.approx(plan.surface_area * (best >= 0).mean())
-    _, best = plan.problem.evaluate(focus)
+    _, best = plan.problem.assign(focus)
     assert sum(camera.assigned_samples for camera in plan.cameras) == (best >= 0).sum()
     for camera, count in zip(plan.cameras, counts, strict=True):
         assert 0 < camera.near_limit <= camera.focus_distance <= camera.far_limit

@@ -18,7 +18,7 @@ import pytest
 from focus_planner import CameraStatus, InputError, Lens, Rig, cylinder_rig
 from focus_planner.core.planning.sharp_views import Resolution, SharpArea
 from focus_planner.io.lens_sheet.content import Kind, lens_sheet
-from testing.lens_sheets import NOTES, RIG, camera, in_steps, plan, shot
+from testing.lens_sheets import NOTES, RIG, camera, in_steps, limited, plan, shot
 
 
 def texts(sheet):
@@ -188,3 +188,29 @@ def test_a_plan_of_an_unknown_kind_has_a_sheet_too():
     sheet = lens_sheet(nothing, Rig(RIG.cameras[:1]))
     assert sheet.title == "Lens sheet for 1 camera"
     assert texts(sheet)[0]["holds"] == "unknown"
+
+
+def test_cameras_without_a_picture_are_left_as_they_are():
+    given = limited()
+    sheet = lens_sheet(given, RIG)
+    assert (given.pictures, given.shots) == (5, 2)
+    # A row per picture, and one per camera that takes none.
+    assert len(sheet.rows) == 7
+    by_name = {}
+    for row, told in zip(sheet.rows, texts(sheet), strict=True):
+        by_name.setdefault(told["name"], []).append((row, told))
+    idle, blind = by_name["cam_1_00"], by_name["cam_0_00"]
+    for rows, why in ((idle, "takes no picture"), (blind, "sees no surface")):
+        ((row, told),) = rows
+        assert told["holds"] == f"nothing, {why}: leave as it is"
+        assert told["shot"] == told["in_focus"] == "–"
+        assert row.idle
+        picture, take, *_ = row.capture
+        assert (picture, take) == (None, 0)
+    assert idle[0][1]["device_value"] == "1237"
+    numbers = [row.capture[0] for row in sheet.rows if row.capture[0] is not None]
+    assert numbers == [1, 2, 3, 4, 5]
+    facts = dict(sheet.facts)
+    assert facts["pictures"] == "5, of at most 6"
+    assert "1 takes no picture" in facts["cameras"]
+    assert "pictures" not in dict(lens_sheet(plan(), RIG).facts)

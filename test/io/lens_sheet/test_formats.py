@@ -31,7 +31,7 @@ from focus_planner.io.lens_sheet.csv_text import sheet_to_csv
 from focus_planner.io.lens_sheet.html_page import sheet_to_html
 from focus_planner.io.lens_sheet.pdf_pages import sheet_to_pdf
 from focus_planner.io.lens_sheet.saving import save_lens_sheet
-from testing.lens_sheets import NOTES, RIG, camera, in_steps, plan, shot
+from testing.lens_sheets import NOTES, RIG, camera, in_steps, limited, plan, shot
 
 LARGE = cylinder_rig()
 LARGE_PLAN = plan(*(camera(c.name, shot(0.3 + k / 1000)) for k, c in enumerate(LARGE.cameras)))
@@ -99,6 +99,20 @@ def test_csv_writes_whole_steps_as_whole_numbers():
     values = {row["device_value"] for row in rows}
     assert {"1235", "7.25", ""} <= values
     assert not any(value.endswith(".0") for value in values)
+
+
+def test_every_format_tells_which_cameras_take_no_picture():
+    sheet = lens_sheet(limited(), RIG)
+    rows = list(csv.DictReader(io.StringIO(sheet_to_csv(sheet), newline="")))
+    idle = {row["name"]: row for row in rows if not row["picture"]}
+    assert set(idle) == {"cam_0_00", "cam_1_00"}
+    for row in idle.values():
+        assert (row["take"], row["shot"]) == ("0", "")
+    html = sheet_to_html(sheet)
+    assert html.count("takes no picture: leave as it is") == 1
+    assert "5, of at most 6" in html
+    text = "".join(page.extract_text() for page in PdfReader(io.BytesIO(sheet_to_pdf(sheet))).pages)
+    assert "takes no picture" in text
 
 
 def test_csv_writes_infinity_as_programs_read_it():
