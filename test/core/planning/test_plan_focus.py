@@ -96,7 +96,7 @@ def test_a_plan_agrees_with_the_paper_from_end_to_end(method):
 
 
 def test_the_default_is_2_view_on_4096_samples_and_as_many_fresh_ones():
-    default = PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf, 1, 1, 0.0, 4096, 2.0)
+    default = PlanRequest("k_view", 4096, 0, 2, "all", "overlap", math.inf, 1, 0.0, 4096, 2.0)
     assert PlanRequest() == dataclasses.replace(default, bound="quick", gap=1e-4)
     plan = plan_focus(SCENE, RIG)
     assert (plan.method, plan.samples, plan.fresh_samples) == ("k_view", 4096, 4096)
