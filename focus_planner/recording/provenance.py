@@ -83,5 +83,9 @@ def parameters_of(
         if each.plans and not each.name.startswith("max_") and each.name not in asked
         if given.get(each.name, each.default) != each.default
     )
-    told = ((name, "none" if value == math.inf else value) for name, value in asked.items())
+    unlimited = {"images": 0}
+    told = (
+        (name, "none" if value in {math.inf, unlimited.get(name)} else value)
+        for name, value in asked.items()
+    )
     return (*told, *others)

@@ -311,12 +311,15 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
     options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
     options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01 --views 3"
+    options += " --images 8"
     assert plan(*options.split()) == 130
     assert plan() == 130
     expected = PlanRequest(
-        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 3, 0.01, 9, 0.5),
+        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01, 9, 0.5),
         bound="tight",
         gap=0.01,
+        views=3,
+        images=8,
     )
     assert seen == [expected, PlanRequest()]
 

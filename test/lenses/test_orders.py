@@ -63,8 +63,8 @@ def test_an_order_by_hand_need_not_repeat_the_distance():
     [
         ({"name": "other"}, "name: expected 'cam', got 'other'"),
         ({"name": ""}, "name: expected 'cam', got ''"),
-        ({"status": 4}, "status: expected 0 to 3, as CameraFocus names them, got 4"),
-        ({"status": 255}, "status: expected 0 to 3, as CameraFocus names them, got 255"),
+        ({"status": 5}, "status: expected 0 to 4, as CameraFocus names them, got 5"),
+        ({"status": 255}, "status: expected 0 to 4, as CameraFocus names them, got 255"),
         ({"dioptres": 2.0}, "dioptres: expected 1.25, as focus_distance says, got 2"),
         ({"dioptres": math.nan}, "dioptres: expected 1.25, as focus_distance says, got nan"),
         ({"dioptres": -1.25}, "dioptres: expected 1.25, as focus_distance says, got -1.25"),

@@ -112,7 +112,7 @@ OF_PLANS = {
 }
 VALUES = {
     "name": ["a b/../é\n", "", "y" * 100_000, "9lives", "cam_1"],
-    "status": [0, 4, 250],
+    "status": [0, 5, 250],
     "focus_distance": [NAN, INF, -5.0, 0.0, 0.76, 1e-320],
     "near_limit": [NAN, INF, -1.0, 0.0, 0.8],
     "far_limit": [NAN, -INF, 0.0, 0.7],

@@ -207,7 +207,10 @@ def test_a_cloud_that_contradicts_itself_is_an_input_error(change, error):
 
 def test_an_empty_request_and_an_empty_camera_take_the_defaults():
     defaults = PlanRequest(
-        *("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 3, 0.01, 10, 1.5, "tight", 0.01, True)
+        *("em", 0, 8, 3, "assigned", "grid", 9.0, 2, 0.01, 10, 1.5, "tight", 0.01, True),
+        views=3,
+        images=7,
+        max_mm_per_pixel=0.5,
     )
     assert request_from_message(PlanFocus.Request(), defaults) == defaults
     camera = camera_from_message(RigCamera(name="left"), OPTICS)
