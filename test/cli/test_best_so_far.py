@@ -28,7 +28,7 @@ from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import STOPPING
 from focus_planner.cli.progress_line import ProgressLine
-from focus_planner.core.planning import solving as planning
+from focus_planner.core.planning import making as planning
 from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.io.rigs import save_rig

@@ -310,13 +310,15 @@ def test_every_option_reaches_the_planner(here: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr("focus_planner.core.planning.plan_focus.plan_focus", plan_focus)
     options = "--method k_view --k 3 --scope assigned --tuples grid --samples 7 --seed 5"
     options += " --shots 2 --depth-tolerance 0.01 --time-budget 1.5"
-    options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01 --views 3"
+    options += " --fresh-samples 9 --standard-error 0.5 --bound tight --gap 0.01 --views 3 --images 11"
     assert plan(*options.split()) == 130
     assert plan() == 130
     expected = PlanRequest(
-        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 3, 0.01, 9, 0.5),
+        *("k_view", 7, 5, 3, "assigned", "grid", 1.5, 2, 0.01, 9, 0.5),
         bound="tight",
         gap=0.01,
+        views=3,
+        images=11,
     )
     assert seen == [expected, PlanRequest()]
 

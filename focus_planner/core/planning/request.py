@@ -136,8 +136,8 @@ class PlanRequest:
     images: int = specified(
         0,
         FieldSpec(
-            "most pictures that all cameras take together, placed where they pay: each camera takes"
-            " at most ``shots`` of them, and some may take none; 0 for no limit",
+            "greatest number of pictures that all cameras take together, placed where they pay:"
+            " each camera takes at most ``shots`` of them, and some may take none; 0 for no limit",
             at_least=0,
             at_most=MAX_CAMERAS,
         ),
