@@ -171,7 +171,6 @@ def test_a_plan_is_reported_with_its_files(here: Path, told: list[ReportContent]
         "views": 1,
         "images": "none",
         "depth_tolerance": 0.0,
-        "images": 0,
         "max_mm_per_pixel": "none",
         "fresh_samples": 200,
     }

@@ -149,7 +149,10 @@ def test_cameras_without_a_picture_come_back(tmp_path: Path) -> None:
     # A shot more than the budget, none without a budget, or one where the status says none.
     for change, why in (
         ({"images": 0}, "as many shots of each"),
-        ({"images": 0, "cameras": data["cameras"][1:]}, r"cameras\[0\].shots: expected at least one"),
+        (
+            {"images": 0, "cameras": data["cameras"][1:]},
+            r"cameras\[0\].shots: expected at least one",
+        ),
         ({"cameras": 3 * data["cameras"][:1]}, "at most 2 shots, as images says, got 3"),
         ({"cameras": [data["cameras"][0] | {"shots": []}]}, r"cameras\[0\].shots: .* at least one"),
         (
