@@ -16,20 +16,19 @@ The figures asked for are of bodies 0, 4 and 8 of twelve: BODIES=folder.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks.scenes import rig, three_body_scenes
-from focus_planner import PlanRequest, Scene, SolvedPlan, plan_focus
+from benchmarks.timing import processed
+from focus_planner import PlanRequest, plan_focus
 from focus_planner.core import kernels
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.sharp_views import TOLD_VIEWS
-from focus_planner.core.problem.problem import Problem
 from focus_planner.core.solvers import k_view
 
 _VIEWS = (1, 3)
@@ -85,18 +84,11 @@ def _gaps() -> Table:
     }
     for name, scene in three_body_scenes().items():
         for title, each in tried.items():
-            plan, processor = _planned(scene, each)
+            processor, plan = processed(partial(plan_focus, scene, rig(), each))
             seconds = f"{plan.total_seconds:.2f}"
             row = (f"{plan.cost:.2f}", f"{plan.gap:.3%}", seconds, f"{processor:.2f}")
             table.add_row(name, title, *row, end_section=title is list(tried)[-1])
     return table
-
-
-def _planned(scene: Scene, request: PlanRequest) -> tuple[SolvedPlan, float]:
-    """Return a plan and the seconds that it took of processors."""
-    began = time.process_time()
-    plan = plan_focus(scene, rig(), request)
-    return plan, time.process_time() - began
 
 
 def _ratios() -> Table:
@@ -111,22 +103,15 @@ def _ratios() -> Table:
         ]
         with kernels.threads_for(1):
             for problem in problems:
-                _solving(problem)()
+                k_view.solve(problem)
             seconds = np.array(
-                [[_processor_seconds(_solving(each)) for each in problems] for _ in range(_PAIRS)]
+                [
+                    [processed(partial(k_view.solve, each))[0] for each in problems]
+                    for _ in range(_PAIRS)
+                ]
             )
         one, three = np.median(seconds, axis=0)
         ratio = float(np.median(seconds[:, 1] / seconds[:, 0]))
         row = f"{one:.3f}", f"{three:.3f}", f"{three / one:.2f}", f"{ratio:.2f}"
         table.add_row(name, *row, f"at most {_ASKED_RATIO:g}")
     return table
-
-
-def _solving(problem: Problem) -> Callable[[], object]:
-    return lambda: k_view.solve(problem)
-
-
-def _processor_seconds(function: Callable[[], object]) -> float:
-    began = time.process_time()
-    function()
-    return time.process_time() - began

@@ -152,16 +152,19 @@ class _Search:
 
     def _take(self, least: int = 0) -> bool:
         """Take the picture that gains most, if it gains more than ``least``; return whether."""
-        kernels.gains_of_pictures(
-            self._problem.pairs_by_camera,
-            self._problem.cells.focus,
-            self._views,
-            self._problem.cells.offsets,
-            self._cell,
-            self._ranking,
-            self._gain,
-            self._where,
-        )
+        problem = self._problem
+        # Of every view only the next picture is tried.
+        with kernels.threads_for(len(problem.depth) // problem.shots):
+            kernels.gains_of_pictures(
+                problem.pairs_by_camera,
+                problem.cells.focus,
+                self._views,
+                problem.cells.offsets,
+                self._cell,
+                self._ranking,
+                self._gain,
+                self._where,
+            )
         view = int(np.argmax(self._gain))
         if self._gain[view] <= least:
             return False

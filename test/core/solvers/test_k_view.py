@@ -10,8 +10,11 @@
 
 import numpy as np
 import pytest
+from numba import config, get_num_threads
 
 from focus_planner import Rig, cylinder_rig
+from focus_planner.core import kernels
+from focus_planner.core.kernels import compiling
 from focus_planner.core.solvers import Options, em, k_view
 from testing import reference
 from testing.problems import (
@@ -126,3 +129,23 @@ def test_triples_start_where_pairs_end():
     assert not until.converged
     assert until.cost == pairs.cost
     np.testing.assert_array_equal(until.focus_distances, pairs.focus_distances)
+
+
+def test_only_tuples_that_may_move_at_once_take_several_threads(monkeypatch):
+    threads, improve_tuples = [], kernels.improve_tuples
+
+    def counting(*arguments):
+        threads.append(get_num_threads())
+        return improve_tuples(*arguments)
+
+    monkeypatch.setattr(kernels, "improve_tuples", counting)
+    monkeypatch.setattr(compiling, "_PARALLEL_PAIRS", 1)
+
+    def used(problem):
+        threads.clear()
+        with kernels.threads_for(len(problem.depth)):
+            k_view.solve(problem)
+        return set(threads)
+
+    assert used(random_problem(1, 60, 8, share=1.0)) == {1}
+    assert used(problem_of(body(), cylinder_rig(), 500)) == {config.NUMBA_NUM_THREADS}
