@@ -101,6 +101,8 @@ def _plan_rows(standing: Standing) -> Iterator[Row]:
         bound = plan["lower_bound"]
         best = "" if math.isnan(bound) else f", where none costs less than {bound:.1f}"
         yield "", f"{plan['method']}, cost {plan['cost']:.1f}{best}"
+        if images := plan.get("images", 0):
+            yield "", f"of at most {images} picture{'s' * (images > 1)} with all cameras together"
         subjects = plan.get("subjects", [])
         if subjects:
             worst = max(subjects, key=lambda each: float(each["fresh_cost"]))

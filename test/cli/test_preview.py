@@ -17,8 +17,10 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from focus_planner import cylinder_rig, load_plan, save_rig
 from focus_planner.cli import main as cli
 
+REPOSITORY = Path(__file__).parents[2]
 RUN = "bags/mesh_k_view"
 NAMES = ("cam_0_00", "cam_1_00")
 
@@ -64,6 +66,37 @@ def test_a_contact_sheet_and_every_picture(tmp_path: Path) -> None:
 def test_a_contact_sheet_alone(tmp_path: Path) -> None:
     assert run(RUN, "--all", "--output", tmp_path / "sheet.png") == 0
     assert [path.name for path in tmp_path.iterdir()] == ["sheet.png"]
+
+
+@pytest.fixture
+def limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A plan of two pictures for four cameras, and its files."""
+    monkeypatch.chdir(tmp_path)
+    surface = REPOSITORY / "focus_planner/bodies/arms_out.ply"
+    save_rig(cylinder_rig(rows=2, columns=2), tmp_path / "rig.yaml")
+    plan = ("plan", surface, "--rig", "rig.yaml", "--method", "em", "--samples", 300)
+    assert cli.main([*map(str, plan), "--images", "2", "--output", "plan.json"]) == 0
+    return surface
+
+
+def test_only_pictures_that_are_taken_are_drawn(
+    limited: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    taken, idle = [], []
+    for camera in load_plan(Path("plan.json")).cameras:
+        (taken if camera.shots else idle).append(camera.name)
+    assert (len(taken), len(idle)) == (2, 2)
+    files = ("plan.json", "--surface", limited, "--rig", "rig.yaml", "--scale", 0.05)
+    assert run(*files, "--all", "--output", "all") == 0
+    assert {path.stem for path in Path("all").iterdir()} == {"contact_sheet", *taken}
+    capsys.readouterr()
+    assert run(*files, "--camera", idle[0]) == 2
+    error = capsys.readouterr().err
+    assert f"--camera: expected a camera that takes a picture, got '{idle[0]}'" in error
+    assert "the plan takes 2 pictures, none of them with it" in error
+    # Autofocus may choose others.
+    assert run(*files, "--camera", taken[0], "--method", "average", "-o", "pair") == 0
+    assert len(list(Path("pair").iterdir())) == 1
 
 
 def test_what_cannot_be_done_is_told_in_one_line(

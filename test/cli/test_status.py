@@ -144,8 +144,17 @@ def test_several_subjects_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.StringIO()
     show(told, stream)
     assert "for 2 subjects, the worst mesh 2" in stream.getvalue()
+    assert "picture" not in stream.getvalue()
     text = " ".join(stream.getvalue().split())
     assert "together with 2 before it, the oldest on /focus_planner/mesh, 90.0 s old" in text
+
+
+def test_a_budget_of_pictures_is_told() -> None:
+    told = standing(planner_status(lens("a", LensStatus.VERIFIED)))
+    told.plan["images"] = 60
+    stream = io.StringIO()
+    show(told, stream)
+    assert "of at most 60 pictures with all cameras together" in stream.getvalue()
 
 
 def test_a_lens_that_nobody_reports_is_not_called_anything_better() -> None:

@@ -49,7 +49,7 @@ def test_orders_from_messages(value, unit, order):
     assert not order_from_message(message(status=0)).planned
 
 
-@pytest.mark.parametrize("status", [1, 2, 3])
+@pytest.mark.parametrize("status", [1, 2, 3, 4])
 def test_every_status_of_a_plan_is_obeyed(status):
     assert order_from_message(message(status=status), "cam").planned
 

@@ -83,7 +83,12 @@ def run_of(folder, plan):
 
 @pytest.mark.parametrize(
     "request_",
-    [SHORT, {"method": "k_view", "k": 3, "bound": "tight"}, {"shots": 2, "time_budget": 60.0}],
+    [
+        SHORT,
+        {"method": "k_view", "k": 3, "bound": "tight"},
+        {"shots": 2, "time_budget": 60.0},
+        {"shots": 2, "images": 6},
+    ],
 )
 def test_a_goals_plan_is_the_services_bit_for_bit(ready, folder, request_):
     status, reason, result = ended(sent(ready, **request_))

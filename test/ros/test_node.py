@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from focus_planner_msgs.msg import CameraRig
+from focus_planner_msgs.msg import CameraFocus, CameraRig
 from geometry_msgs.msg import PoseArray
 from sensor_msgs.msg import PointCloud2
 
@@ -31,6 +31,7 @@ from focus_planner.core.rig.lens import Lens
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import PointCloud
+from focus_planner.lenses.orders import order_from_message
 from focus_planner.messages.cdr import write_mesh
 from focus_planner.messages.plan_reading import plan_from_message
 from focus_planner.messages.writing import (
@@ -87,6 +88,7 @@ def of_the_core(surface, rig, **request):
         {"method": "k_view", "k": 3, "scope": "assigned"},
         {"method": "k_view", "shots": 3, "depth_tolerance": 0.002},
         {"method": "em", "views": 2, "max_mm_per_pixel": 1.0, "bound": "none"},
+        {"method": "k_view", "shots": 2, "images": 5},
     ],
 )
 def test_a_plan_is_the_cores_bit_for_bit(ready, body, rig, request_):
@@ -147,6 +149,21 @@ def test_a_driver_gets_the_bracket_of_its_camera(ready, rig):
     assert len(focus.bracket) == 2
     assert focus.focus_distance in focus.bracket
     assert len(planned(ready).cameras[0].bracket) == 1
+
+
+def test_a_camera_that_takes_no_picture_is_told_so_and_where_to_rest(ready, rig):
+    plan = planned(ready, images=3)
+    assert (plan.images, plan.shots) == (3, 1)
+    idle = [focus for focus in plan.cameras if focus.status == CameraFocus.STATUS_NO_PICTURE]
+    assert len(idle) == len(rig) - 3
+    focus = ready.latched_focus(idle[0].name)
+    assert bits(focus) == bits(idle[0])
+    assert (len(focus.shots), len(focus.bracket)) == (0, 0)
+    order = order_from_message(focus, idle[0].name)
+    assert order.planned
+    assert order.focus_distance == focus.focus_distance > 0
+    # 0 is the parameter's, which sets no limit.
+    assert planned(ready).images == 0
 
 
 def test_a_lens_that_takes_certain_distances_is_set_to_them(ready, rig):

@@ -175,6 +175,8 @@ def lens_sheet(
         _Entry(plan.cameras[i], rig.cameras[i], shot, k)
         for i in walking_order(rig)
         for k, shot in _shots(plan.cameras[i])
+        # A camera that is moved does not stop where it takes no picture.
+        if k or not rig.sequence
     ]
     pictures = itertools.count(1)
     rows = (

@@ -17,6 +17,7 @@ from focus_planner.core import kernels
 from focus_planner.core.progress import never_stop
 from focus_planner.core.solvers import SOLVERS, Options
 from focus_planner.core.solvers.budget import within_budget
+from focus_planner.core.solvers.solution import cells_at, start_cells
 from testing.problems import random_problem
 
 CASES = [(1, 1, 2), (2, 1, 3), (1, 2, 3), (2, 2, 3)]
@@ -135,3 +136,20 @@ def test_the_same_problem_gives_the_same_pictures():
     problem = random_problem(5, 300, 15, share=0.3, ties=True, views=2)
     first, second = solve(problem, 7), solve(problem, 7)
     np.testing.assert_array_equal(first.focus_distances, second.focus_distances)
+
+
+def test_the_cell_at_a_distance_holds_all_that_the_distance_does():
+    between = 0
+    for seed in range(30):
+        problem = random_problem(seed, 40, 5, share=0.7, ties=seed % 2 == 0)
+        cells, random = problem.cells, np.random.default_rng(seed)
+        for _ in range(10):
+            depth = problem.depth[random.integers(0, len(problem.depth), 5)]
+            focus = depth * random.uniform(0.8, 1.3, 5)
+            cell = cells_at(problem, focus)
+            at = focus[problem.camera_index]
+            held = (problem.focus_near <= at) & (at <= problem.focus_far)
+            chosen = cell[problem.camera_index]
+            assert ((cells.first <= chosen) & (chosen <= cells.last))[held].all()
+            between += (cell != start_cells(problem, focus)).any()
+    assert between > 10

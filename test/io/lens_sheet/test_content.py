@@ -210,6 +210,9 @@ def test_cameras_without_a_picture_are_left_as_they_are():
     assert idle[0][1]["device_value"] == "1237"
     numbers = [row.capture[0] for row in sheet.rows if row.capture[0] is not None]
     assert numbers == [1, 2, 3, 4, 5]
+    # A camera that is moved stops for its pictures only.
+    moved = lens_sheet(given, replace(RIG, grid=None, sequence=True))
+    assert [row.capture[0] for row in moved.rows] == [1, 2, 3, 4, 5]
     facts = dict(sheet.facts)
     assert facts["pictures"] == "5, of at most 6"
     assert "1 takes no picture" in facts["cameras"]
