@@ -45,7 +45,7 @@ def camera(name, *shots, unit=None, status=None):
         far_limit=main.far_limit,
         assigned_samples=assigned,
         in_focus_samples=sum(each.in_focus_samples for each in shots),
-        shots=() if status is CameraStatus.NO_PICTURE else shots,
+        shots=() if status is CameraStatus.DROPPED else shots,
         device_value=main.device_value,
         device_unit=unit,
         from_sensor=main.from_sensor,
@@ -97,7 +97,7 @@ def limited():
             cameras[k].name,
             resting,
             unit=cameras[k].device_unit,
-            status=CameraStatus.NO_PICTURE if k else CameraStatus.SEES_NOTHING,
+            status=CameraStatus.DROPPED if k else CameraStatus.SEES_NOTHING,
         )
     cameras[0] = replace(cameras[0], shots=())
     cameras[1:3] = [replace(each, shots=each.shots[:1]) for each in cameras[1:3]]

@@ -158,10 +158,10 @@ def _check_shots(where: str, images: int, cameras: tuple[CameraFocus, ...]) -> N
         raise InputError(f"{where}: cameras", expected, str(sum(counts)))
     for i, (camera, count) in enumerate(zip(cameras, counts, strict=True)):
         at = f"{where}.cameras[{i}].shots"
-        takes_none = camera.status in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}
+        takes_none = camera.status in {CameraStatus.DROPPED, CameraStatus.SEES_NOTHING}
         if not count and not (images and takes_none):
             raise InputError(at, "at least one", "none")
-        if count and camera.status is CameraStatus.NO_PICTURE:
+        if count and camera.status is CameraStatus.DROPPED:
             raise InputError(at, "none, as status says", str(count))
 
 

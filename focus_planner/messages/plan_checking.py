@@ -118,10 +118,10 @@ def _check_shots(message: Message) -> None:
             "cameras", f"at most {message.images} shots, as images says", str(sum(shots))
         )
     for camera, count in zip(message.cameras, shots, strict=True):
-        takes_none = camera.status in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}
+        takes_none = camera.status in {CameraStatus.DROPPED, CameraStatus.SEES_NOTHING}
         if not count and not (message.images and takes_none):
             raise InputError(f"{camera.name}: shots", "at least one", "none")
-        if count and camera.status == CameraStatus.NO_PICTURE:
+        if count and camera.status == CameraStatus.DROPPED:
             raise InputError(f"{camera.name}: shots", "none, as status says", str(count))
 
 

@@ -26,7 +26,7 @@ _STATUS = {
     CameraStatus.PLANNED: "planned",
     CameraStatus.UNASSIGNED: "others image it better",
     CameraStatus.SEES_NOTHING: "sees nothing",
-    CameraStatus.NO_PICTURE: "takes no picture",
+    CameraStatus.DROPPED: "takes no picture",
     CameraStatus.UNKNOWN: "unknown",
 }
 _MOST_STEPS = 200  # in the table; all are in the curve

@@ -38,7 +38,7 @@ export function cameraPanel(model: Model, camera: number, plans: number[]): Node
     ["near limit", (shot) => metres(shot.near, decimals)],
     ["far limit", (shot) => metres(shot.far, decimals)],
     ["depth of field", (shot) => (shot.far === null ? "∞" : millimetres(shot.far - shot.near))],
-    ["samples it images best", (shot, plan) => `${shot.assigned} of ${plan.samples}`],
+    ["samples assigned to it", (shot, plan) => `${shot.assigned} of ${plan.samples}`],
     ["of them in focus", (shot) => `${shot.inFocus}`],
   ];
   if (columns.some(({ shot }) => shot.device !== null)) {

@@ -136,7 +136,7 @@ def test_several_shots_come_back(tmp_path: Path) -> None:
 def test_cameras_without_a_picture_come_back(tmp_path: Path) -> None:
     cameras = (
         PLAN.cameras[0],
-        replace(PLAN.cameras[1], status=CameraStatus.NO_PICTURE, shots=()),
+        replace(PLAN.cameras[1], status=CameraStatus.DROPPED, shots=()),
         replace(PLAN.cameras[2], shots=()),
     )
     plan = replace(PLAN, images=2, cameras=cameras)
@@ -145,7 +145,7 @@ def test_cameras_without_a_picture_come_back(tmp_path: Path) -> None:
     data = json.loads(plan_to_json(plan), parse_constant=refuse_constant)
     assert (data["images"], data["shots"]) == (2, 1)
     assert [camera.get("shots") for camera in data["cameras"]] == [None, [], []]
-    assert data["cameras"][1]["status"] == "no_picture"
+    assert data["cameras"][1]["status"] == "dropped"
     # A shot more than the budget, none without a budget, or one where the status says none.
     for change, why in (
         ({"images": 0}, "as many shots of each"),
@@ -156,7 +156,7 @@ def test_cameras_without_a_picture_come_back(tmp_path: Path) -> None:
         ({"cameras": 3 * data["cameras"][:1]}, "at most 2 shots, as images says, got 3"),
         ({"cameras": [data["cameras"][0] | {"shots": []}]}, r"cameras\[0\].shots: .* at least one"),
         (
-            {"cameras": [data["cameras"][0] | {"status": "no_picture"}]},
+            {"cameras": [data["cameras"][0] | {"status": "dropped"}]},
             r"cameras\[0\].shots: expected none, as status says, got 1",
         ),
     ):

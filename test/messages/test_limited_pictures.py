@@ -39,7 +39,7 @@ def test_a_plan_comes_back_and_can_be_put_in_force(plan):
     assert again.cameras == plan.cameras
     assert (again.images, again.pictures, again.shots) == (5, 5, plan.shots)
     np.testing.assert_array_equal(again.focus_distances, plan.focus_distances)
-    idle = [camera for camera in told.cameras if camera.status == CameraStatus.NO_PICTURE]
+    idle = [camera for camera in told.cameras if camera.status == CameraStatus.DROPPED]
     assert idle
     for camera in idle:
         assert (len(camera.shots), len(camera.bracket), len(camera.device_bracket)) == (0, 0, 0)
@@ -69,7 +69,7 @@ def test_older_messages_have_no_limit(plan):
 )
 def test_what_contradicts_itself_is_refused(plan, change, why):
     told = received(plan)
-    idle = next(camera for camera in told.cameras if camera.status == CameraStatus.NO_PICTURE)
+    idle = next(camera for camera in told.cameras if camera.status == CameraStatus.DROPPED)
     busy = next(camera for camera in told.cameras if len(camera.shots))
     change(told, idle, busy)
     with pytest.raises(InputError, match=why):

@@ -346,7 +346,7 @@ def test_what_is_told_of_cameras_is_true(opened, content, truth):
             assert metres(rows["from the sensor"][k]) == pytest.approx(
                 s + image + camera.lens.hiatus, abs=6e-4
             )
-            assert rows["samples it images best"][k] == f"{shot.assigned_samples} of 150"
+            assert rows["samples assigned to it"][k] == f"{shot.assigned_samples} of 150"
         text = opened.inspector.inner_text()
         seen = report.surface.areas[truth.sees[:, c]]
         if not len(seen):

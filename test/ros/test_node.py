@@ -154,7 +154,7 @@ def test_a_driver_gets_the_bracket_of_its_camera(ready, rig):
 def test_a_camera_that_takes_no_picture_is_told_so_and_where_to_rest(ready, rig):
     plan = planned(ready, images=3)
     assert (plan.images, plan.shots) == (3, 1)
-    idle = [focus for focus in plan.cameras if focus.status == CameraFocus.STATUS_NO_PICTURE]
+    idle = [focus for focus in plan.cameras if focus.status == CameraFocus.STATUS_DROPPED]
     assert len(idle) == len(rig) - 3
     focus = ready.latched_focus(idle[0].name)
     assert bits(focus) == bits(idle[0])

@@ -194,7 +194,7 @@ def _camera_focus(
     if problem.camera_offsets[first] == problem.camera_offsets[first + 1]:
         status = CameraStatus.SEES_NOTHING
     elif not shots:
-        status = CameraStatus.NO_PICTURE
+        status = CameraStatus.DROPPED
     return CameraFocus(
         name=problem.names[first],
         status=status,

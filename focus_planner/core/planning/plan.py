@@ -40,7 +40,7 @@ class CameraStatus(IntEnum):
     PLANNED = 1
     UNASSIGNED = 2
     SEES_NOTHING = 3
-    NO_PICTURE = 4
+    DROPPED = 4
 
 
 @dataclass(frozen=True)

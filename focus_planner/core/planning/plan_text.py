@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from focus_planner.core.planning.subject_quality import SubjectQuality
 
 # Of cameras, where they are not what a status is called.
-_WORDS = {"SEES_NOTHING": "seeing nothing", "NO_PICTURE": "taking no picture"}
+_WORDS = {"SEES_NOTHING": "seeing nothing", "DROPPED": "taking no picture"}
 
 
 def plan_text(plan: FocusPlan) -> str:

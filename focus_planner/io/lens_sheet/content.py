@@ -42,7 +42,7 @@ _WHOLE = 2**53  # beyond it, a float counts in steps of more than one
 _NOTHING = {
     CameraStatus.SEES_NOTHING: "nothing, sees no surface: leave as it is",
     CameraStatus.UNASSIGNED: "nothing, others image it better: leave as it is",
-    CameraStatus.NO_PICTURE: "nothing, takes no picture: leave as it is",
+    CameraStatus.DROPPED: "nothing, takes no picture: leave as it is",
     CameraStatus.UNKNOWN: "unknown",
 }
 _NOT_FINE = "nothing, sees no surface finely enough: leave as it is"
@@ -55,7 +55,7 @@ _COUNTED = {
         "see only what others image better",
     ),
     CameraStatus.SEES_NOTHING: ("sees nothing", "see nothing"),
-    CameraStatus.NO_PICTURE: ("takes no picture", "take no picture"),
+    CameraStatus.DROPPED: ("takes no picture", "take no picture"),
     CameraStatus.UNKNOWN: ("unknown", "unknown"),
 }
 

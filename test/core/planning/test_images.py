@@ -78,11 +78,11 @@ def check(plan, request, rig):
         assert each == sorted(each)
         assert (camera.status is CameraStatus.PLANNED) == (camera.assigned_samples > 0)
         if count == 0:
-            assert camera.status in {CameraStatus.NO_PICTURE, CameraStatus.SEES_NOTHING}
+            assert camera.status in {CameraStatus.DROPPED, CameraStatus.SEES_NOTHING}
             assert camera.assigned_samples == camera.in_focus_samples == 0
         else:
             assert camera.focus_distance in each
-            assert camera.status is not CameraStatus.NO_PICTURE
+            assert camera.status is not CameraStatus.DROPPED
     assert plan.lower_bound is None or plan.lower_bound <= plan.cost
 
 
@@ -101,7 +101,7 @@ def test_a_plan_within_a_budget_adds_up(method, images, shots, views):
     assert plan.lower_bound > 0.8 * plan.cost
     assert plan.cameras[-1].status is CameraStatus.SEES_NOTHING
     assert plan.cameras[-1].shots == ()
-    idle = [c.name for c in plan.cameras if c.status is CameraStatus.NO_PICTURE]
+    idle = [c.name for c in plan.cameras if c.status is CameraStatus.DROPPED]
     used = sum(bool(camera.shots) for camera in plan.cameras)
     assert len(idle) == 6 - used
     title, *rows = plan_text(plan).splitlines()

@@ -20,7 +20,7 @@ def test_statuses_are_the_messages_constants():
         ("PLANNED", 1),
         ("UNASSIGNED", 2),
         ("SEES_NOTHING", 3),
-        ("NO_PICTURE", 4),
+        ("DROPPED", 4),
     ]
 
 
