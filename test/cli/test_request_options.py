@@ -195,6 +195,8 @@ def test_the_docstring_explains_every_field() -> None:
         ({"time_budget": -1}, "time_budget: expected a number of at least 0, got -1"),
         ({"time_budget": math.nan}, "time_budget: expected a number of at least 0, got nan"),
         ({"shots": 17}, "shots: expected at most 16, got 17"),
+        ({"images": -1}, "images: expected a whole number of at least 0, got -1"),
+        ({"images": 250_001}, "images: expected at most 250000, got 250001"),
         (
             {"depth_tolerance": math.inf},
             "depth_tolerance: expected a number of at least 0, got inf",
