@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.arrays import IntArray
+from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.problem.camera_tuples import Abandoned, camera_tuples
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
@@ -34,9 +34,11 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # sample counts once per block of cells of the third camera: bounds rule out most of them.
 _SAMPLES_BETWEEN_CALLS = 200_000
 _THIRD_CELLS_AT_ONCE = 40
-# Tuples per batch below which they take their steps one after the other: where views overlap so
-# much, a second thread would have nothing to do but to wait after every batch.
+# Tuples, and shared samples, per batch below which tuples take their steps one after the other.
+# Where views overlap so much, or there is so little to do, half a millisecond's work, a second
+# thread would only wait after every batch: for a time slice, if another program has its core.
 _TUPLES_AT_ONCE = 1.5
+_SAMPLES_AT_ONCE = 5_000
 #: The stages of pairs and of triples, as the callback gets them.
 STAGES = {2: "k_view", 3: "k_view, triples"}
 
@@ -109,9 +111,12 @@ class Descent:
         self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
         self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
-        self._stops = _stops(problem, self._tuples)
+        work = _work(problem, self._tuples)
+        self._stops = _stops(self._tuples, work)
         batches = len(self._tuples.batch_offsets) - 1
-        self._one_by_one = len(self._tuples.cameras) < _TUPLES_AT_ONCE * batches
+        self._one_by_one = (
+            len(work) < _TUPLES_AT_ONCE * batches or work.sum() < _SAMPLES_AT_ONCE * batches
+        )
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
         ranked = 0 if self._assigned else problem.sample_count
         cameras = problem.camera_count
@@ -191,15 +196,20 @@ def _keep_setting_up(on_progress: ProgressCallback, stage: str, cost: float) -> 
     return on_progress(Progress(stage, 0, cost))
 
 
-def _stops(problem: Problem, tuples: kernels.CameraTuples) -> list[int]:
-    """Return the batches before which to report progress, and the end, spaced by work.
-
-    Work, not time, so that the steps reported do not depend on the machine.
-    """
+def _work(problem: Problem, tuples: kernels.CameraTuples) -> FloatArray:
+    """Return (T,) the work of every tuple's step, in shared samples."""
     work = np.diff(tuples.shared_offsets).astype(np.float64)
     if tuples.cameras.shape[1] == 3:
         cell_counts = np.diff(problem.cells.offsets)
         work *= np.maximum(1.0, cell_counts[tuples.cameras[:, 2]] / _THIRD_CELLS_AT_ONCE)
+    return work
+
+
+def _stops(tuples: kernels.CameraTuples, work: FloatArray) -> list[int]:
+    """Return the batches before which to report progress, and the end, spaced by work.
+
+    Work, not time, so that the steps reported do not depend on the machine.
+    """
     done = np.concatenate([[0.0], np.cumsum(work)])[tuples.batch_offsets]
     stops, at = [0], 0.0
     for batch, total in enumerate(done[1:], start=1):

@@ -140,6 +140,7 @@ def test_only_tuples_that_may_move_at_once_take_several_threads(monkeypatch):
 
     monkeypatch.setattr(kernels, "improve_tuples", counting)
     monkeypatch.setattr(compiling, "_PARALLEL_PAIRS", 1)
+    monkeypatch.setattr(k_view, "_SAMPLES_AT_ONCE", 10)
 
     def used(problem):
         threads.clear()
@@ -148,4 +149,7 @@ def test_only_tuples_that_may_move_at_once_take_several_threads(monkeypatch):
         return set(threads)
 
     assert used(random_problem(1, 60, 8, share=1.0)) == {1}
-    assert used(problem_of(body(), cylinder_rig(), 500)) == {config.NUMBA_NUM_THREADS}
+    problem = problem_of(body(), cylinder_rig(), 500)
+    assert used(problem) == {config.NUMBA_NUM_THREADS}
+    monkeypatch.setattr(k_view, "_SAMPLES_AT_ONCE", 1000)
+    assert used(problem) == {1}
