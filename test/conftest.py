@@ -11,6 +11,7 @@
 """Settings for all tests."""
 
 import os
+import signal
 import sys
 
 from testing.domains import claim_domain
@@ -34,6 +35,10 @@ settings.load_profile("repeatable")
 
 
 def pytest_configure(config):
+    # A shell without job control starts programs in the background with these ignored. What tests
+    # start would inherit that, and not end when it is told to.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     config.pluginmanager.register(StartedProcesses())
     config.pluginmanager.register(optional_modules)
 
