@@ -97,6 +97,8 @@ setup(
         "zstandard>=0.25",
     ],
     extras_require={
+        # The paper's experiments on many subjects and machines.
+        "evaluation": ["distributed>=2026.8", "matplotlib>=3.10", "pandas>=2.3"],
         # Compressed glTF, the files of laser scanners, and maps as EXR.
         "formats": [
             "dracopy>=2.2",
