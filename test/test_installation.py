@@ -565,6 +565,15 @@ def test_a_wheel_from_the_source_distribution_has_what_the_node_needs(wheel, ins
 
 
 @pytest.mark.processes
+def test_the_data_of_the_evaluation_stay_out_of_the_wheel(wheel):
+    names, _ = wheel
+    files = (REPOSITORY / "data").rglob("*.p[ly]*")
+    ours = {path.name for path in files if "__pycache__" not in path.parts}
+    assert {"body_00.ply", "make_bodies.py"} <= ours
+    assert not ours & {Path(name).name for name in names}
+
+
+@pytest.mark.processes
 def test_the_page_of_the_package_has_a_description_and_names_no_host(wheel):
     _, metadata = wheel
     head, _, description = metadata.partition("\n\n")

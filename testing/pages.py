@@ -47,6 +47,8 @@ PAGES = (
     ROOT / "CONTRIBUTING.md",
     ROOT / "QUALITY_DECLARATION.md",
     ROOT / "bags/README.md",
+    ROOT / "data/README.md",
+    ROOT / "data/bodies/README.md",
     ROOT / "examples/README.md",
     ROOT / "focus_planner/bodies/README.md",
     *sorted((ROOT / "docs").glob("*.md")),
