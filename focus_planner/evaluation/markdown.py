@@ -27,6 +27,6 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{text.removeprefix('-') if float(text) == 0 else text.replace('-', '−')} %"
 
 
-def counted(count: int, noun: str) -> str:
-    """Return ``1 subject`` or ``12 subjects``."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+def counted(number: int, noun: str) -> str:
+    """Return ``1 subject`` or ``1,200 subjects``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -33,7 +33,7 @@ from focus_planner.evaluation.experiment import (
     each_subject,
 )
 from focus_planner.evaluation.experiments.methods import EM, TWO_VIEW
-from focus_planner.evaluation.markdown import counted, percent, table
+from focus_planner.evaluation.markdown import counted, table
 from focus_planner.evaluation.subject import Subject, judge
 
 if TYPE_CHECKING:
@@ -186,20 +186,24 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def _minima(curves: dict[tuple[int, str], DataFrame]) -> str:
-    found = [(n, method, *_minimum(curve)) for (n, method), curve in curves.items()]
-    told = [
-        f"{ratio:.2f} ({n} cameras, {method}: at 3:2 {_more(excess)})"
-        for n, method, ratio, excess in found
-        if not math.isnan(ratio)
-    ]
-    if not told:
+    found = [_minimum(curve) for curve in curves.values()]
+    ratios = [ratio for ratio, _ in found if not math.isnan(ratio)]
+    excess = [100 * more for _, more in found if not math.isnan(more)]
+    if not ratios:
         return "No curve has its minimum within these ratios; the paper's have it near 3:2."
-    ratios = [ratio for _, _, ratio, _ in found if not math.isnan(ratio)]
-    middle = float(np.exp(np.mean(np.log(ratios))))
+    middle = math.exp(float(np.mean(np.log(ratios))))
+    at_paper = f" At 3:2 it costs {_from_to(excess, '.1f')} % more than at best." if excess else ""
     return (
-        f"Parabolas in the ratio's logarithm have their minima at {_listed(told)}: on average at"
-        f" {middle:.2f}, or {1 / middle:.2f} taken as columns over rows; the paper's are near 3:2."
+        f"Parabolas in the ratio's logarithm have their minima at {_from_to(ratios, '.2f')}, on"
+        f" average at {middle:.2f}, or {1 / middle:.2f} taken as columns over rows; the paper's are"
+        f" near 3:2.{at_paper} On the subject, nearer to the axis, columns are closer together than"
+        " on the cylinder, and rows are not: that may be why."
     )
+
+
+def _from_to(values: Sequence[float], form: str) -> str:
+    least, most = (format(value, form) for value in (min(values), max(values)))
+    return least if least == most else f"{least} to {most}"
 
 
 def _minimum(curve: DataFrame) -> tuple[float, float]:
@@ -207,10 +211,6 @@ def _minimum(curve: DataFrame) -> tuple[float, float]:
     ratios, costs = curve["aspect_ratio"].tolist(), curve["cost"].tolist()
     at_paper = float(np.interp(math.log(_PAPER_RATIO), np.log(ratios), costs, math.nan, math.nan))
     return fitted_minimum(ratios, costs), at_paper / min(costs) - 1
-
-
-def _more(excess: float) -> str:
-    return "unknown" if math.isnan(excess) else f"{percent(excess)} above the least"
 
 
 def _two_view_lower(curves: dict[tuple[int, str], DataFrame]) -> str:

@@ -117,7 +117,7 @@ def _paragraph(results: Results, rows: DataFrame) -> str:
 def _all_or(proven: int, count: int) -> str:
     if proven == count:
         return "it" if count == 1 else "all of them"
-    return f"{proven} of them"
+    return f"{proven or 'none'} of them"
 
 
 def _unproven(of_optimum: DataFrame) -> str:
@@ -125,7 +125,8 @@ def _unproven(of_optimum: DataFrame) -> str:
     left = of_optimum.loc[~of_optimum["proven"].astype(bool), "above"]
     if left.empty:
         return ""
-    return f"For the others a gap of at most {percent(left.max(), 2)} is left. "
+    where = "A" if len(left) == len(of_optimum) else "For the others a"
+    return f"{where} gap of at most {percent(left.max(), 2)} is left. "
 
 
 def _share(above: Mapping[str, float], method: str) -> str:

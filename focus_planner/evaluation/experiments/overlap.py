@@ -101,8 +101,8 @@ def _paragraph(results: Results) -> str:
     subjects = rows["subject"].nunique()
     return (
         f"{counted(len(rows), 'pair')} of cameras, drawn from those that see a common one of"
-        f" {samples:,} samples of {counted(subjects, 'subject')}, moved from EM's plan to their best"
-        " focus distances, one pair alone at a time. Overlap is the share of the samples seen by"
+        f" {samples:,} samples of {counted(subjects, 'subject')}, moved from EM's plan to their"
+        " best focus distances, one pair at a time. Overlap is the share of the samples seen by"
         " either camera that both see. The paper sees a clear correlation of overlap and gain. With"
         f" its step, which re-assigns only the pair's own samples,"
         f" {percent(_gaining(rows, 'gain_assigned'))} of the pairs gain, and"

@@ -75,7 +75,7 @@ def _paragraph(results: Results, mean: DataFrame) -> str:
     compared = [_compared(mean, q) for q in mean.index[mean.index > 1]]
     once = mean["sharp_1"]
     return (
-        "Photogrammetry needs every piece of surface sharp in several views; the paper plans for"
+        "Photogrammetry needs every piece of a surface sharp in several views; the paper plans for"
         f" one. 2-view on all samples planned for the mean of the q least costs of every sample,"
         f" for {counted(count, 'subject')} on {conditions.samples:,} samples of each; what is sharp"
         f" was judged on {conditions.judged:,} others. {' '.join(compared)} In one view at least,"
