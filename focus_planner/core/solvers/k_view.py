@@ -97,7 +97,8 @@ def gains_of_pairs(
     ----------
     problem : Problem
     focus : (C,) array
-        Metres, where every pair starts from.
+        Metres. Every pair starts from them, and every camera holds all that the cell at its
+        distance holds.
     pairs : (T, 2) array of int
         Different cameras, each of which can hold some sample in focus.
     scope : {"all", "assigned"}

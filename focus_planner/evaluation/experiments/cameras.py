@@ -45,6 +45,8 @@ _METHODS = (EM, TWO_VIEW)
 _COLOURS = {60: "#c0392b", 120: "#2c6fb5", 240: "#2f8f5b"}
 _MARKERS = {EM.name: "o", TWO_VIEW.name: "D"}
 _PAPER_RATIO = 1.5
+# Ratios closer than this factor are called alike.
+_ALIKE = 1.25
 # On the paper's cylinder, about 1:4 and 6:1.
 _LEAST_RATIO, _MOST_RATIO = 0.2, 7.0
 # Positions, and the directions of the axes, of a rig that was written to a file and read again.
@@ -122,7 +124,7 @@ def _measure(subjects: Sequence[Subject], setting: Row, conditions: Conditions) 
     rig, ratio = like(subject.rig, int(setting["rows"]), int(setting["columns"]))
     before = subject.with_rig(rig)
     problem, fresh = before.problem(conditions), before.fresh_problem(conditions)
-    rows = []
+    rows: list[Row] = []
     for method in _METHODS:
         solution = method.solve(problem, rig)
         fresh_cost = judge(fresh, solution.focus_distances).cost.value
@@ -196,8 +198,17 @@ def _minima(curves: dict[tuple[int, str], DataFrame]) -> str:
     return (
         f"Parabolas in the ratio's logarithm have their minima at {_from_to(ratios, '.2f')}, on"
         f" average at {middle:.2f}, or {1 / middle:.2f} taken as columns over rows; the paper's are"
-        f" near 3:2.{at_paper} On the subject, nearer to the axis, columns are closer together than"
-        " on the cylinder, and rows are not: that may be why."
+        f" near 3:2.{at_paper}{_reason(middle)}"
+    )
+
+
+def _reason(ratio: float) -> str:
+    """Return what may be behind a minimum far below the paper's."""
+    if ratio > _PAPER_RATIO / _ALIKE:
+        return ""
+    return (
+        " On the subject, nearer to the axis, columns are closer together than on the cylinder, and"
+        " rows are not: that may be why."
     )
 
 
@@ -251,7 +262,7 @@ def _table(mean: DataFrame) -> str:
 
 def _cells(key: tuple[int, str], curve: DataFrame) -> list[str]:
     cameras, method = key
-    best = curve.loc[curve["cost"].idxmin()]
+    best = curve.nsmallest(1, "cost").iloc[0]
     ratio, _ = _minimum(curve)
     return [
         str(cameras),

@@ -53,7 +53,8 @@ def _measure(subjects: Sequence[Subject], setting: Row, conditions: Conditions) 
     (subject,) = subjects
     problem = subject.problem(replace(conditions, samples=int(setting["samples"])))
     fresh = subject.fresh_problem(conditions)
-    rows, seconds = [], {}
+    rows: list[Row] = []
+    seconds = {}
     for method in _METHODS:
         started = time.perf_counter()
         solution = method.solve(problem, subject.rig)
@@ -64,7 +65,7 @@ def _measure(subjects: Sequence[Subject], setting: Row, conditions: Conditions) 
 
 
 def _write_up(results: Results) -> WriteUp:
-    mean = results.rows.groupby(["samples", "method"])[["cost", "fresh_cost"]].mean().unstack()
+    mean = results.rows.pivot_table(["cost", "fresh_cost"], "samples", "method")
     text = _paragraph(results, mean) + "\n" + _table(mean)
     return WriteUp(text, lambda figure: _draw(figure, mean))
 
@@ -87,7 +88,8 @@ def _paragraph(results: Results, mean: DataFrame) -> str:
 
 def _overfit(mean: DataFrame, method: str) -> Series[float]:
     """Return by what share more plans of each number of samples cost on fresh ones."""
-    return mean["fresh_cost"][method] / mean["cost"][method] - 1
+    overfit: Series[float] = mean["fresh_cost"][method] / mean["cost"][method] - 1
+    return overfit
 
 
 def _overfit_of_paper(mean: DataFrame) -> str:

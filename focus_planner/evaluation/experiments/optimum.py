@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,7 +43,7 @@ from focus_planner.evaluation.subject import Subject, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 _METHODS = (CLOSEST, AVERAGE, EM, TWO_VIEW, TWO_VIEW_ALL, THREE_VIEW)
 _OPTIMAL = "optimal"
@@ -77,7 +77,7 @@ def _measure(subjects: Sequence[Subject], _: Row, conditions: Conditions) -> Mea
     started = time.perf_counter()
     solutions[_OPTIMAL] = optimum = prove(problem)
     seconds[f"{_OPTIMAL}_seconds"] = time.perf_counter() - started
-    rows = [
+    rows: list[Row] = [
         {
             "method": name,
             "cost": solution.cost,
@@ -129,7 +129,7 @@ def _unproven(of_optimum: DataFrame) -> str:
     return f"{where} gap of at most {percent(left.max(), 2)} is left. "
 
 
-def _share(above: Mapping[str, float], method: str) -> str:
+def _share(above: Series[float], method: str) -> str:
     return percent(above.get(method, np.nan), 2)
 
 

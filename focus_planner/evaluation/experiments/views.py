@@ -32,7 +32,7 @@ from focus_planner.evaluation.subject import Subject, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from pandas import DataFrame, Series
+    from pandas import DataFrame
 
 #: How many views plans are made for, and judged in: those of which quality tells the sharp area.
 VIEWS = (1, 2, 3, 5)
@@ -43,10 +43,11 @@ _COLOURS = ("#a9d6bd", "#63b387", "#2f8f5b", "#174d30")
 def _measure(subjects: Sequence[Subject], _: Row, conditions: Conditions) -> Measured:
     (subject,) = subjects
     problem, fresh = subject.problem(conditions), subject.fresh_problem(conditions)
-    rows, seconds = [], {}
+    rows: list[Row] = []
+    seconds = {}
     for planned in VIEWS:
         for_views = replace(problem, views=planned)
-        _ = for_views.cells  # so that the seconds do not include them
+        for_views.find_cells(lambda: True)  # so that the seconds do not include them
         started = time.perf_counter()
         focus = TWO_VIEW_ALL.solve(for_views, subject.rig).focus_distances
         seconds[f"{planned}_seconds"] = time.perf_counter() - started
@@ -98,19 +99,19 @@ def _table(mean: DataFrame) -> str:
         *(f"sharp in ≥ {q}" for q in VIEWS),
         *(f"cost, q = {q}" for q in VIEWS),
     ]
-    return table(header, (_cells(int(planned), row) for planned, row in mean.iterrows()))
+    return table(header, (_cells(mean, int(planned)) for planned in mean.index))
 
 
-def _cells(planned: int, row: Series[float]) -> list[str]:
-    shares = [percent(row[f"sharp_{q}"]) for q in VIEWS]
-    return [f"q = {planned}", *shares, *(f"{row[f'cost_{q}']:.1f}" for q in VIEWS)]
+def _cells(mean: DataFrame, planned: int) -> list[str]:
+    shares = [percent(mean[f"sharp_{q}"][planned]) for q in VIEWS]
+    return [f"q = {planned}", *shares, *(f"{mean[f'cost_{q}'][planned]:.1f}" for q in VIEWS)]
 
 
 def _draw(figure: Figure, mean: DataFrame) -> None:
     axes = figure.add_subplot()
     for planned, colour in zip(VIEWS, _COLOURS, strict=True):
         if planned in mean.index:
-            shares = [100 * mean.loc[planned, f"sharp_{q}"] for q in VIEWS]
+            shares = [100 * float(mean[f"sharp_{q}"][planned]) for q in VIEWS]
             axes.plot(VIEWS, shares, "o-", color=colour, label=f"planned for q = {planned}")
     axes.set_xticks(VIEWS)
     axes.set_xlabel("views, at least")

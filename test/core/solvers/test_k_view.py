@@ -18,6 +18,7 @@ from focus_planner import Rig, cylinder_rig
 from focus_planner.core import kernels
 from focus_planner.core.kernels import compiling
 from focus_planner.core.solvers import Options, em, k_view
+from focus_planner.core.solvers.solution import cells_at, distances_of_cells
 from focus_planner.core.validation import InputError
 from testing import reference
 from testing.problems import (
@@ -162,11 +163,12 @@ def test_only_tuples_that_may_move_at_once_take_several_threads(monkeypatch):
 def test_a_pair_gains_what_trying_all_its_distances_gains(options):
     gained = 0.0
     for seed in range(6):
-        problem = random_problem(seed, 14, 4, share=0.7, **options)
+        problem = random_problem(seed, 10, 4, share=0.7, **options)
         if (np.diff(problem.cells.offsets) == 0).any():
             continue
-        focus = em.solve(problem).focus_distances
-        pairs = np.array(list(itertools.combinations(range(problem.camera_count), 2)))
+        cell = cells_at(problem, em.solve(problem).focus_distances)
+        focus = distances_of_cells(problem, cell)
+        pairs = np.array(list(itertools.combinations(range(problem.camera_count), 2)))[:8]
         table = reference.table(problem)
         before = reference.cost(table, focus)
         everything = k_view.gains_of_pairs(problem, focus, pairs)

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from focus_planner.core.solvers.solution import cells_at, distances_of_cells
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import overlap
 from focus_planner.evaluation.experiments.methods import EM
@@ -42,6 +43,7 @@ def test_gains_are_those_of_pairs_that_move_alone_from_the_plan_of_em():
     rows = run(overlap.EXPERIMENT, by_name).rows
     problem = by_name["box"].problem(CONDITIONS)
     focus = EM.solve(problem, by_name["box"].rig).focus_distances
+    focus = distances_of_cells(problem, cells_at(problem, focus))
     index = {name: c for c, name in enumerate(problem.names)}
     table = reference.table(problem)
     before = reference.cost(table, focus)

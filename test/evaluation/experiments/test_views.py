@@ -79,7 +79,8 @@ def test_tells_what_planning_for_several_views_brings():
     text = views.EXPERIMENT.write_up(made_up()).text
     assert "for 2 subjects on 1,000 samples of each" in text
     assert (
-        "In at least 3 views 92.5 % of it is sharp if planned so, planned for one 72.5 %." in text
+        "In at least 3 views 92.5 % of the surface is sharp if planned so, planned for one 72.5 %."
+        in text
     )
     assert "92.5 % is sharp if planned for 1, and 52.5 % if planned for 5" in text
     assert "| q = 2 | 82.5 % | 92.5 % | 82.5 % | 62.5 % | 311.0 | 320.0 | 331.0 | 353.0 |" in text
@@ -88,7 +89,7 @@ def test_tells_what_planning_for_several_views_brings():
 def test_tells_it_of_one_subject_where_plans_are_missing():
     text = views.EXPERIMENT.write_up(made_up(("a",), (2, 3))).text
     assert "for 1 subject on" in text
-    assert "In at least 2 views 90.0 % of it is sharp if planned so." in text
+    assert "In at least 2 views 90.0 % of the surface is sharp if planned so." in text
 
 
 def test_draws_a_line_per_plan():
