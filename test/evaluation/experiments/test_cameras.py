@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-import dataclasses
 import math
 
 import numpy as np
@@ -16,9 +15,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from focus_planner import Lens, cylinder_rig, dome_rig, turntable_rig
-from focus_planner.core.rig.geometry import camera_positions
+from focus_planner import cylinder_rig, dome_rig
 from focus_planner.core.validation import InputError
+from focus_planner.evaluation.cylinders import aspect_ratio, cylinder_like
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import cameras
 from focus_planner.evaluation.experiments.methods import EM
@@ -31,61 +30,26 @@ def few(setting):
     return setting["cameras"] == 60 and setting["rows"] in {4, 5}
 
 
-def test_the_aspect_ratio_is_that_of_distances_on_the_cylinder():
-    positions = camera_positions(cylinder_rig(7, 24))
-    upward = positions[24, 2] - positions[0, 2]
-    angle = 2 * math.pi / 24
-    assert cameras.aspect_ratio(7, 24) == pytest.approx(upward / (0.75 * angle))
-    assert cameras.aspect_ratio(2, 12, 1.0, 1.0) == pytest.approx(12 / (2 * math.pi))
-
-
 @pytest.mark.parametrize("count", [60, 120, 240])
 def test_layouts_are_all_grids_of_sensible_ratios(count):
     found = {each["rows"] for each in cameras.layouts(count)}
     assert all(each["rows"] * each["columns"] == count for each in cameras.layouts(count))
     for rows in range(2, count + 1):
         whole = count % rows == 0
-        sensible = whole and 0.2 <= cameras.aspect_ratio(rows, count // rows) <= 7
+        sensible = whole and 0.2 <= aspect_ratio(rows, count // rows) <= 7
         assert (rows in found) == sensible
 
 
-def test_another_grid_has_the_same_cameras_on_the_same_cylinder():
-    lens = Lens(0.035, 6.0)
-    rig = cylinder_rig(3, 8, 0.9, 0.2, 1.1, lens=lens, frame_id="studio")
-    other, ratio = cameras.like(rig, 5, 12)
-    assert other == cylinder_rig(5, 12, 0.9, 0.2, 1.1, lens=lens, frame_id="studio")
-    assert ratio == pytest.approx(0.225 / (2 * math.pi * 0.9 / 12))
-
-
-def without_grid(rig):
-    return dataclasses.replace(rig, grid=None)
-
-
-def with_another_lens(rig):
-    first = dataclasses.replace(rig.cameras[0], lens=Lens(0.035, 6.0))
-    return dataclasses.replace(rig, cameras=(first, *rig.cameras[1:]))
-
-
-@pytest.mark.parametrize(
-    "rig",
-    [
-        dome_rig(),
-        turntable_rig(),
-        without_grid(RIG),
-        with_another_lens(RIG),
-        cylinder_rig(1, 12),
-    ],
-    ids=["dome", "turntable", "no grid", "lenses", "one row"],
-)
-def test_other_rigs_are_refused_with_what_to_do(rig):
-    with pytest.raises(InputError, match=r"rig: expected a cylinder .* leave out the experiment"):
+@pytest.mark.parametrize("rig", [dome_rig(), cylinder_rig(1, 12)], ids=["dome", "one row"])
+def test_other_rigs_are_refused(rig):
+    with pytest.raises(InputError, match="rig: expected a cylinder of equal cameras"):
         run(cameras.EXPERIMENT, subjects(rig), wanted=few)
 
 
 def test_costs_are_those_before_the_other_cylinder():
     by_name = {"ball": subjects()["ball"]}
     rows = run(cameras.EXPERIMENT, by_name, wanted=few).rows
-    rig, ratio = cameras.like(RIG, 4, 15)
+    rig, ratio = cylinder_like(RIG, 4, 15)
     subject = by_name["ball"].with_rig(rig)
     solution = EM.solve(subject.problem(CONDITIONS), rig)
     own = rows[(rows["rows"] == 4) & (rows["method"] == "EM")].iloc[0]
@@ -124,7 +88,7 @@ def test_finds_none_where_there_is_none(ratios, costs):
 def made_up(counts=(60, 120, 240), names=("a", "b"), best=1.2, two_view=-5.0):
     rows = [
         {"subject": name, **setting, "method": method,
-         "aspect_ratio": (ratio := cameras.aspect_ratio(setting["rows"], setting["columns"])),
+         "aspect_ratio": (ratio := aspect_ratio(setting["rows"], setting["columns"])),
          "cost": (cost := 600 - count + 50 * math.log(ratio / best) ** 2 + more + i),
          "fresh_cost": cost + 20}
         for i, name in enumerate(names)
