@@ -100,16 +100,30 @@ def _paragraph(results: Results) -> str:
     rows, samples = results.rows, results.conditions.samples
     subjects = rows["subject"].nunique()
     return (
-        f"{counted(len(rows), 'pair')} of cameras, drawn from those that see a common one of"
-        f" {samples:,} samples of {counted(subjects, 'subject')}, moved from EM's plan to their"
-        " best focus distances, one pair at a time. Overlap is the share of the samples seen by"
-        " either camera that both see. The paper sees a clear correlation of overlap and gain. With"
-        f" its step, which re-assigns only the pair's own samples,"
+        f"{counted(len(rows), 'pair')} of cameras before {counted(subjects, 'subject')}, drawn from"
+        f" those that see a common one of {samples:,} samples, moved from EM's plan to their best"
+        " focus distances, one pair at a time. Overlap is the share of the samples seen by either"
+        " camera that both see. The paper sees a clear correlation of overlap and gain. With its"
+        f" step, which re-assigns only the pair's own samples,"
         f" {percent(_gaining(rows, 'gain_assigned'))} of the pairs gain, and"
-        f" {_correlation(rows, 'gain_assigned')}. With the step that re-assigns all that the pair"
-        f" sees, {percent(_gaining(rows, 'gain'))} gain, and {_correlation(rows, 'gain')}: it may"
-        " gain even from moving one of the two, whatever it shares with the other, since EM moves"
-        " a camera only for the samples that it already has.\n"
+        f" {_correlation(rows, 'gain_assigned')}.{_extremes(rows)} With the step that re-assigns"
+        f" all that the pair sees, {percent(_gaining(rows, 'gain'))} gain, and"
+        f" {_correlation(rows, 'gain')}: it may gain even from moving one of the two, whatever it"
+        " shares with the other, since EM moves a camera only for the samples that it already"
+        " has.\n"
+    )
+
+
+def _extremes(rows: DataFrame) -> str:
+    """Return how many of the pairs gain by the paper's step that share most and least."""
+    least, most = _BIN_ENDS[1], _BIN_ENDS[-2]
+    apart, alike = rows[rows["overlap"] <= least], rows[rows["overlap"] > most]
+    if apart.empty or alike.empty:
+        return ""
+    return (
+        f" Of those with an overlap above {percent(most, 0)}"
+        f" {percent(_gaining(alike, 'gain_assigned'))} gain, of those with up to"
+        f" {percent(least, 0)} {percent(_gaining(apart, 'gain_assigned'))}."
     )
 
 

@@ -86,7 +86,8 @@ def made_up(names=("a", "b"), gains=(0.0, 0.0, 0.2, 0.4)):
 def test_tells_the_correlation():
     text = overlap.EXPERIMENT.write_up(made_up()).text
     assert "8 pairs of cameras" in text
-    assert "of 2 subjects" in text
+    assert "before 2 subjects, drawn" in text
+    assert "above 50 % 100.0 % gain, of those with up to 10 % 0.0 %." in text
     # Ranks 1, 2, 3, 4 beside 1.5, 1.5, 3, 4.
     rho = np.corrcoef([1, 2, 3, 4], [1.5, 1.5, 3, 4])[0, 1]
     assert f"50.0 % of the pairs gain, and Spearman's ρ is {rho:.2f}." in text
@@ -98,8 +99,14 @@ def test_tells_the_correlation():
 
 def test_a_negative_correlation_has_a_minus():
     text = overlap.EXPERIMENT.write_up(made_up(("a",), (0.4, 0.3, 0.2, 0.1))).text
-    assert "of 1 subject," in text
+    assert "before 1 subject," in text
     assert "ρ is −1.00" in text
+
+
+def test_says_nothing_of_overlaps_that_there_are_none_of():
+    results = made_up(("a",))
+    results.rows["overlap"] = [0.2, 0.3, 0.4, 0.45]
+    assert "Of those with an overlap" not in overlap.EXPERIMENT.write_up(results).text
 
 
 def test_draws_a_dot_per_pair_and_step():
