@@ -25,3 +25,8 @@ def percent(share: float, digits: int = 1) -> str:
     """Return ``−4.6 %`` for −0.046; a change that rounds to nothing has no sign."""
     text = f"{100 * share:.{digits}f}"
     return f"{text.removeprefix('-') if float(text) == 0 else text.replace('-', '−')} %"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return ``1 subject`` or ``1,200 subjects``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -103,6 +103,12 @@ def camera_tuples(
     return _with_shared_samples(problem, batched, batch_offsets, keep_going)
 
 
+def tuples_one_by_one(problem: Problem, cameras: IntArray) -> kernels.CameraTuples:
+    """Return these tuples, (T, k) cameras with cells, each a batch of its own."""
+    batch_offsets = np.arange(len(cameras) + 1)
+    return _with_shared_samples(problem, cameras.astype(np.int32), batch_offsets, lambda: True)
+
+
 def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph, Offsets]:
     """Return the graph of cameras that see a common sample, and for each edge how many they do."""
     cameras = problem.camera_count

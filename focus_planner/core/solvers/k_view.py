@@ -22,13 +22,20 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.problem.camera_tuples import Abandoned, camera_tuples
+from focus_planner.core.problem.camera_tuples import Abandoned, camera_tuples, tuples_one_by_one
 from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.options import Options
-from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
+from focus_planner.core.solvers.solution import (
+    Solution,
+    assign_samples,
+    cells_at,
+    finish_cells,
+    start_cells,
+)
+from focus_planner.core.validation import InputError
 
 # Shared samples between two calls of the callback, a fiftieth of a second's work. For triples a
 # sample counts once per block of cells of the third camera: bounds rule out most of them.
@@ -81,6 +88,46 @@ def solve(
     return solution
 
 
+def gains_of_pairs(
+    problem: Problem, focus: FloatArray, pairs: IntArray, scope: str = "all"
+) -> FloatArray:
+    """Return how much each pair of cameras gains by its exact best step, all others fixed.
+
+    Parameters
+    ----------
+    problem : Problem
+    focus : (C,) array
+        Metres. Every pair starts from them, and every camera holds all that the cell at its
+        distance holds.
+    pairs : (T, 2) array of int
+        Different cameras, each of which can hold some sample in focus.
+    scope : {"all", "assigned"}
+        As in :class:`Options`.
+
+    Returns
+    -------
+    (T,) array
+        By how much the cost falls, each sample being assigned to its cheapest camera before and
+        after.
+
+    Raises
+    ------
+    InputError
+        If a pair is not one.
+    """
+    able = np.diff(problem.cells.offsets)[pairs] > 0
+    unable = ~able.all(axis=1) | (pairs[:, 0] == pairs[:, 1])
+    if unable.any():
+        a, b = (problem.names[c] for c in pairs[np.argmax(unable)])
+        expected = "two different cameras that can each hold a sample in focus"
+        raise InputError("pairs", expected, f"{a!r} and {b!r}", "leave the pair out")
+    tuples = tuples_one_by_one(problem, pairs)
+    descent = Descent(problem, Options(k=2, scope=scope), tuples=tuples)
+    cell = cells_at(problem, focus)
+    gains = [cost_of_units(descent.gain_alone(cell, t)) for t in range(len(pairs))]
+    return np.array(gains)
+
+
 class Descent:
     """Descends on a problem's tuples from any choice of cells.
 
@@ -90,6 +137,8 @@ class Descent:
     options : Options
     keep_going : callable, optional
         Called while the tuples are set up; return False to raise :class:`Abandoned`.
+    tuples : CameraTuples, optional
+        Instead of those that the options call for.
 
     Attributes
     ----------
@@ -104,13 +153,19 @@ class Descent:
     units: int
 
     def __init__(
-        self, problem: Problem, options: Options, keep_going: Callable[[], bool] = lambda: True
+        self,
+        problem: Problem,
+        options: Options,
+        keep_going: Callable[[], bool] = lambda: True,
+        tuples: kernels.CameraTuples | None = None,
     ) -> None:
         cells = problem.cells
         self._problem = problem
         self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
-        self._tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
+        if tuples is None:
+            tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
+        self._tuples = tuples
         work = _work(problem, self._tuples)
         self._stops = _stops(self._tuples, work)
         batches = len(self._tuples.batch_offsets) - 1
@@ -143,6 +198,13 @@ class Descent:
                     return iteration, False
             if self.units == before_pass:
                 return iteration, True
+
+    def gain_alone(self, cell: IntArray, batch: int) -> int:
+        """Return by how many units the cost falls if only this batch takes its best step."""
+        self._start(cell.copy())
+        before = self.units
+        self._improve(batch, batch + 1)
+        return before - assign_samples(self._problem, self.cell)[1]
 
     def _start(self, cell: IntArray) -> None:
         problem, self.cell = self._problem, cell

@@ -8,6 +8,8 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
+import itertools
+
 import numpy as np
 import pytest
 from numba import config, get_num_threads
@@ -16,6 +18,8 @@ from focus_planner import Rig, cylinder_rig
 from focus_planner.core import kernels
 from focus_planner.core.kernels import compiling
 from focus_planner.core.solvers import Options, em, k_view
+from focus_planner.core.solvers.solution import cells_at, distances_of_cells
+from focus_planner.core.validation import InputError
 from testing import reference
 from testing.problems import (
     around,
@@ -153,3 +157,36 @@ def test_only_tuples_that_may_move_at_once_take_several_threads(monkeypatch):
     assert used(problem) == {config.NUMBA_NUM_THREADS}
     monkeypatch.setattr(k_view, "_SAMPLES_AT_ONCE", 1000)
     assert used(problem) == {1}
+
+
+@pytest.mark.parametrize("options", [{}, {"ties": True}, {"views": 2}, {"shots": 2}])
+def test_a_pair_gains_what_trying_all_its_distances_gains(options):
+    gained = 0.0
+    for seed in range(6):
+        problem = random_problem(seed, 10, 4, share=0.7, **options)
+        if (np.diff(problem.cells.offsets) == 0).any():
+            continue
+        cell = cells_at(problem, em.solve(problem).focus_distances)
+        focus = distances_of_cells(problem, cell)
+        pairs = np.array(list(itertools.combinations(range(problem.camera_count), 2)))[:8]
+        table = reference.table(problem)
+        before = reference.cost(table, focus)
+        everything = k_view.gains_of_pairs(problem, focus, pairs)
+        assigned = k_view.gains_of_pairs(problem, focus, pairs, "assigned")
+        for pair, gain, own in zip(pairs.tolist(), everything, assigned, strict=True):
+            best, _ = reference.best_step(table, focus, pair, "all")
+            assert gain == pytest.approx(before - best, abs=1e-8)
+            # What other samples gain by the pair's new distances comes on top.
+            kept, _ = reference.best_step(table, focus, pair, "assigned")
+            assert before - kept - 1e-8 <= own <= gain + 1e-8
+        gained += everything.sum()
+    assert gained > 1
+
+
+@pytest.mark.parametrize("pair", [[2, 2], [0, 4]])
+def test_a_camera_that_cannot_focus_makes_no_pair(pair):
+    problem = random_problem(1, 20, 5)
+    problem.focus_near[problem.camera_index == 4] = np.inf
+    problem.focus_far[problem.camera_index == 4] = -np.inf
+    with pytest.raises(InputError, match="pairs: expected two different cameras that can each"):
+        k_view.gains_of_pairs(problem, np.full(5, 0.6), np.array([[0, 1], pair]))
