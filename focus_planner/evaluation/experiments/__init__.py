@@ -11,9 +11,18 @@
 """The experiments: one per file, which is called as it is on the command line."""
 
 from focus_planner.evaluation.experiment import Experiment
-from focus_planner.evaluation.experiments import table1
+from focus_planner.evaluation.experiments import aperture, geometry, removal, table1, taped
 
 #: In the order in which the page has them.
-EXPERIMENTS: dict[str, Experiment] = {each.name: each for each in (table1.EXPERIMENT,)}
+EXPERIMENTS: dict[str, Experiment] = {
+    each.name: each
+    for each in (
+        table1.EXPERIMENT,
+        geometry.EXPERIMENT,
+        aperture.EXPERIMENT,
+        removal.EXPERIMENT,
+        taped.EXPERIMENT,
+    )
+}
 
 __all__ = ["EXPERIMENTS"]
