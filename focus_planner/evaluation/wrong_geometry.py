@@ -205,15 +205,20 @@ def with_rotation_error(rig: Rig, sigma: float, random: np.random.Generator) -> 
 
 
 def _vertex_normals(mesh: Mesh) -> FloatArray:
-    """Return (V, 3) outward normals, the mean of the triangles around by area; 0 where none is."""
-    count = len(mesh.vertices)
-    sums = np.zeros((count, 3))
+    """Return (V, 3) outward normals, the mean of the triangles around by area; 0 where none is.
+
+    Vertices at the same place share theirs, lest noise open cracks between their triangles.
+    """
+    places, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    corners = place.reshape(-1)[mesh.triangles]
+    sums = np.zeros_like(places)
     for corner, axis in product(range(3), range(3)):
         sums[:, axis] += np.bincount(
-            mesh.triangles[:, corner], mesh.cross_products[:, axis], count
+            corners[:, corner], mesh.cross_products[:, axis], len(places)
         )
     lengths = np.sqrt((sums**2).sum(axis=1))
-    return np.asarray(sums / np.where(lengths > 0, lengths, 1.0)[:, None])
+    normals = sums / np.where(lengths > 0, lengths, 1.0)[:, None]
+    return np.asarray(normals[place.reshape(-1)])
 
 
 def _outside_holes(

@@ -357,9 +357,13 @@ def _draw_failures(axes: Axes, alone: DataFrame) -> None:
         axes.set(xlabel="cameras, the most missed first", ylabel="cost of its failure")
         return
     grid = by_place.unstack("column")
-    image = axes.imshow(grid, origin="lower", cmap="Greens", aspect="auto", vmin=0)
+    rows, columns = grid.shape
+    extent = (0.5, columns + 0.5, 0.5, rows + 0.5)
+    image = axes.imshow(
+        grid, origin="lower", cmap="Greens", aspect="auto", vmin=0, extent=extent
+    )
     axes.set(xlabel="column", ylabel="row, from below")
-    axes.figure.colorbar(image, ax=axes, orientation="horizontal", label="cost of one's failure")
+    axes.figure.colorbar(image, ax=axes, orientation="horizontal", label="cost of a failure")
 
 
 EXPERIMENT = Experiment(

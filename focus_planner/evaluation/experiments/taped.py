@@ -193,7 +193,7 @@ def _of_presets(mean: DataFrame) -> str:
         f"{percent(mean.in_focus[plan].iloc[0])} with {plan.removeprefix(_BEST_OF).strip()}"
         for plan in found
     )
-    return f" Where each takes the best of some plans for as many others, it is {shares}."
+    return f" Where each takes the best of several plans, for as many others together, it is {shares}."
 
 
 def _table(mean: DataFrame) -> str:
