@@ -68,9 +68,7 @@ def written(experiment, results):
 def assert_same_for_any_threads(experiment, wanted=lambda _: True):
     """The same rows, bit for bit, whether kernels run in one thread or in two."""
     one, two = (
-        with_threads(
-            count, lambda: results_of(experiment, tiny_subjects(), wanted=wanted).rows
-        )
+        with_threads(count, lambda: results_of(experiment, tiny_subjects(), wanted=wanted).rows)
         for count in (1, 2)
     )
     pd.testing.assert_frame_equal(one, two, check_exact=True)

@@ -50,9 +50,7 @@ def noisy(scene: Scene, sigma: float, random: np.random.Generator) -> Surface:
         shift = sigma * smooth_noise(surface.vertices, NOISE_SPACING, random)
         vertices = surface.vertices + shift[:, None] * _vertex_normals(surface)
         kept = have_area(vertices, surface.triangles)
-        return Mesh(
-            vertices, surface.triangles[kept], vertex_importance=surface.vertex_importance
-        )
+        return Mesh(vertices, surface.triangles[kept], vertex_importance=surface.vertex_importance)
     samples = scene.sample(0, 0, "area")
     shift = sigma * smooth_noise(samples.points, NOISE_SPACING, random)
     return PointCloud(
@@ -213,9 +211,7 @@ def _vertex_normals(mesh: Mesh) -> FloatArray:
     corners = place.reshape(-1)[mesh.triangles]
     sums = np.zeros_like(places)
     for corner, axis in product(range(3), range(3)):
-        sums[:, axis] += np.bincount(
-            corners[:, corner], mesh.cross_products[:, axis], len(places)
-        )
+        sums[:, axis] += np.bincount(corners[:, corner], mesh.cross_products[:, axis], len(places))
     lengths = np.sqrt((sums**2).sum(axis=1))
     normals = sums / np.where(lengths > 0, lengths, 1.0)[:, None]
     return np.asarray(normals[place.reshape(-1)])

@@ -33,6 +33,7 @@ from focus_planner.evaluation.experiment import (
 )
 from focus_planner.evaluation.experiments.methods import CLOSEST, EM, TWO_VIEW_ALL
 from focus_planner.evaluation.markdown import percent, table
+from focus_planner.evaluation.means import mean_column, mean_rows
 from focus_planner.evaluation.subject import Subject, judge
 
 if TYPE_CHECKING:
@@ -70,11 +71,9 @@ def _measure(subjects: Sequence[Subject], _: Row, conditions: Conditions) -> Mea
 
 
 def _lenses(rig: Rig, f_number: float) -> tuple[Lens, ...]:
-    """Return every camera's lens at an f-number, with its circle of confusion or the one to assume."""
+    """Return every camera's lens at an f-number, with its circle of confusion or an assumed one."""
     return tuple(
-        lens_of_aperture(
-            camera.lens, f_number, camera.lens.circle_of_confusion, camera.intrinsics
-        )
+        lens_of_aperture(camera.lens, f_number, camera.lens.circle_of_confusion, camera.intrinsics)
         for camera in rig.cameras
     )
 
@@ -106,7 +105,7 @@ def _write_up(results: Results) -> WriteUp:
 def _paragraph(results: Results, mean: DataFrame) -> str:
     count = results.rows["subject"].nunique()
     subjects = "1 subject" if count == 1 else f"{count} subjects"
-    both = mean.loc["with diffraction"]
+    both = mean_rows(mean, "with diffraction")
     circle = 1e6 * both.circle_of_confusion.iloc[0]
     return (
         f"Plans for {subjects}, on {results.conditions.samples:,} samples, were judged on"
@@ -157,7 +156,7 @@ def _table(mean: DataFrame) -> str:
     )  # fmt: skip
     rows = []
     for f_number in _F_NUMBERS:
-        both, alone = (mean.loc[blur].loc[f_number] for blur in reversed(_WAVELENGTHS))
+        both, alone = (mean_rows(mean, blur, f_number) for blur in reversed(_WAVELENGTHS))
         told = both.loc[TWO_VIEW_ALL.name]
         shares = [
             f"{percent(both.in_focus[method.name])} ({percent(alone.in_focus[method.name])})"
@@ -182,7 +181,7 @@ def _draw(figure: Figure, mean: Series[float]) -> None:
     axes = figure.add_subplot()
     for method in _METHODS:
         for blur, style in (("with diffraction", ".-"), ("defocus alone", ":")):
-            share = 100 * mean[blur].xs(method.name, level="method")
+            share = 100 * mean_column(mean, blur).xs(method.name, level="method")
             label = f"{method.name}, {blur}"
             axes.plot(share.index, share, style, color=method.colour, label=label)
     axes.set_xscale("log")

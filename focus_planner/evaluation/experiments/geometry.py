@@ -28,6 +28,7 @@ from focus_planner.evaluation.experiment import (
 )
 from focus_planner.evaluation.experiments.methods import AVERAGE, CLOSEST, EM, TWO_VIEW_ALL
 from focus_planner.evaluation.markdown import percent, table
+from focus_planner.evaluation.means import mean_column, mean_row
 from focus_planner.evaluation.subject import Subject, judge
 from focus_planner.evaluation.wrong_geometry import (
     leaning,
@@ -161,7 +162,7 @@ def _paragraph(results: Results, mean: DataFrame) -> str:
     subjects = "1 subject" if count == 1 else f"{count} subjects"
     best, autofocus = _true(mean, TWO_VIEW_ALL.name), _true(mean, CLOSEST.name)
     losses = "; ".join(
-        _loss(mean, wrong, best.in_focus) for wrong in _ERRORS if wrong in mean.index.levels[0]
+        _loss(mean, wrong, best.in_focus) for wrong in _ERRORS if _measured(mean, wrong)
     )
     return (
         f"The paper leaves to the future what becomes of plans when the geometry is wrong. Here"
@@ -181,7 +182,11 @@ def _paragraph(results: Results, mean: DataFrame) -> str:
 
 def _true(mean: DataFrame, method: str) -> Series[float]:
     """Return what a method's plan on the truth is worth."""
-    return mean.loc[(_NOTHING, 0.0, method)]
+    return mean_row(mean, _NOTHING, 0.0, method)
+
+
+def _measured(mean: DataFrame | Series[float], wrong: str) -> bool:
+    return wrong in mean.index.get_level_values("wrong")
 
 
 def _loss(mean: DataFrame, wrong: str, in_focus: float) -> str:
@@ -206,14 +211,14 @@ def _number(value: float) -> str:
 def _where_autofocus_wins(mean: DataFrame, autofocus: float) -> str:
     """Return at which sizes autofocus holds more in focus than 2-view on wrong geometry."""
     wins = []
-    for wrong in _ERRORS:
+    for wrong, error in _ERRORS.items():
         of_method = mean[
             (mean.index.get_level_values("wrong") == wrong)
             & (mean.index.get_level_values("method") == TWO_VIEW_ALL.name)
         ]
         sizes = of_method[of_method.in_focus < autofocus].index.get_level_values("size")
         if len(sizes):
-            wins.append(f"{_TOLD[wrong]} of {_ERRORS[wrong].told.format(sizes.min())}")
+            wins.append(f"{_TOLD[wrong]} of {error.told.format(sizes.min())}")
     if not wins:
         return "At every size measured, 2-view on wrong geometry still holds more."
     return f"It holds more than 2-view from {', '.join(wins)} on."
@@ -232,20 +237,19 @@ def _table(mean: DataFrame) -> str:
 
 
 def _cells(mean: DataFrame, wrong: str, size: float) -> list[str]:
-    return [percent(mean.loc[(wrong, size, method.name)].in_focus) for method in _METHODS]
+    return [percent(mean_row(mean, wrong, size, method.name).in_focus) for method in _METHODS]
 
 
 def _draw(figure: Figure, mean: Series[float]) -> None:
+    truth = 100 * mean_column(mean, _NOTHING, 0.0)
     figure.set_layout_engine("constrained")
     axes = figure.subplots(2, 3, sharey=True).ravel()
     for place, (wrong, error) in zip(axes, _ERRORS.items(), strict=True):
-        if wrong in mean.index.levels[0]:
-            _draw_error(place, mean[wrong])
+        if _measured(mean, wrong):
+            _draw_error(place, mean_column(mean, wrong))
+        place.axhline(truth[CLOSEST.name], color=CLOSEST.colour, ls=":", label="autofocus")
         place.axhline(
-            100 * mean[_NOTHING][0.0][CLOSEST.name], color=CLOSEST.colour, ls=":", label="autofocus"
-        )
-        place.axhline(
-            100 * mean[_NOTHING][0.0][TWO_VIEW_ALL.name],
+            truth[TWO_VIEW_ALL.name],
             color=TWO_VIEW_ALL.colour,
             ls=":",
             label="2-view on the truth",

@@ -37,6 +37,7 @@ from focus_planner.evaluation.experiment import (
 )
 from focus_planner.evaluation.experiments.methods import CLOSEST, EM, TWO_VIEW_ALL
 from focus_planner.evaluation.markdown import percent, table
+from focus_planner.evaluation.means import mean_row, mean_rows
 from focus_planner.evaluation.subject import Subject, judge
 
 if TYPE_CHECKING:
@@ -261,7 +262,7 @@ def _halved(mean: DataFrame) -> str:
 def _few(mean: DataFrame) -> str:
     """Return with how few planned cameras as much is in focus as with all on autofocus."""
     autofocus = mean.in_focus[_LEAST_MISSED, _AUTOFOCUS, 1.0]
-    planned = mean.loc[_LEAST_MISSED].loc[_REPLANNED]
+    planned = mean_rows(mean, _LEAST_MISSED, _REPLANNED)
     enough = planned[planned.in_focus >= autofocus]
     if enough.empty:
         return f"Autofocus holds more with all cameras: {percent(autofocus)}."
@@ -277,7 +278,7 @@ def _one(alone: DataFrame) -> str:
     unnoticed = alone[alone.plan == _UNNOTICED]
     again = alone[alone.plan == _REPLANNED]
     same = unnoticed.merge(again, on=["subject", "camera"])
-    worst = unnoticed.loc[unnoticed.dearer.idxmax()]
+    worst = unnoticed.iloc[int(unnoticed.dearer.argmax())]
     return (
         f"A single camera that fails unnoticed raises the cost by {unnoticed.dearer.mean():.2f} on"
         f" average and blurs {percent(unnoticed.blurred.mean(), 2)} of the surface, at worst by"
@@ -292,7 +293,7 @@ def _rows_of_grid(alone: DataFrame) -> str:
     of_row = _by_place(alone, ["row"])
     if len(of_row) < 2:
         return ""
-    most, least = of_row.idxmax() + 1, of_row.idxmin() + 1
+    most, least = (of_row.index[int(at)] + 1 for at in (of_row.argmax(), of_row.argmin()))
     return (
         f" Of the {len(of_row)} rows of the grid, counted from below, cameras of row {most} are"
         f" missed most ({of_row.max():.2f} each), those of row {least} least ({of_row.min():.2f})."
@@ -313,9 +314,10 @@ def _table(mean: DataFrame) -> str:
     rows = []
     for share in _SHARES:
         planned, unnoticed, autofocus = (
-            mean.loc[(_LEAST_MISSED, plan, share)] for plan in (_REPLANNED, _UNNOTICED, _AUTOFOCUS)
+            mean_row(mean, _LEAST_MISSED, plan, share)
+            for plan in (_REPLANNED, _UNNOTICED, _AUTOFOCUS)
         )
-        random = mean.loc[(_AT_RANDOM, _REPLANNED, share)]
+        random = mean_row(mean, _AT_RANDOM, _REPLANNED, share)
         rows.append(
             [
                 f"{planned.cameras:.0f} ({percent(share)})",
@@ -339,7 +341,7 @@ def _draw(figure: Figure, mean: DataFrame, alone: DataFrame) -> None:
         (_LEAST_MISSED, _UNNOTICED, ".-", EM.colour),
         (_LEAST_MISSED, _AUTOFOCUS, ".-", CLOSEST.colour),
     ):
-        share = 100 * mean.in_focus.loc[way].loc[plan]
+        share = 100 * mean_rows(mean, way, plan).in_focus
         left.plot(100 * share.index, share, style, color=colour, label=f"{plan}, {way} removed")
     left.set(xlabel="cameras left, %", ylabel="in focus, % of the surface", ylim=(0, 100))
     left.invert_xaxis()
@@ -359,9 +361,7 @@ def _draw_failures(axes: Axes, alone: DataFrame) -> None:
     grid = by_place.unstack("column")
     rows, columns = grid.shape
     extent = (0.5, columns + 0.5, 0.5, rows + 0.5)
-    image = axes.imshow(
-        grid, origin="lower", cmap="Greens", aspect="auto", vmin=0, extent=extent
-    )
+    image = axes.imshow(grid, origin="lower", cmap="Greens", aspect="auto", vmin=0, extent=extent)
     axes.set(xlabel="column", ylabel="row, from below")
     axes.figure.colorbar(image, ax=axes, orientation="horizontal", label="cost of a failure")
 

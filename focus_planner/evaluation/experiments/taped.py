@@ -34,6 +34,7 @@ from focus_planner.evaluation.experiment import (
 )
 from focus_planner.evaluation.experiments.methods import CLOSEST, EM, TWO_VIEW_ALL
 from focus_planner.evaluation.markdown import percent, table
+from focus_planner.evaluation.means import mean_row, mean_rows
 from focus_planner.evaluation.subject import Subject, judge
 
 if TYPE_CHECKING:
@@ -115,9 +116,7 @@ def _sizes(most: int) -> Iterator[int]:
     return (number for number in _PLANNED_ON if number <= most)
 
 
-def _presets(
-    subjects: Sequence[Subject], presets: int, conditions: Conditions
-) -> list[FloatArray]:
+def _presets(subjects: Sequence[Subject], presets: int, conditions: Conditions) -> list[FloatArray]:
     """Return plans that subjects choose from, as :func:`plan_presets` finds them."""
     request = PlanRequest(
         method=TWO_VIEW_ALL.solver,
@@ -155,9 +154,9 @@ def _write_up(results: Results) -> WriteUp:
 def _paragraph(results: Results, mean: DataFrame) -> str:
     unseen = results.rows["unseen"].nunique()
     folds = results.rows["fold"].nunique()
-    taped = mean.loc[_TAPED]
+    taped = mean_rows(mean, _TAPED)
     most = int(taped.index.max())
-    own, autofocus = (mean.loc[(plan, 0)] for plan in (_OWN, _AUTOFOCUS))
+    own, autofocus = (mean_row(mean, plan, 0) for plan in (_OWN, _AUTOFOCUS))
     return (
         "Where cameras cannot be focused from a computer, a plan is taped to them once and serves"
         f" all who come. Plans were made by 2-view for up to {_subjects(most)} together, on"
@@ -193,14 +192,14 @@ def _of_presets(mean: DataFrame) -> str:
         f"{percent(mean.in_focus[plan].iloc[0])} with {plan.removeprefix(_BEST_OF).strip()}"
         for plan in found
     )
-    return f" Where each takes the best of several plans, for as many others together, it is {shares}."
+    return (
+        f" Where each takes the best of several plans, for as many others together, it is {shares}."
+    )
 
 
 def _table(mean: DataFrame) -> str:
     taped = [(_TAPED, number) for number in mean.loc[_TAPED].index]
-    presets = [
-        key for key in mean.index if key[0].startswith(_BEST_OF)
-    ]
+    presets = [key for key in mean.index if key[0].startswith(_BEST_OF)]
     rows = [
         [
             plan,
@@ -224,7 +223,7 @@ def _draw(figure: Figure, mean: DataFrame) -> None:
         if plan in mean.index.get_level_values("plan"):
             share = 100 * mean.in_focus[plan]
             axes.plot(share.index, share, marker, color=EM.colour, mfc="none", label=plan)
-    axes.set_xticks(_PLANNED_ON)
+    axes.set_xticks(taped.index)
     axes.set_ylim(0, 100)
     axes.set_xlabel("subjects that plans were made for")
     axes.set_ylabel("in focus, % of an unseen subject")

@@ -35,7 +35,9 @@ def test_the_ends_of_an_interval_are_blurred_by_the_circle_of_confusion(f_number
     depth = np.array([0.3, 0.65, 1.2, 3.0])
     near, far = sharp_interval(depth, lens_at(f_number))
     bounded = np.isfinite(far)
-    assert bounded[0] and (near < depth).all() and (far > depth).all()
+    assert bounded[0]
+    assert (near < depth).all()
+    assert (far > depth).all()
     assert blur(depth, near, f_number, GREEN) == pytest.approx(CIRCLE, rel=1e-9)
     assert blur(depth, far, f_number, GREEN)[bounded] == pytest.approx(CIRCLE, rel=1e-9)
     assert (blur(depth, (near + np.minimum(far, 99)) / 2, f_number, GREEN) < CIRCLE).all()
@@ -60,12 +62,14 @@ def test_nothing_is_sharp_whose_airy_disc_is_wider_than_the_circle():
     wide, narrow = lens_at(22.5), lens_at(22)
     assert (airy_diameter(depth, wide) > CIRCLE).all()
     near, far = sharp_interval(depth, wide)
-    assert np.isinf(near).all() and (far == -np.inf).all()
+    assert np.isinf(near).all()
+    assert (far == -np.inf).all()
     # Far away the magnification is small enough.
     near, far = sharp_interval(depth, narrow)
     sharp = airy_diameter(depth, narrow) <= CIRCLE
     assert 0 < sharp.sum() < len(depth)
-    assert (near[sharp] <= depth[sharp]).all() and (depth[sharp] <= far[sharp]).all()
+    assert (near[sharp] <= depth[sharp]).all()
+    assert (depth[sharp] <= far[sharp]).all()
 
 
 def test_airy_discs_are_those_of_the_textbook():
@@ -80,7 +84,8 @@ def test_only_what_the_lens_can_be_set_to_counts():
     near, far = sharp_interval(depth, free)
     within = (far >= 0.6) & (near <= 0.7)
     limited_near, limited_far = sharp_interval(depth, limited)
-    assert within.any() and not within.all()
+    assert within.any()
+    assert not within.all()
     assert limited_near[within].tolist() == np.maximum(near, 0.6)[within].tolist()
     assert limited_far[within].tolist() == np.minimum(far, 0.7)[within].tolist()
     assert np.isinf(limited_near[~within]).all()

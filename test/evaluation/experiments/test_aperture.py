@@ -114,7 +114,8 @@ def rows(planned, autofocus, subjects=("a",)):
 def test_the_best_apertures_are_written():
     planned = (0.4, 0.6, 0.7, 0.8, 0.9, 0.85, 0.5)
     text = written(EXPERIMENT, made_up(rows(planned, (0.1, 0.2, 0.3, 0.4, 0.5, 0.55, 0.45))))
-    assert "Plans for 1 subject, " in text and "confusion, 30.0 µm" in text
+    assert "Plans for 1 subject, " in text
+    assert "confusion, 30.0 µm" in text
     assert re.search(r"Autofocus \(\*closest\*\) holds most at f/16: 55\.0 %", text)
     assert "2-view, all samples holds most at f/11: 90.0 %" in text
     assert "Planned by 2-view, f/4 already holds 60.0 %" in text

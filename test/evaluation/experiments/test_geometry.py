@@ -57,7 +57,8 @@ def test_every_error_is_measured_at_every_size():
     assert counts["nothing"] == 2 * 2 * 4  # subjects, repetitions, methods
     assert counts[list(ERRORS)].tolist() == [16 * sizes for sizes in (5, 4, 5, 5, 4, 4)]
     text = written(EXPERIMENT, results)
-    assert "2 subjects" in text and "subject leaning, at the top" in text
+    assert "2 subjects" in text
+    assert "subject leaning, at the top" in text
 
 
 def test_rows_do_not_depend_on_threads():

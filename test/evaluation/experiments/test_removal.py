@@ -101,7 +101,7 @@ def test_rows_do_not_depend_on_threads():
 def test_a_rig_of_few_cameras_is_refused():
     (subject,) = tiny_subjects(count=1).values()
     few = replace(subject.rig, cameras=subject.rig.cameras[:3], grid=None)
-    with pytest.raises(InputError, match="rig of body_0.*at least 4 cameras.*3.*leave out"):
+    with pytest.raises(InputError, match=r"rig of body_0.*at least 4 cameras.*3.*leave out"):
         EXPERIMENT.measure([subject.with_rig(few)], {"removed": "at random"}, TINY)
 
 
