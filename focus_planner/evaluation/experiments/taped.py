@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,38 @@ _PRESETS = (2, 3)
 _AUTOFOCUS, _TAPED, _BEST_OF, _OWN = "autofocus", "one plan", "best of", "a plan of its own"
 
 
+@dataclass(frozen=True, eq=False)
+class _Unseen:
+    """A subject that plans are judged on.
+
+    Attributes
+    ----------
+    name : str
+    problem, fresh : Problem
+        To choose a plan on, and to judge it on.
+    """
+
+    name: str
+    problem: Problem
+    fresh: Problem
+
+    @classmethod
+    def of(cls, subject: Subject, conditions: Conditions) -> _Unseen:
+        """Return a subject with its problems."""
+        return cls(subject.name, subject.problem(conditions), subject.fresh_problem(conditions))
+
+    def row(self, plan: str, planned_on: int, plans: Sequence[FloatArray]) -> Row:
+        """Return a row: what the best of some plans, which the subject takes, is worth for it."""
+        quality = judge(self.fresh, min(plans, key=self.problem.cost))
+        return {
+            "plan": plan,
+            "planned_on": planned_on,
+            "unseen": self.name,
+            "fresh_cost": quality.cost.value,
+            "in_focus": quality.in_focus_area.value / float(self.fresh.samples.areas.sum()),
+        }
+
+
 def _tasks(names: Sequence[str], conditions: Conditions) -> Sequence[Task]:
     """Return the folds: each has some subjects to judge on, and plans are made for others.
 
@@ -76,19 +109,17 @@ def _tasks(names: Sequence[str], conditions: Conditions) -> Sequence[Task]:
 def _measure(subjects: Sequence[Subject], setting: Row, conditions: Conditions) -> Measured:
     _check_rigs(subjects)
     count = int(setting["judged"])
-    unseen, others = subjects[:count], subjects[count:]
-    fresh = {each.name: each.fresh_problem(conditions) for each in unseen}
+    others = subjects[count:]
+    unseen = [_Unseen.of(each, conditions) for each in subjects[:count]]
     rows: list[Row] = []
 
     def judge_all(plan: str, planned_on: int, plans: Sequence[FloatArray]) -> None:
-        for name, problem in fresh.items():
-            rows.append(_best_of(plan, planned_on, name, problem, plans))
+        rows.extend(each.row(plan, planned_on, plans) for each in unseen)
 
     for each in unseen:
-        problem, judged = each.problem(conditions), fresh[each.name]
         for plan, method in ((_AUTOFOCUS, CLOSEST), (_OWN, TWO_VIEW_ALL)):
-            focus = method.solve(problem, each.rig).focus_distances
-            rows.append(_best_of(plan, 0, each.name, judged, [focus]))
+            focus = method.solve(each.problem, subjects[0].rig).focus_distances
+            rows.append(each.row(plan, 0, [focus]))
     problems = [each.problem(conditions) for each in others]
     for number in _sizes(len(others)):
         joined = join_problems(problems[:number], [1.0] * number)
@@ -128,20 +159,6 @@ def _presets(subjects: Sequence[Subject], presets: int, conditions: Conditions) 
     scenes = [PlannedFor(each.scene, each.name) for each in subjects]
     plans = plan_presets(scenes, subjects[0].rig, presets, request).plans
     return [plan.focus_distances for plan in plans]
-
-
-def _best_of(
-    plan: str, planned_on: int, name: str, fresh: Problem, plans: Sequence[FloatArray]
-) -> Row:
-    """Return a row: what the best of some plans, which a subject takes, is worth for it."""
-    best = min((judge(fresh, focus) for focus in plans), key=lambda quality: quality.cost.value)
-    return {
-        "plan": plan,
-        "planned_on": planned_on,
-        "unseen": name,
-        "fresh_cost": best.cost.value,
-        "in_focus": best.in_focus_area.value / float(fresh.samples.areas.sum()),
-    }
 
 
 def _write_up(results: Results) -> WriteUp:
