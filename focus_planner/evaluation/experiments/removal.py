@@ -49,7 +49,7 @@ _SHARES = (1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25)
 _LEAST_MISSED, _AT_RANDOM, _EACH_ALONE = "least missed", "at random", "each alone"
 _REPLANNED, _UNNOTICED, _AUTOFOCUS = "replanned", "not replanned", "autofocus"
 # Of the failures of single cameras: so many are planned for again.
-_FAILURES = 24
+_FAILURES = 16
 _LEAST_CAMERAS = 4
 
 
