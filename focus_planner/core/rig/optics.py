@@ -234,6 +234,30 @@ def focus_interval(
     room = h - front
     nearest = back * (h + f) / (h + back)
     farthest = np.where(room > 0, front * (h - f) / np.where(room > 0, room, 1.0), np.inf)
+    held = front > f
+    return settable_interval(
+        np.where(held, nearest, np.inf), np.where(held, farthest, -np.inf), lens
+    )
+
+
+def settable_interval(
+    nearest: FloatArray, farthest: FloatArray, lens: Lens
+) -> tuple[FloatArray, FloatArray]:
+    """Return what the lens can be set to of each interval of focus distances.
+
+    For a lens with discrete distances, both ends are among them.
+
+    Parameters
+    ----------
+    nearest, farthest : (n,) arrays
+        Metres.
+    lens : Lens
+
+    Returns
+    -------
+    nearest, farthest : (n,) arrays
+        Metres; (inf, -inf) where nothing is left.
+    """
     least, most = lens.focus_limits
     nearest = np.maximum(nearest, least)
     farthest = np.minimum(farthest, most)
@@ -243,7 +267,7 @@ def focus_interval(
         last = np.searchsorted(settable, farthest, side="right") - 1
         nearest = np.where(first < len(settable), settable[first % len(settable)], np.inf)
         farthest = np.where(last >= 0, settable[last], -np.inf)
-    empty = ~(nearest <= farthest) | (front <= f)
+    empty = ~(nearest <= farthest)
     return np.where(empty, np.inf, nearest), np.where(empty, -np.inf, farthest)
 
 

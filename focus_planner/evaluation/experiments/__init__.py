@@ -12,11 +12,15 @@
 
 from focus_planner.evaluation.experiment import Experiment
 from focus_planner.evaluation.experiments import (
+    aperture,
     cameras,
     fresh,
+    geometry,
     optimum,
     overlap,
+    removal,
     table1,
+    taped,
     views,
 )
 
@@ -29,7 +33,11 @@ EXPERIMENTS: dict[str, Experiment] = {
         overlap.EXPERIMENT,
         optimum.EXPERIMENT,
         fresh.EXPERIMENT,
+        geometry.EXPERIMENT,
+        aperture.EXPERIMENT,
+        removal.EXPERIMENT,
         views.EXPERIMENT,
+        taped.EXPERIMENT,
     )
 }
 
