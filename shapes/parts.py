@@ -111,7 +111,7 @@ def _bracket(rng: Generator) -> Manifold:
 
 
 def _flange(rng: Generator) -> Manifold:
-    """Return a pipe flange: a disc with bolts, a collar and a neck, stiffened by ribs."""
+    """Return a pipe flange on a stand: a disc with bolts and a neck, stiffened by ribs."""
     radius, thickness = rng.uniform(0.4, 0.5), rng.uniform(0.05, 0.09)
     bore, wall = rng.uniform(0.12, 0.2), rng.uniform(0.03, 0.05)
     neck, foot = rng.uniform(0.2, 0.45), bore + wall + rng.uniform(0.02, 0.06)
@@ -125,7 +125,8 @@ def _flange(rng: Generator) -> Manifold:
     spots = ring(rod(1.7 * bolt, _THROUGH, (circle, 0.0, thickness - 0.012)), bolts)
     through = ring(_hole(bolt, circle, 0.0), bolts)
     solid = union([disc, face, cone, pipe, ribs.translate((0.0, 0.0, thickness))])
-    return solid - union([spots, through, _hole(bore, 0.0, 0.0)])
+    solid -= union([spots, through, _hole(bore, 0.0, 0.0)])
+    return solid + _stand(rng, radius, 0.8 * thickness)
 
 
 def _rib(thickness: float, foot: float, circle: float, neck: float) -> Manifold:
@@ -136,7 +137,7 @@ def _rib(thickness: float, foot: float, circle: float, neck: float) -> Manifold:
 
 
 def _gear(rng: Generator) -> Manifold:
-    """Return a spur gear: teeth, a web with holes or spokes, a hub with a bore and a keyway."""
+    """Return a spur gear on a stand: teeth, a web with holes, a hub with a bore and a keyway."""
     teeth, radius = int(rng.integers(18, 41)), rng.uniform(0.4, 0.5)
     depth = 2.25 * 2 * radius / (teeth + 2)
     face, web = rng.uniform(0.12, 0.22), rng.uniform(0.03, 0.06)
@@ -150,7 +151,8 @@ def _gear(rng: Generator) -> Manifold:
     cuts = [recess, recess.mirror((0.0, 0.0, 1.0)), ring(_hole(size, middle, 0.0), holes)]
     key = box((0.5 * bore, bore, _THROUGH), (0.0, bore, -_THROUGH / 2))
     gear = (body - union(cuts)) + shaft
-    return gear - union([_hole(bore, 0.0, 0.0), key])
+    gear -= union([_hole(bore, 0.0, 0.0), key])
+    return gear + _stand(rng, radius - depth, 0.5 * face).translate((0.0, 0.0, -0.25 * face))
 
 
 def _teeth(count: int, radius: float, depth: float) -> FloatArray:
@@ -162,11 +164,19 @@ def _teeth(count: int, radius: float, depth: float) -> FloatArray:
     return np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
 
 
+def _stand(rng: Generator, radius: float, thickness: float) -> Manifold:
+    """Return a post on a foot, below a disc of a radius around the origin; it is ``thickness``."""
+    height, width = rng.uniform(0.35, 0.5), rng.uniform(0.14, 0.24)
+    post = box((width, height, thickness), (0.0, 0.015 - radius - height / 2, 0.0))
+    foot = box((0.6, 0.05, 0.45), (0.0, 0.015 - radius - height, thickness / 2 - 0.225))
+    return post + foot
+
+
 def _housing(rng: Generator) -> Manifold:
     """Return a gearbox's housing: open pockets in front, a bearing, fins and feet behind."""
-    width, length, depth = rng.uniform(0.6, 0.75), rng.uniform(0.8, 1.15), rng.uniform(0.25, 0.4)
+    width, length, depth = rng.uniform(0.55, 0.7), rng.uniform(1.0, 1.3), rng.uniform(0.25, 0.4)
     wall = rng.uniform(0.03, 0.05)
-    columns, rows = int(rng.integers(1, 3)), int(rng.integers(2, 4))
+    columns, rows = int(rng.integers(1, 3)), int(rng.integers(2, 5))
     block = box((width, length, depth))
     size = ((width - wall) / columns - wall, (length - wall) / rows - wall)
     floors = rng.uniform(0.2, 0.6, columns * rows) * depth
@@ -184,7 +194,7 @@ def _housing(rng: Generator) -> Manifold:
         box((0.9 * width, 0.35 * wall, rng.uniform(0.05, 0.06)), (0.0, y, -0.05))
         for y in _spaced(0.42 * length, rng.integers(5, 10))
     ]
-    foot = box((width + 0.2, 0.06, depth + 0.1), (0.0, -length / 2 - 0.07, -0.05))
+    foot = box((width + 0.14, 0.06, depth + 0.1), (0.0, -length / 2 - 0.07, -0.05))
     bearing, along = rng.uniform(0.3, 0.38) * min(size), rng.uniform(0.2, 0.3) * length
     seat = rod(bearing + 0.04, 0.1, (0.0, along, -0.08))
     solid = union([block, flange, foot, *fins, seat]) - union([*pockets, *bolts])

@@ -48,12 +48,13 @@ def plant(seed: int, height: float = HEIGHT) -> Mesh:
         If the height is not a positive number.
     """
     rng = np.random.default_rng(seed)
-    solid = union([_pot(rng), *_FAMILIES[seed % len(_FAMILIES)](rng)])
+    solid = union(_FAMILIES[seed % len(_FAMILIES)](rng))
     return mesh(placed(solid, height))
 
 
 def _bush(rng: Generator) -> Iterator[Manifold]:
-    """Yield a stem, branches and their broad leaves."""
+    """Yield a pot, a stem, branches and their broad leaves."""
+    yield _pot(rng, 0.0)
     trunk = _path(rng, np.zeros(3), 90.0, 0.0, 1.15, 0.1)
     yield _stem(trunk, 0.022, 0.008)
     yield from _leaves(rng, trunk[len(trunk) // 2 :], 8)
@@ -76,7 +77,8 @@ def _leaves(rng: Generator, path: FloatArray, count: int) -> Iterator[Manifold]:
 
 
 def _rosette(rng: Generator) -> Iterator[Manifold]:
-    """Yield a short trunk and straps: inner ones steep, outer ones flat and hanging."""
+    """Yield a pot, a short trunk and straps: inner ones steep, outer ones flat and hanging."""
+    yield _pot(rng, rng.uniform(0.25, 0.45))
     trunk = _path(rng, np.zeros(3), 90.0, 0.0, rng.uniform(0.3, 0.5), 0.05)
     yield _stem(trunk, 0.035, 0.03)
     count = int(rng.integers(28, 43))
@@ -90,8 +92,9 @@ def _rosette(rng: Generator) -> Iterator[Manifold]:
 
 
 def _fern(rng: Generator) -> Iterator[Manifold]:
-    """Yield fronds: arching ribs with leaflets on either side."""
-    count = int(rng.integers(9, 14))
+    """Yield a pot and fronds: arching ribs with leaflets on either side."""
+    yield _pot(rng, rng.uniform(0.6, 0.9))
+    count = int(rng.integers(8, 12))
     for i in range(count):
         elevation = 60.0 + 28.0 * i / count
         length = rng.uniform(0.65, 0.85)
@@ -104,7 +107,7 @@ def _fern(rng: Generator) -> Iterator[Manifold]:
 
 def _leaflets(rng: Generator, rib: FloatArray) -> Iterator[Manifold]:
     """Yield pairs of leaflets along a rib, longest in its middle."""
-    pairs = int(rng.integers(9, 13))
+    pairs = int(rng.integers(8, 12))
     for place in np.linspace(0.15, 0.97, pairs):
         at = rib[int(place * (len(rib) - 1))]
         ahead = rib[-1] - rib[0]
@@ -178,15 +181,22 @@ def _stem(path: FloatArray, radius: float, end_radius: float) -> Manifold:
     return union(Manifold.batch_hull(knots[i : i + 2]) for i in range(len(knots) - 1))
 
 
-def _pot(rng: Generator) -> Manifold:
-    """Return a pot with soil just below z = 0."""
+def _pot(rng: Generator, stand: float) -> Manifold:
+    """Return a pot with soil just below z = 0, on a stand of a height."""
     height, rim = rng.uniform(0.18, 0.3), rng.uniform(0.12, 0.17)
-    foot = rim * rng.uniform(0.6, 0.85)
+    foot, ground = rim * rng.uniform(0.6, 0.85), -height - stand
     outline = [
-        *([0.0, -height], [foot, -height], [rim - 0.01, -0.02], [rim + 0.008, -0.02]),
-        *([rim + 0.008, 0.025], [rim - 0.012, 0.025], [rim - 0.012, -0.005], [0.0, -0.005]),
+        *([foot, -height], [rim - 0.01, -0.02], [rim + 0.008, -0.02], [rim + 0.008, 0.025]),
+        *([rim - 0.012, 0.025], [rim - 0.012, -0.005], [0.0, -0.005]),
     ]
-    return turned(np.array(outline)).refine_to_length(0.04)
+    base = [[0.0, ground]]
+    if stand:
+        base = [
+            *([0.0, ground], [1.3 * rim, ground], [1.3 * rim, ground + 0.03]),
+            *([0.35 * rim, ground + 0.06], [0.3 * rim, -height - 0.06]),
+            *([1.1 * rim, -height - 0.03], [1.1 * rim, -height]),
+        ]
+    return turned(np.array([*base, *outline])).refine_to_length(0.04)
 
 
 _FAMILIES = (_bush, _rosette, _fern)
