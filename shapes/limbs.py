@@ -62,24 +62,27 @@ class Melted:
     def __call__(self, points: FloatArray) -> FloatArray:
         """Return (n,) signed distances of (n, 3) points."""
         inside = self._each(points)[0] / self._softness
-        most = inside.max(axis=1)
-        blended: FloatArray = most + np.log(np.exp(inside - most[:, None]).sum(axis=1))
+        blended: FloatArray = np.logaddexp.reduce(inside, axis=1)
         return self._softness * blended
 
     def normals(self, points: FloatArray) -> FloatArray:
         """Return (n, 3) unit vectors outward, as if limbs were not tapered."""
-        inside, outward = self._each(points)
+        inside, away, distances = self._each(points)
         shares = np.exp((inside - inside.max(axis=1, keepdims=True)) / self._softness)
-        return _unit((shares[..., None] * outward).sum(axis=1))
+        return _unit(np.einsum("nl,nlk->nk", shares / np.maximum(distances, 1e-12), away))
 
-    def _each(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return (n, limbs) how far points are inside each limb, (n, limbs, 3) the way out."""
+    def _each(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return how far points are inside each limb, and the ways from its axis, with lengths.
+
+        They are (n, limbs), (n, limbs, 3) and (n, limbs). Called for one point at a time, it
+        takes what NumPy does with the fewest calls.
+        """
         offsets = points[:, None] - self._start
-        along = np.clip((offsets * self._axes).sum(axis=2) / self._squares, 0.0, 1.0)
+        along = np.einsum("nlk,lk->nl", offsets, self._axes) / self._squares
+        along = np.minimum(np.maximum(along, 0.0), 1.0)
         away = offsets - along[..., None] * self._axes
-        distances = np.sqrt((away**2).sum(axis=2))
-        inside = self._radii + along * self._growth - distances
-        return inside, away / np.maximum(distances, 1e-12)[..., None]
+        distances = np.sqrt(np.einsum("nlk,nlk->nl", away, away))
+        return self._radii + along * self._growth - distances, away, distances
 
 
 def sculpted(field: Melted, edge: float, pieces: int, heights: Field) -> Manifold:

@@ -22,6 +22,7 @@ from numpy.random import Generator
 
 from focus_planner import Mesh
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.validation import check_number
 from shapes.solids import HEIGHT, box, mesh, placed, prism, ring, rod, split, union, upright
 
 _PIECES = 56  # edges per height
@@ -48,6 +49,7 @@ def part(seed: int, height: float = HEIGHT) -> Mesh:
 
 def solid(seed: int, height: float = HEIGHT) -> Manifold:
     """Return the same part with as few triangles as its faces need."""
+    check_number("height", height, above=0)
     rng = np.random.default_rng(seed)
     return placed(upright(_FAMILIES[seed % len(_FAMILIES)](rng)), height)
 

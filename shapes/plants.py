@@ -25,6 +25,7 @@ from numpy.random import Generator
 
 from focus_planner import Mesh
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.validation import check_number
 from shapes.solids import HEIGHT, mesh, placed, turned, union
 
 _THICKNESS = 0.003  # of leaves
@@ -47,6 +48,7 @@ def plant(seed: int, height: float = HEIGHT) -> Mesh:
     InputError
         If the height is not a positive number.
     """
+    check_number("height", height, above=0)
     rng = np.random.default_rng(seed)
     solid = union(_FAMILIES[seed % len(_FAMILIES)](rng))
     return mesh(placed(solid, height))

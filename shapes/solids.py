@@ -19,7 +19,6 @@ from manifold3d import CrossSection, Manifold, OpType
 
 from focus_planner import Mesh
 from focus_planner.core.arrays import FloatArray
-from focus_planner.core.validation import check_number
 
 #: Metres: what the default rig takes.
 HEIGHT = 1.6
@@ -82,13 +81,7 @@ def placed(solid: Manifold, height: float) -> Manifold:
     height : float
         Metres. The solid is scaled to be as large as this and the ``WIDTH`` that goes with it let
         it be.
-
-    Raises
-    ------
-    InputError
-        If the height is not a positive number.
     """
-    check_number("height", height, above=0)
     solid = max(solid.decompose(), key=Manifold.volume)
     x, y, z, right, back, top = solid.bounding_box()
     solid = solid.translate((-(x + right) / 2, -(y + back) / 2, -z))

@@ -21,11 +21,12 @@ from numpy.random import Generator
 
 from focus_planner import Mesh
 from focus_planner.core.arrays import FloatArray
+from focus_planner.core.validation import check_number
 from shapes.limbs import Field, Limb, Melted, sculpted, waves
 from shapes.solids import HEIGHT, Vector, mesh, placed, split, turned, union
 
 _SOFTNESS = 0.012  # metres, of figures
-_EDGE = 0.04  # of the grid that finds their surface
+_EDGE = 0.042  # of the grid that finds their surface
 _PIECES = 80  # edges per height, of plinths
 
 
@@ -44,6 +45,7 @@ def statue(seed: int, height: float = HEIGHT) -> Mesh:
     InputError
         If the height is not a positive number.
     """
+    check_number("height", height, above=0)
     rng = np.random.default_rng(seed)
     solid = _bust(rng) if seed % 2 else _figure(rng, draped=seed % 4 == 2)
     return mesh(split(placed(solid, height), height, _PIECES))
