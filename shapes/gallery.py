@@ -13,12 +13,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
 from focus_planner import Mesh, load_surface
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.io.bodies import body
+from shapes.files import save
 
 # The gear has an outer diameter of 240 mm.
 _TEETH = 24
@@ -141,3 +143,8 @@ def _with_area(vertices: FloatArray, triangles: IntArray) -> Mesh:
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return Mesh(vertices, triangles[areas > 1e-12])
+
+
+if __name__ == "__main__":
+    save(gear(), Path("gear.ply"))
+    save(statue(), Path("statue.ply"))
