@@ -53,7 +53,7 @@ def _make(options: argparse.Namespace) -> None:
     makers = [KINDS[check_choice("KIND", kind, tuple(KINDS))] for kind in options.kinds]
     check_whole("--count", options.count, 1, _MOST)
     check_whole("--seed", options.seed, 0, _MOST)
-    check_number("--height", options.height, above=0)
+    check_number("--height", options.height, at_least=0.001, at_most=1000)
     options.output.mkdir(parents=True, exist_ok=True)
     for make in makers:
         for seed in range(options.seed, options.seed + options.count):

@@ -27,7 +27,7 @@ WIDTH = 0.5625
 Vector = tuple[float, float, float]
 
 _SEGMENTS = 72  # of circles that are turned
-# Shorter edges are collapsed before edges are split: Booleans leave some.
+# Edges that Booleans have left shorter are collapsed, where that keeps the shape.
 _SHORTEST = 1e-5  # of the height
 
 
@@ -91,7 +91,7 @@ def placed(solid: Manifold, height: float) -> Manifold:
 
 
 def split(solid: Manifold, height: float, pieces: int) -> Manifold:
-    """Return a solid with edges split to ``height / pieces``, metres, and none much shorter."""
+    """Return a solid with edges split to about ``height / pieces``, metres."""
     return solid.simplify(_SHORTEST * height).refine_to_length(height / pieces)
 
 

@@ -42,8 +42,8 @@ def test_a_file_is_the_subject_that_python_makes(tmp_path):
         (["part"], "KIND: expected one of parts, statues, plants, got 'part'; did you mean parts?"),
         (["parts", "--count", "0"], "--count: expected a whole number of at least 1, got 0"),
         (["parts", "--seed", "-1"], "--seed: expected a whole number of at least 0, got -1"),
-        (["parts", "--height", "0"], "--height: expected a number above 0, got 0"),
-        (["parts", "--height", "nan"], "--height: expected a number above 0, got nan"),
+        (["parts", "--height", "0"], "--height: expected a number of at least 0.001, got 0"),
+        (["parts", "--height", "nan"], "--height: expected a number of at least 0.001, got nan"),
     ],
 )
 def test_bad_input_is_told_in_a_line_before_anything_is_made(tmp_path, capsys, words, reason):
