@@ -23,9 +23,10 @@ from rich.console import Console
 from figures.browser import Views, picture_report
 from figures.places import GALLERY
 from figures.program import focus_planner
-from figures.shapes import gear, save, statue
 from focus_planner import Mesh, load_surface
 from focus_planner.io.bodies import body
+from shapes.files import save
+from shapes.gallery import gear, statue
 
 # Pictures of textured surfaces are many times larger as PNG.
 _WEBP_QUALITY = 85

@@ -8,7 +8,7 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Subjects of the gallery that are no bodies: a gear with a hub, and a statue on a plinth."""
+"""Those of the gallery: a gear with a hub that lies flat, and a body on a plinth."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from focus_planner import Mesh, load_surface
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.io.bodies import body
+from shapes.files import save
 
 # The gear has an outer diameter of 240 mm.
 _TEETH = 24
@@ -143,11 +143,6 @@ def _with_area(vertices: FloatArray, triangles: IntArray) -> Mesh:
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return Mesh(vertices, triangles[areas > 1e-12])
-
-
-def save(mesh: Mesh, path: Path) -> None:
-    """Write a subject as a file for the planner."""
-    trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(path)
 
 
 if __name__ == "__main__":
