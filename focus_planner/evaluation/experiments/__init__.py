@@ -13,10 +13,15 @@
 from focus_planner.evaluation.experiment import Experiment
 from focus_planner.evaluation.experiments import (
     cameras,
+    convergence,
     fresh,
+    initialisation,
+    k,
     optimum,
     overlap,
+    rings,
     table1,
+    table2,
     views,
 )
 
@@ -25,8 +30,13 @@ EXPERIMENTS: dict[str, Experiment] = {
     each.name: each
     for each in (
         table1.EXPERIMENT,
+        table2.EXPERIMENT,
         cameras.EXPERIMENT,
         overlap.EXPERIMENT,
+        rings.EXPERIMENT,
+        k.EXPERIMENT,
+        initialisation.EXPERIMENT,
+        convergence.EXPERIMENT,
         optimum.EXPERIMENT,
         fresh.EXPERIMENT,
         views.EXPERIMENT,
