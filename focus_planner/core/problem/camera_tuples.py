@@ -59,13 +59,14 @@ def camera_tuples(
     scope: str,
     grid: Grid | None,
     keep_going: Callable[[], bool] = lambda: True,
+    rings: int = 1,
 ) -> kernels.CameraTuples:
     """Return the k-tuples of cameras to optimise jointly: connected sets of k neighbours.
 
-    Neighbours are those on the grid. Without a grid, each camera's neighbours are those with which
-    it shares most samples. Cameras that cannot hold any sample in focus are left out. With several
-    shots per camera, the shots of one camera are neighbours, and so are the i-th shots of
-    neighbouring cameras.
+    Neighbours are those on the grid, at most ``rings`` of its edges apart. Without a grid, each
+    camera's neighbours are those with which it shares most samples. Cameras that cannot hold any
+    sample in focus are left out. With several shots per camera, the shots of one camera are
+    neighbours, and so are the i-th shots of neighbouring cameras.
 
     Parameters
     ----------
@@ -79,6 +80,8 @@ def camera_tuples(
     grid : Grid, optional
     keep_going : callable
         Called about every 20 ms, by the work done; return False to stop.
+    rings : int
+        At least 1; used only with a grid.
 
     Raises
     ------
@@ -86,9 +89,10 @@ def camera_tuples(
         If ``keep_going`` returned False.
     """
     overlap, shared = _overlaps(problem, keep_going)
-    edges = (
-        _grid_edges(grid) if grid is not None else _overlap_edges(overlap, shared, problem.shots)
-    )
+    if grid is not None:
+        edges = _grid_pairs(grid, rings)
+    else:
+        edges = _overlap_edges(overlap, shared, problem.shots)
     graph = _graph(problem.camera_count, _shot_edges(edges, problem.camera_count, problem.shots))
     cameras = graph.edges() if k == 2 else _triples(graph)
     cell_counts = np.diff(problem.cells.offsets)
@@ -154,11 +158,16 @@ def _shot_edges(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[n
     return np.concatenate([alike.reshape(-1, 2), of_each.reshape(-1, 2)])
 
 
-def _grid_edges(grid: Grid) -> NDArray[np.int64]:
+def _grid_pairs(grid: Grid, rings: int) -> NDArray[np.int64]:
+    """Return (E, 2) the pairs of cameras that are at most ``rings`` edges of the grid apart."""
     index = np.arange(grid.rows * grid.columns).reshape(grid.rows, grid.columns)
-    upward = np.stack([index[:-1].ravel(), index[1:].ravel()], axis=1)
-    around = np.stack([index.ravel(), np.roll(index, -1, axis=1).ravel()], axis=1)
-    return np.concatenate([upward, around])
+    found = []
+    for up in range(min(rings, grid.rows - 1) + 1):
+        lower, upper = index[: grid.rows - up], index[up:]
+        for around in range(up - rings, rings - up + 1):
+            turned = np.roll(upper, -around, axis=1)
+            found.append(np.stack([lower.ravel(), turned.ravel()], axis=1))
+    return np.concatenate(found)
 
 
 def _graph(cameras: int, edges: NDArray[np.int64]) -> _Graph:

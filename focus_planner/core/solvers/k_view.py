@@ -164,7 +164,9 @@ class Descent:
         self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
         if tuples is None:
-            tuples = camera_tuples(problem, options.k, options.scope, options.grid, keep_going)
+            tuples = camera_tuples(
+                problem, options.k, options.scope, options.grid, keep_going, options.rings
+            )
         self._tuples = tuples
         work = _work(problem, self._tuples)
         self._stops = _stops(self._tuples, work)
@@ -188,16 +190,31 @@ class Descent:
 
     def run(self, cell: IntArray, on_progress: ProgressCallback) -> tuple[int, bool]:
         """Descend from these cells; return the number of steps and whether it has converged."""
-        self._start(cell)
         iteration = 0
-        while True:
-            before_pass = self.units
-            for units in self._take_pass():
+        for steps in self.passes(cell):
+            for units in steps:
                 iteration += 1
                 if not on_progress(Progress(self._stage, iteration, cost_of_units(units))):
                     return iteration, False
-            if self.units == before_pass:
-                return iteration, True
+        return iteration, True
+
+    def passes(self, cell: IntArray) -> Iterator[Iterator[int]]:
+        """Descend from these cells pass by pass, up to the first pass that gains nothing.
+
+        In a pass every tuple takes its best step. It is taken by iterating over it, to its end,
+        before the next pass is asked for.
+
+        Yields
+        ------
+        iterator of int
+            The cost in units every now and then, and at the end of the pass.
+        """
+        self._start(cell)
+        gained = True
+        while gained:
+            before_pass = self.units
+            yield self._take_pass()
+            gained = self.units != before_pass
 
     def gain_alone(self, cell: IntArray, batch: int) -> int:
         """Return by how many units the cost falls if only this batch takes its best step."""

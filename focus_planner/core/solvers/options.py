@@ -32,6 +32,8 @@ class Options:
     grid : Grid, optional
         Take the tuples from the cameras' neighbourhood on this grid; by default, from the overlap
         of what they see.
+    rings : int
+        How many edges of the grid there are at most between neighbours.
     start : (C,) array, optional
         Focus distances to start from, metres; by default, and where NaN, the closest depths.
     gap : float
@@ -44,6 +46,7 @@ class Options:
     k: int = 2
     scope: str = "all"
     grid: Grid | None = None
+    rings: int = 1
     start: FloatArray | None = None
     gap: float = 1e-6
     prices: FloatArray | None = None

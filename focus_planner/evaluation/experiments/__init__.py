@@ -14,12 +14,17 @@ from focus_planner.evaluation.experiment import Experiment
 from focus_planner.evaluation.experiments import (
     aperture,
     cameras,
+    convergence,
     fresh,
     geometry,
+    initialisation,
+    k,
     optimum,
     overlap,
     removal,
+    rings,
     table1,
+    table2,
     taped,
     views,
 )
@@ -29,8 +34,13 @@ EXPERIMENTS: dict[str, Experiment] = {
     each.name: each
     for each in (
         table1.EXPERIMENT,
+        table2.EXPERIMENT,
         cameras.EXPERIMENT,
         overlap.EXPERIMENT,
+        rings.EXPERIMENT,
+        k.EXPERIMENT,
+        initialisation.EXPERIMENT,
+        convergence.EXPERIMENT,
         optimum.EXPERIMENT,
         fresh.EXPERIMENT,
         geometry.EXPERIMENT,

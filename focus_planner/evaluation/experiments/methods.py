@@ -42,10 +42,13 @@ class Method:
     on_grid: bool = False
     k: int = 2
 
+    def options(self, rig: Rig) -> Options:
+        """Return its solver's options for problems of this rig."""
+        return Options(self.k, self.scope, rig.grid if self.on_grid else None)
+
     def solve(self, problem: Problem, rig: Rig) -> Solution:
         """Return the method's solution of a problem of this rig."""
-        grid = rig.grid if self.on_grid else None
-        return SOLVERS[self.solver](problem, Options(self.k, self.scope, grid))
+        return SOLVERS[self.solver](problem, self.options(rig))
 
 
 CLOSEST = Method("closest", "#9aa3ab", "closest")

@@ -50,6 +50,33 @@ def test_small_grids_have_no_double_edges_nor_loops(grid, count):
     assert tuples.cameras.shape == (count, 2)
 
 
+def edges_apart(grid):
+    """How many edges of the grid there are between each two cameras, by walking them."""
+    count = grid.rows * grid.columns
+    apart = np.full((count, count), count)
+    for row, column in itertools.product(range(grid.rows), range(grid.columns)):
+        here = row * grid.columns + column
+        apart[here, here] = 0
+        beside = [row * grid.columns + (column + 1) % grid.columns]
+        beside += [here + grid.columns] if row + 1 < grid.rows else []
+        for there in beside:
+            if there != here:
+                apart[here, there] = apart[there, here] = 1
+    for via in range(count):
+        apart = np.minimum(apart, apart[:, via, None] + apart[None, via])
+    return apart
+
+
+@pytest.mark.parametrize("rings", [1, 2, 3, 9])
+@pytest.mark.parametrize("grid", [Grid(3, 6), Grid(4, 3), Grid(1, 7), Grid(5, 1), Grid(2, 2)])
+def test_neighbours_on_the_grid_are_up_to_so_many_edges_apart(grid, rings):
+    problem = random_problem(0, 60, grid.rows * grid.columns)
+    found = camera_tuples(problem, 2, "all", grid, rings=rings).cameras
+    near = np.triu(edges_apart(grid) <= rings, 1)
+    assert {tuple(sorted(pair)) for pair in found.tolist()} == set(map(tuple, np.argwhere(near)))
+    assert len(found) == near.sum()
+
+
 def test_without_a_grid_the_neighbours_are_the_strongest_overlaps():
     problem = random_problem(1, 80, 9, share=0.3)
     shared = overlaps(problem)

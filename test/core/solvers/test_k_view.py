@@ -17,8 +17,9 @@ from numba import config, get_num_threads
 from focus_planner import Rig, cylinder_rig
 from focus_planner.core import kernels
 from focus_planner.core.kernels import compiling
+from focus_planner.core.problem.cells import cost_of_units
 from focus_planner.core.solvers import Options, em, k_view
-from focus_planner.core.solvers.solution import cells_at, distances_of_cells
+from focus_planner.core.solvers.solution import cells_at, distances_of_cells, start_cells
 from focus_planner.core.validation import InputError
 from testing import reference
 from testing.problems import (
@@ -111,6 +112,32 @@ def test_steps_start_where_em_ends():
         last_em = [progress for progress in log if progress.stage == "em"][-1]
         first = next(progress for progress in log if progress.stage == "k_view")
         assert first.cost <= min(last_em.cost, em.solve(problem).cost) + 1e-9
+
+
+@pytest.mark.parametrize("scope", ["all", "assigned"])
+def test_a_descent_is_its_passes_one_after_the_other(scope, monkeypatch):
+    monkeypatch.setattr(k_view, "_SAMPLES_BETWEEN_CALLS", 500)
+    problem = problem_of(body(), cylinder_rig(), 300)
+    start = start_cells(problem, em.solve(problem).focus_distances)
+    descent, log = k_view.Descent(problem, Options(scope=scope)), []
+    steps = descent.run(start.copy(), lambda progress: not log.append(progress.cost))
+    cell, units = descent.cell, descent.units
+    passes = [[cost_of_units(each) for each in taken] for taken in descent.passes(start.copy())]
+    assert len(passes) >= 2
+    assert min(map(len, passes)) > 1
+    assert [cost for taken in passes for cost in taken] == log
+    assert steps == (len(log), True)
+    assert passes[-1][-1] == passes[-2][-1] < passes[0][0]
+    assert descent.units == units
+    np.testing.assert_array_equal(descent.cell, cell)
+
+
+def test_pairs_reach_as_far_as_the_rings():
+    rig = cylinder_rig()
+    problem = problem_of(body(), rig, 1000)
+    one, two = (k_view.solve(problem, Options(grid=rig.grid, rings=r)).cost for r in (1, 2))
+    assert one != two
+    assert two == pytest.approx(one, rel=0.005)
 
 
 def test_a_single_camera_is_left_to_em():
