@@ -16,12 +16,12 @@ import pytest
 from focus_planner import InputError, Lens, cylinder_rig
 from focus_planner.core.rig.optics import depth_of_field, hyperfocal_distance
 from focus_planner.evaluation.experiments.aperture import EXPERIMENT
-from testing.tiny_evaluations import (
-    TINY,
+from testing.evaluations import (
+    CONDITIONS,
     assert_same_for_any_threads,
+    ellipsoids,
     made_up,
-    results_of,
-    tiny_subjects,
+    run,
     written,
 )
 
@@ -47,9 +47,9 @@ def blur(depth, focus, f_number, wavelength):
     ("name", "wavelength"), [("defocus alone", 0.0), ("with diffraction", 550e-9)]
 )
 def test_what_closest_holds_is_what_the_textbook_says(name, wavelength):
-    (subject,) = tiny_subjects(given_circle(CIRCLE), count=1).values()
-    rows = results_of(EXPERIMENT, {"body_0": subject}).rows
-    problem, fresh = subject.problem(TINY), subject.fresh_problem(TINY)
+    (subject,) = ellipsoids(given_circle(CIRCLE), count=1).values()
+    rows = run(EXPERIMENT, {"body_0": subject}).rows
+    problem, fresh = subject.problem(CONDITIONS), subject.fresh_problem(CONDITIONS)
     focus = np.full(problem.camera_count, np.inf)
     np.minimum.at(focus, problem.camera_index, problem.depth)
     for f_number in F_NUMBERS:
@@ -73,7 +73,7 @@ def test_what_closest_holds_is_what_the_textbook_says(name, wavelength):
 
 
 def test_nothing_is_sharp_once_the_airy_disc_is_too_wide():
-    results = results_of(EXPERIMENT, tiny_subjects())
+    results = run(EXPERIMENT, ellipsoids())
     both = results.rows[results.rows.blur == "with diffraction"]
     assert (both[both.f_number == 22].in_focus == 0).all()
     assert (both[both.f_number == 22].airy_diameter > 29.3e-6).all()
@@ -86,11 +86,13 @@ def test_rows_do_not_depend_on_threads():
 
 
 def test_a_circle_that_no_lens_has_is_refused():
-    (subject,) = tiny_subjects(count=1).values()
+    (subject,) = ellipsoids(count=1).values()
     lens = Lens(0.002, 1.0, circle_of_confusion=9e-4)
     cameras = tuple(replace(each, lens=lens) for each in subject.rig.cameras)
     with pytest.raises(InputError, match="circle of confusion is probably too large"):
-        EXPERIMENT.measure([subject.with_rig(replace(subject.rig, cameras=cameras))], {}, TINY)
+        EXPERIMENT.measure(
+            [subject.with_rig(replace(subject.rig, cameras=cameras))], {}, CONDITIONS
+        )
 
 
 def rows(planned, autofocus, subjects=("a",)):

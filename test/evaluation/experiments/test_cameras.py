@@ -22,7 +22,7 @@ from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import cameras
 from focus_planner.evaluation.experiments.methods import EM
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, RIG, run, subjects
+from testing.evaluations import CONDITIONS, RIG, run, subjects
 from testing.problems import with_threads
 
 

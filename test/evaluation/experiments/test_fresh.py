@@ -17,7 +17,7 @@ from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import fresh
 from focus_planner.evaluation.experiments.methods import AVERAGE, TWO_VIEW_ALL
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, run, subjects
+from testing.evaluations import CONDITIONS, run, subjects
 from testing.problems import with_threads
 
 

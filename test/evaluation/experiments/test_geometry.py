@@ -18,12 +18,12 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.solvers import closest
 from focus_planner.evaluation.experiments.geometry import EXPERIMENT
 from focus_planner.evaluation.wrong_geometry import noisy, with_position_error
-from testing.tiny_evaluations import (
-    TINY,
+from testing.evaluations import (
+    CONDITIONS,
     assert_same_for_any_threads,
+    ellipsoids,
     made_up,
-    results_of,
-    tiny_subjects,
+    run,
     written,
 )
 
@@ -33,8 +33,8 @@ METHODS = ("closest", "average", "EM", "2-view, all samples")
 
 @pytest.mark.parametrize("wrong", ["depth", "positions"])
 def test_plans_on_what_is_wrong_are_judged_on_what_is_true(wrong):
-    (subject,) = tiny_subjects(count=1).values()
-    rows = results_of(EXPERIMENT, {"body_0": subject}, wanted=lambda s: s["wrong"] == wrong).rows
+    (subject,) = ellipsoids(count=1).values()
+    rows = run(EXPERIMENT, {"body_0": subject}, wanted=lambda s: s["wrong"] == wrong).rows
     row = rows[(rows["size"] == 20) & (rows.repetition == 1) & (rows.method == "closest")].iloc[0]
     random = np.random.default_rng([3, 1, ERRORS.index(wrong)])
     scene, rig = subject.scene, subject.rig
@@ -42,7 +42,7 @@ def test_plans_on_what_is_wrong_are_judged_on_what_is_true(wrong):
         scene = Scene(noisy(scene, 0.02, random))
     else:
         rig = with_position_error(rig, 0.02, random)
-    asked = PlanRequest(samples=120, seed=4, fresh_samples=300)
+    asked = PlanRequest(samples=150, seed=4, fresh_samples=400)
     focus = closest.solve(formulate_problem(scene, rig, asked)).focus_distances
     true = replace(asked, seed=3)
     fresh = formulate_problem(subject.scene, subject.rig, true, fresh=True)
@@ -52,7 +52,7 @@ def test_plans_on_what_is_wrong_are_judged_on_what_is_true(wrong):
 
 
 def test_every_error_is_measured_at_every_size():
-    results = results_of(EXPERIMENT, tiny_subjects(), replace(TINY, samples=60, judged=100))
+    results = run(EXPERIMENT, ellipsoids(), replace(CONDITIONS, samples=60, judged=100))
     counts = results.rows.groupby("wrong").size()
     assert counts["nothing"] == 2 * 2 * 4  # subjects, repetitions, methods
     assert counts[list(ERRORS)].tolist() == [16 * sizes for sizes in (5, 4, 5, 5, 4, 4)]

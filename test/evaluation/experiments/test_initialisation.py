@@ -13,9 +13,15 @@ import pytest
 
 from focus_planner.core.solvers import Options, em, k_view
 from focus_planner.evaluation.experiments import initialisation
-from testing.evaluation_subjects import CONDITIONS, run, subjects
+from testing.evaluations import (
+    CONDITIONS,
+    assert_same_for_any_threads,
+    made_up,
+    run,
+    subjects,
+    written,
+)
 from testing.problems import random_problem
-from testing.write_ups import assert_same_for_any_threads, made_up, written
 
 SOLVERS = {
     "EM": (em.solve, "all", False),

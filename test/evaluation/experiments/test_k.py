@@ -13,8 +13,14 @@ import pytest
 from focus_planner.core.solvers import Options, k_view
 from focus_planner.evaluation.experiments import k
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, run, subjects
-from testing.write_ups import assert_same_for_any_threads, made_up, written
+from testing.evaluations import (
+    CONDITIONS,
+    assert_same_for_any_threads,
+    made_up,
+    run,
+    subjects,
+    written,
+)
 
 
 def test_rows_are_the_solvers_results():

@@ -18,7 +18,7 @@ from focus_planner.evaluation.experiments import optimum
 from focus_planner.evaluation.experiments.methods import EM
 from focus_planner.evaluation.subject import judge
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, run, subjects
+from testing.evaluations import CONDITIONS, run, subjects
 from testing.problems import with_threads
 
 

@@ -18,7 +18,7 @@ from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import overlap
 from focus_planner.evaluation.experiments.methods import EM
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, run, subjects
+from testing.evaluations import CONDITIONS, run, subjects
 from testing.problems import random_problem, with_threads
 
 

@@ -16,15 +16,15 @@ from focus_planner import InputError, dome_rig
 from focus_planner.core import kernels
 from focus_planner.evaluation.experiments.methods import TWO_VIEW_ALL
 from focus_planner.evaluation.experiments.removal import EXPERIMENT, missed
-from testing.problems import random_problem
-from testing.tiny_evaluations import (
-    TINY,
+from testing.evaluations import (
+    CONDITIONS,
     assert_same_for_any_threads,
+    ellipsoids,
     made_up,
-    results_of,
-    tiny_subjects,
+    run,
     written,
 )
+from testing.problems import random_problem
 
 
 def without(problem, focus, camera):
@@ -49,11 +49,11 @@ def test_cameras_are_missed_by_as_much_as_their_failure_costs(seed):
 
 
 def test_the_least_missed_camera_goes_first():
-    (subject,) = tiny_subjects(count=1).values()
-    rows = results_of(
+    (subject,) = ellipsoids(count=1).values()
+    rows = run(
         EXPERIMENT, {"body_0": subject}, wanted=lambda s: s["removed"] == "least missed"
     ).rows
-    problem, fresh = subject.problem(TINY), subject.fresh_problem(TINY)
+    problem, fresh = subject.problem(CONDITIONS), subject.fresh_problem(CONDITIONS)
     focus = TWO_VIEW_ALL.solve(problem, subject.rig).focus_distances
     taken = focus.copy()
     for _ in range(2):  # an eighth of twelve cameras, rounded
@@ -71,7 +71,7 @@ def test_the_least_missed_camera_goes_first():
 
 
 def test_failures_of_each_camera_are_measured_and_written():
-    results = results_of(EXPERIMENT, tiny_subjects())
+    results = run(EXPERIMENT, ellipsoids())
     alone = results.rows[results.rows.removed == "each alone"]
     assert (alone.groupby("subject").size() == 1 + 12 + 12).all()
     unnoticed = alone[(alone.plan == "not replanned") & (alone.camera != "")]
@@ -87,7 +87,7 @@ def test_failures_of_each_camera_are_measured_and_written():
 def test_rigs_without_a_grid_are_taken_as_well():
     rig = dome_rig(8, radius=0.7)
     assert rig.grid is None
-    results = results_of(EXPERIMENT, tiny_subjects(rig, count=1), replace(TINY, samples=60))
+    results = run(EXPERIMENT, ellipsoids(rig, count=1), replace(CONDITIONS, samples=60))
     assert (results.rows["row"] == -1).all()
     text = written(EXPERIMENT, results)
     assert "From the rigs of 1 subject " in text
@@ -99,10 +99,10 @@ def test_rows_do_not_depend_on_threads():
 
 
 def test_a_rig_of_few_cameras_is_refused():
-    (subject,) = tiny_subjects(count=1).values()
+    (subject,) = ellipsoids(count=1).values()
     few = replace(subject.rig, cameras=subject.rig.cameras[:3], grid=None)
     with pytest.raises(InputError, match=r"rig of body_0.*at least 4 cameras.*3.*leave out"):
-        EXPERIMENT.measure([subject.with_rig(few)], {"removed": "at random"}, TINY)
+        EXPERIMENT.measure([subject.with_rig(few)], {"removed": "at random"}, CONDITIONS)
 
 
 def rows():

@@ -16,8 +16,14 @@ from focus_planner.core.solvers import Options, k_view
 from focus_planner.evaluation.experiment import Conditions
 from focus_planner.evaluation.experiments import table2
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, run, subjects
-from testing.write_ups import assert_same_for_any_threads, made_up, written
+from testing.evaluations import (
+    CONDITIONS,
+    assert_same_for_any_threads,
+    made_up,
+    run,
+    subjects,
+    written,
+)
 
 SETTINGS = [{"samples": 128, "sampling": sampling} for sampling in (0, 7)]
 

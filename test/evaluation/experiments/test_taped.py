@@ -15,13 +15,13 @@ import pytest
 from focus_planner import InputError, plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.evaluation.experiments.taped import EXPERIMENT
-from testing.tiny_evaluations import (
-    TINY,
+from testing.evaluations import (
+    CONDITIONS,
+    RIG,
     assert_same_for_any_threads,
+    ellipsoids,
     made_up,
-    results_of,
-    small_rig,
-    tiny_subjects,
+    run,
     written,
 )
 
@@ -31,7 +31,7 @@ from testing.tiny_evaluations import (
 )
 def test_folds_judge_on_subjects_that_no_plan_was_made_for(count, judged, folds):
     names = [f"subject_{number}" for number in range(count)]
-    tasks = EXPERIMENT.tasks(names, TINY)
+    tasks = EXPERIMENT.tasks(names, CONDITIONS)
     assert len(tasks) == folds
     unseen = []
     for task in tasks:
@@ -42,22 +42,26 @@ def test_folds_judge_on_subjects_that_no_plan_was_made_for(count, judged, folds)
 
 
 def test_tasks_take_no_more_subjects_of_four_hundred():
-    tasks = EXPERIMENT.tasks([str(number) for number in range(400)], TINY)
+    tasks = EXPERIMENT.tasks([str(number) for number in range(400)], CONDITIONS)
     assert [len(set(task.subjects)) for task in tasks] == [16] * 4
     assert len({name for task in tasks for name in task.subjects[:4]}) == 16
-    assert tasks == EXPERIMENT.tasks([str(number) for number in range(400)], TINY)
+    assert tasks == EXPERIMENT.tasks([str(number) for number in range(400)], CONDITIONS)
 
 
 def test_a_plan_for_several_is_what_plan_focus_makes_for_them():
-    subjects = tiny_subjects(count=4)
-    results = results_of(EXPERIMENT, subjects, wanted=lambda setting: setting["fold"] == 0)
-    task = EXPERIMENT.tasks(list(subjects), TINY)[0]
+    subjects = ellipsoids(count=4)
+    results = run(EXPERIMENT, subjects, wanted=lambda setting: setting["fold"] == 0)
+    task = EXPERIMENT.tasks(list(subjects), CONDITIONS)[0]
     first, *others = (subjects[name] for name in task.subjects)
     request = PlanRequest(
-        method="k_view", samples=TINY.samples, seed=TINY.seed, fresh_samples=2, bound="none"
+        method="k_view",
+        samples=CONDITIONS.samples,
+        seed=CONDITIONS.seed,
+        fresh_samples=2,
+        bound="none",
     )
     plan = plan_focus([each.scene for each in others[:2]], first.rig, request)
-    fresh = first.fresh_problem(TINY)
+    fresh = first.fresh_problem(CONDITIONS)
     costs, best = fresh.evaluate(plan.focus_distances)
     rows = results.rows
     row = rows[(rows.plan == "one plan") & (rows.planned_on == 2)].iloc[0]
@@ -67,8 +71,8 @@ def test_a_plan_for_several_is_what_plan_focus_makes_for_them():
 
 
 def test_of_presets_the_best_counts():
-    subjects = tiny_subjects(count=6)
-    results = results_of(EXPERIMENT, subjects)
+    subjects = ellipsoids(count=6)
+    results = run(EXPERIMENT, subjects)
     rows = results.rows.set_index(["plan", "planned_on", "unseen"]).fresh_cost.sort_index()
     assert set(results.rows.plan) == {
         "autofocus", "a plan of its own", "one plan", "best of 2", "best of 3",
@@ -81,7 +85,7 @@ def test_of_presets_the_best_counts():
 
 
 def test_two_subjects_are_enough():
-    results = results_of(EXPERIMENT, tiny_subjects())
+    results = run(EXPERIMENT, ellipsoids())
     assert set(results.rows.planned_on) == {0, 1}
     text = written(EXPERIMENT, results)
     assert "One plan made for 1 subject holds" in text
@@ -94,15 +98,15 @@ def test_rows_do_not_depend_on_threads():
 
 def test_a_single_subject_is_refused():
     with pytest.raises(InputError, match=r"subjects: expected at least 2.*got 1; give more"):
-        EXPERIMENT.tasks(["alone"], TINY)
+        EXPERIMENT.tasks(["alone"], CONDITIONS)
 
 
 def test_subjects_before_different_rigs_are_refused():
-    one, other = tiny_subjects().values()
-    rig = small_rig()
+    one, other = ellipsoids().values()
+    rig = RIG
     other = other.with_rig(replace(rig, cameras=rig.cameras[:6], grid=None))
     with pytest.raises(InputError, match=r"rigs.*the same one.*body_1 before another than body_0"):
-        EXPERIMENT.measure([one, other], {"fold": 0, "judged": 1}, TINY)
+        EXPERIMENT.measure([one, other], {"fold": 0, "judged": 1}, CONDITIONS)
 
 
 def rows(sizes, presets=()):

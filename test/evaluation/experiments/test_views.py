@@ -19,7 +19,7 @@ from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import views
 from focus_planner.evaluation.experiments.methods import TWO_VIEW_ALL
 from testing import reference
-from testing.evaluation_subjects import CONDITIONS, RIG, run, subjects
+from testing.evaluations import CONDITIONS, RIG, run, subjects
 from testing.problems import with_threads
 
 
