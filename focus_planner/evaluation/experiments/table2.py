@@ -117,8 +117,8 @@ def growth(seconds: Mapping[int, float]) -> float | None:
 def _paragraph(results: Results, found: DataFrame) -> str:
     rows, counts = results.rows, sorted({found.index.min(), found.index.max()})
     asked = (
-        "2-view as in the paper, with pairs on the grid and the samples assigned to them, planned"
-        f" for {counted(rows['subject'].nunique(), 'subject')} on"
+        "2-view as in the paper, with neighbouring cameras as pairs and the samples assigned to"
+        f" them, planned for {counted(rows['subject'].nunique(), 'subject')} on"
         f" {counted(rows['sampling'].nunique(), 'sampling')} each of"
         f" {' to '.join(f'{count:,}' for count in counts)} samples, in one thread. All plans of a"
         f" subject were judged on the same {results.conditions.judged:,} others. "
