@@ -1,0 +1,415 @@
+# Copyright 2026 focus_planner developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0
+# Unless required by applicable law or agreed to in writing, software distributed under the License
+# is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express
+# or implied. See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""What an evaluation takes: a folder of surfaces or of recorded runs becomes its subjects.
+
+A source is what one machine has, files; a parcel is what it sends to others, who unpack a subject.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.notes import Note
+from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.surface import Surface
+from focus_planner.core.validation import InputError, first_few
+from focus_planner.evaluation.placing import (
+    UNITS,
+    Place,
+    Placing,
+    box_of,
+    find_unit,
+    find_up,
+    notes_on,
+    rig_centre,
+)
+from focus_planner.evaluation.recorded import subjects_in_run
+from focus_planner.evaluation.subject import Subject
+from focus_planner.evaluation.subject_files import SubjectFile, subject_files
+from focus_planner.io.files import is_there, read_bytes
+from focus_planner.io.rigs import rig_to_yaml
+from focus_planner.io.surface_files import surface_files
+from focus_planner.io.surfaces import load_surface
+
+# Of a data set, to find which axis is up.
+_TRIED = 5
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the files of an evaluation are to be taken.
+
+    Attributes
+    ----------
+    rig : Rig, optional
+        By default each run's own, and for surfaces that of the paper.
+    up : str, optional
+        The axis that is up in the files; found by default.
+    unit : {"m", "cm", "mm"}, optional
+        Of the files; found by default.
+    place : {"as_is", "centred"}, optional
+        By default surfaces are centred before the paper's rig, and left as they are before another.
+    most : int, optional
+        How many subjects to take, spread over all by their names.
+    """
+
+    rig: Rig | None = None
+    up: str | None = None
+    unit: str | None = None
+    place: Place | None = None
+    most: int | None = None
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """A subject on its way to another machine: the content of its files, and what to do with it.
+
+    Attributes
+    ----------
+    name : str
+    files : mapping of str to bytes
+    recipe : Recipe
+    """
+
+    name: str
+    files: Mapping[str, bytes]
+    recipe: Recipe
+
+    def unpack(self) -> Subject:
+        """Return the subject.
+
+        Raises
+        ------
+        InputError
+            If its files cannot be read, which whoever packed it could.
+        """
+        with _unpacked(self.files) as folder:
+            subject = self.recipe.subject(self.name, folder / next(iter(self.files)))
+            return _without_folder(subject, folder)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A subject's files.
+
+    Attributes
+    ----------
+    name : str
+        Unique within an evaluation.
+    digest : str
+        SHA-256 of all that decides what the subject is: its files' content, its rig, its place.
+    path : Path
+    recipe : Recipe
+    """
+
+    name: str
+    digest: str
+    path: Path
+    recipe: Recipe
+
+    def pack(self) -> Parcel:
+        """Return the parcel to send; for machines that have the files.
+
+        Raises
+        ------
+        InputError
+            If they cannot be read any more, or changed since.
+        """
+        files = self.recipe.files(self.path)
+        if _digest(files, self.recipe) != self.digest:
+            raise InputError(
+                str(self.path), "the file that was there when the evaluation began", "another one"
+            )
+        return Parcel(self.name, files, self.recipe)
+
+
+@dataclass(frozen=True)
+class Recipe(ABC):
+    """How files become a subject."""
+
+    @abstractmethod
+    def files(self, path: Path) -> dict[str, bytes]:
+        """Return the content of the files that are needed, the one to read first."""
+
+    @abstractmethod
+    def subject(self, name: str, path: Path) -> Subject:
+        """Return the subject of a file."""
+
+    @abstractmethod
+    def text(self) -> str:
+        """Return all that the subject depends on beside the files."""
+
+
+@dataclass(frozen=True)
+class SurfaceRecipe(Recipe):
+    """How the file of a surface becomes a subject.
+
+    Attributes
+    ----------
+    rig : Rig
+    placing : Placing
+    notes : tuple of Note
+    """
+
+    rig: Rig
+    placing: Placing
+    notes: tuple[Note, ...]
+
+    def files(self, path: Path) -> dict[str, bytes]:
+        """Return the content of its files, without textures."""
+        return surface_files(path)
+
+    def subject(self, name: str, path: Path) -> Subject:
+        """Return the surface before the rig."""
+        surface = self.placing.apply(load_surface(path, looks=False))
+        return Subject(name, surface, self.rig, (*surface.notes, *self.notes))
+
+    def text(self) -> str:
+        """Return the rig and the surface's place."""
+        return f"{self.placing}\n{rig_to_yaml(self.rig)}"
+
+
+@dataclass(frozen=True)
+class RunRecipe(Recipe):
+    """How a recorded run becomes a subject.
+
+    Attributes
+    ----------
+    rig : Rig or None
+        None for the run's own.
+    which : str
+        The subject's name in the run.
+    """
+
+    rig: Rig | None
+    which: str
+
+    def files(self, path: Path) -> dict[str, bytes]:
+        """Return the content of the run's MCAP file."""
+        file = next(iter(sorted(path.glob("*.mcap")))) if path.is_dir() else path
+        return {file.name: read_bytes(file, "a recorded run")}
+
+    def subject(self, name: str, path: Path) -> Subject:
+        """Return the surface of the run before its rig, or the other one."""
+        surfaces, rig = subjects_in_run(path)
+        surface = surfaces[self.which]
+        return Subject(name, surface, self.rig or rig, surface.notes)
+
+    def text(self) -> str:
+        """Return the rig, if it is not the run's own, and which subject it is."""
+        return f"{self.which}\n{rig_to_yaml(self.rig) if self.rig else ''}"
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found.
+
+    Attributes
+    ----------
+    sources : tuple of Source
+        Sorted by name.
+    notes : tuple of Note
+        What was assumed of all, and what was left out.
+    """
+
+    sources: tuple[Source, ...]
+    notes: tuple[Note, ...] = ()
+
+
+def find_sources(
+    data: Path,
+    options: Options = Options(),
+    on_progress: Callable[[int, int], object] = lambda _done, _all: None,
+) -> Found:
+    """Return the sources in a folder of surfaces and of recorded runs, or of a single one.
+
+    All are read once, so that what is broken is told before the work begins.
+
+    Parameters
+    ----------
+    data : Path
+    options : Options
+    on_progress : callable, optional
+        Called with the number of files that are read, and of all; may raise to end it.
+
+    Raises
+    ------
+    InputError
+        If there is nothing that can be read, or the options do not fit what there is.
+    """
+    if not is_there(data):
+        raise InputError(str(data), "a folder of meshes or of recorded runs", "no such folder")
+    files = _spread(subject_files(data), options.most)
+    if not files:
+        expected = "at least one mesh, point cloud or recorded run in it or below"
+        raise InputError(str(data), expected, "none")
+    _check(options, files)
+    reading = _Reading(options)
+    for done, file in enumerate(files):
+        on_progress(done, len(files))
+        reading.read(file)
+    on_progress(len(files), len(files))
+    found = reading.found()
+    if not found.sources:
+        raise InputError(str(data), "at least one subject that can be read", reading.left_out[0])
+    return replace(found, notes=(*found.notes, *_on_versions(files)))
+
+
+def _spread(files: Sequence[SubjectFile], most: int | None) -> list[SubjectFile]:
+    """Return so many, spread evenly: neighbours are often the same person."""
+    if most is None or most >= len(files):
+        return list(files)
+    return [files[index * len(files) // most] for index in range(most)]
+
+
+def _check(options: Options, files: Sequence[SubjectFile]) -> None:
+    """Raise if options are given that apply to nothing."""
+    if any(not file.is_run for file in files):
+        return
+    for name in ("up", "unit", "place"):
+        if getattr(options, name) is not None:
+            expected = "surfaces from files: those of recorded runs are in the rig's frame"
+            raise InputError(f"--{name}", expected, "only recorded runs", "leave it out")
+
+
+class _Reading:
+    """Reads all files, and finds what they have in common.
+
+    Attributes
+    ----------
+    left_out : list of str
+        What cannot be read, and why.
+    """
+
+    def __init__(self, options: Options) -> None:
+        self._options = options
+        self._runs = list[Source]()
+        self.left_out = list[str]()
+        self._boxes = dict[str, FloatArray]()
+        self._paths = dict[str, Path]()
+
+    def read(self, file: SubjectFile) -> None:
+        """Read a file; what cannot be read is left out."""
+        try:
+            if file.is_run:
+                self._runs += self._sources_of_run(file)
+            else:
+                self._boxes[file.name] = box_of(load_surface(file.path, looks=False))
+                self._paths[file.name] = file.path
+        except InputError as error:
+            self.left_out.append(f"{file.path}: {_why(error, file.path)}")
+
+    def _sources_of_run(self, file: SubjectFile) -> Iterator[Source]:
+        names, _ = subjects_in_run(file.path)
+        for which in names:
+            name = f"{file.name}/{which}" if len(names) > 1 else file.name
+            yield _source(name, file.path, RunRecipe(self._options.rig, which))
+
+    def found(self) -> Found:
+        """Return the sources, and what was assumed."""
+        notes = tuple(Note("left_out", f"left out: {what}") for what in self.left_out)
+        if not self._paths:
+            return Found((*self._runs,), notes)
+        rig, placing, assumed = self._placed()
+        recipe = SurfaceRecipe(rig, placing, assumed)
+        sources = [_source(name, path, recipe) for name, path in self._paths.items()]
+        ordered = sorted([*sources, *self._runs], key=lambda source: source.name)
+        return Found((*ordered,), (*assumed, *notes))
+
+    def _placed(self) -> tuple[Rig, Placing, tuple[Note, ...]]:
+        """Return the rig, how all surfaces come before it, and what was assumed for that."""
+        options = self._options
+        rig = options.rig or cylinder_rig()
+        place = options.place or ("as_is" if options.rig else "centred")
+        unit = options.unit or find_unit(self._boxes, rig)
+        centre = rig_centre(rig) if place == "centred" else None
+        placing = Placing(options.up or "z", UNITS[unit], centre)
+        if options.up is None:
+            placing = replace(placing, up=find_up(self._tried(), placing, rig))
+        notes = notes_on(
+            placing,
+            unit,
+            up_found=options.up is None,
+            unit_found=options.unit is None,
+            moves=any(map(placing.moves, self._boxes.values())),
+        )
+        return rig, placing, notes
+
+    def _tried(self) -> list[Surface]:
+        paths = list(self._paths.values())
+        step = max(len(paths) // _TRIED, 1)
+        return [load_surface(path, looks=False) for path in paths[::step][:_TRIED]]
+
+
+def _source(name: str, path: Path, recipe: Recipe) -> Source:
+    return Source(name, _digest(recipe.files(path), recipe), path, recipe)
+
+
+def _digest(files: Mapping[str, bytes], recipe: Recipe) -> str:
+    digest = hashlib.sha256(recipe.text().encode())
+    for name, content in files.items():
+        digest.update(f"\n{Path(name).suffix} {len(content)}\n".encode())
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def _why(error: InputError, path: Path) -> str:
+    """Return what is wrong, without the path once more."""
+    return str(error).removeprefix(f"{path}: ")
+
+
+def _on_versions(files: Sequence[SubjectFile]) -> tuple[Note, ...]:
+    """Return a note on subjects of which there is more than one version."""
+    several = [file for file in files if file.others]
+    if not several:
+        return ()
+    first = several[0]
+    return (
+        Note(
+            "left_out",
+            f"of {len(several)} subjects there are several versions; the whole, finest one is"
+            f" taken, such as {first.path.name}, not {first_few([p.name for p in first.others])}",
+        ),
+    )
+
+
+# --- parcels -----------------------------------------------------------------------------------
+
+
+@contextmanager
+def _unpacked(files: Mapping[str, bytes]) -> Iterator[Path]:
+    """Yield a folder with the files, for as long as the block runs."""
+    with TemporaryDirectory(prefix="focus_planner_") as name:
+        folder = Path(name)
+        for file, content in files.items():
+            path = folder / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        yield folder
+
+
+def _without_folder(subject: Subject, folder: Path) -> Subject:
+    """Return the subject without the name of a folder that nobody else has."""
+
+    def told(notes: tuple[Note, ...]) -> tuple[Note, ...]:
+        return tuple(Note(each.code, each.text.replace(f"{folder}/", "")) for each in notes)
+
+    surface = replace(subject.surface, notes=told(subject.surface.notes))
+    return replace(subject, surface=surface, notes=told(subject.notes))
