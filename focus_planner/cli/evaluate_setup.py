@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from focus_planner.core.validation import first_few
@@ -31,15 +32,17 @@ ALL = "all"
 
 
 def setup_of(options: argparse.Namespace, experiments: Sequence[Experiment], found: Found) -> Setup:
-    """Return what was asked for, and where it runs."""
+    """Return what was asked for, now and before, and where the evaluation began."""
     from focus_planner.evaluation.setup import Setup
 
-    return Setup(
+    begun = Setup.load(options.output) if Setup.is_in(options.output) else Setup()
+    return replace(
+        begun,
         command=_command(options, experiments),
-        about=options.about,
+        about=options.about or begun.about,
         rig=_rig_in_words(options, found.sources),
         notes=tuple(note.text for note in found.notes),
-        workers=_workers_in_words(options),
+        workers=_workers_in_words(options) if begun == Setup() else begun.workers,
     )
 
 
@@ -66,10 +69,12 @@ def _rig_in_words(options: argparse.Namespace, sources: Sequence[Source]) -> str
 
 
 def _command(options: argparse.Namespace, experiments: Sequence[Experiment]) -> str:
-    """Return what to type to have the same results again."""
+    """Return what to type to have all results in the folder again."""
     from focus_planner.evaluation.experiments import EXPERIMENTS
 
-    names = [ALL] if len(experiments) == len(EXPERIMENTS) else [each.name for each in experiments]
+    asked = {each.name for each in experiments}
+    names = [name for name in EXPERIMENTS if name in asked or (options.output / name).is_dir()]
+    names = [ALL] if len(names) == len(EXPERIMENTS) else names
     words = ["focus_planner", "evaluate", str(options.data), "--experiment", *names]
     words += ["--output", str(options.output)]
     defaults = {"samples": 1000, "judged": 65_536, "seed": 0}

@@ -122,7 +122,7 @@ def find_sources(
     found = reading.found()
     if not found.sources:
         raise InputError(str(data), "at least one subject that can be read", reading.left_out[0])
-    return replace(found, notes=(*found.notes, *_on_versions(files)))
+    return replace(found, notes=(*found.notes, *_on_versions(data, files)))
 
 
 def spread(files: Sequence[_Item], most: int | None) -> list[_Item]:
@@ -220,16 +220,17 @@ def _why(error: InputError, path: Path) -> str:
     return str(error).removeprefix(f"{path}: ")
 
 
-def _on_versions(files: Sequence[SubjectFile]) -> tuple[Note, ...]:
+def _on_versions(data: Path, files: Sequence[SubjectFile]) -> tuple[Note, ...]:
     """Return a note on subjects of which there is more than one version."""
     several = [file for file in files if file.others]
     if not several:
         return ()
-    first = several[0]
+    first, *others = (path.relative_to(data) for path in (several[0].path, *several[0].others))
+    count = f"{len(several)} {'subject' if len(several) == 1 else 'subjects'}"
     return (
         Note(
             "left_out",
-            f"of {len(several)} subjects there are several versions; the whole, finest one is"
-            f" taken, such as {first.path.name}, not {first_few([p.name for p in first.others])}",
+            f"of {count} there are several versions; the whole, finest one is taken, such as"
+            f" {first}, not {first_few(map(str, others))}",
         ),
     )

@@ -158,19 +158,18 @@ def _anchor(title: str) -> str:
 
 
 def _place(experiment: Experiment) -> str:
-    return experiment.paper or "not in the paper"
+    return f"paper: {experiment.paper}" if experiment.paper else "not in the paper"
 
 
 def _section(evaluated: Evaluated, experiment: Experiment, seen_from: Path) -> str:
     results = evaluated.results(experiment)
     folder = Path(os.path.relpath(evaluated.folder / experiment.name, seen_from)).as_posix()
-    where = f"The paper has it in {experiment.paper}." if experiment.paper else "Not in the paper."
     count, seconds = len(results.seconds), results.seconds["task_seconds"].sum()
     tasks = f"{count:,} {'task' if count == 1 else 'tasks'}, {_took(seconds)} in all"
     failed = evaluated.failures(experiment)
     parts = [
         f"## {experiment.title}",
-        f"`--experiment {experiment.name}` · {where}",
+        f"`--experiment {experiment.name}` · {_place(experiment)}",
         experiment.write_up(results).text,
         f"![{experiment.title}]({folder}/{experiment.name}.png)",
         f"[{RESULTS}]({folder}/{RESULTS}), [{SECONDS}]({folder}/{SECONDS}): {tasks}.",

@@ -31,7 +31,7 @@ class Setup:
     Attributes
     ----------
     command : str
-        What to type to repeat it.
+        What to type to repeat all of it.
     about : str
         What the subjects are, in the words of who started it; Markdown.
     rig : str
@@ -39,12 +39,12 @@ class Setup:
     notes : tuple of str
         What was assumed of the subjects, and which were left out.
     cores : int
-        Of the machine from which it was started.
+        Of the machine on which it began.
     workers : str
         What measured there, in words; empty if the workers of a scheduler did, wherever they are.
     """
 
-    command: str
+    command: str = ""
     about: str = ""
     rig: str = ""
     notes: tuple[str, ...] = ()
@@ -61,6 +61,11 @@ class Setup:
         """
         with atomic_write(folder / _FILE) as file:
             file.write((json.dumps(asdict(self), indent=1, ensure_ascii=False) + "\n").encode())
+
+    @staticmethod
+    def is_in(folder: Path) -> bool:
+        """Return whether a folder holds one."""
+        return (folder / _FILE).is_file()
 
     @classmethod
     def load(cls, folder: Path) -> Setup:

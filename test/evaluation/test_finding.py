@@ -94,8 +94,8 @@ def test_all_versions_of_a_scan_are_one_subject(tmp_path):
     assert names(found) == ["a", "b"]
     assert found.sources[0].path == tmp_path / "high/a.ply"
     assert found.notes[-1].text == (
-        "of 1 subjects there are several versions; the whole, finest one is taken, such as a.ply,"
-        " not a.ply, a_simplified.stl"
+        "of 1 subject there are several versions; the whole, finest one is taken, such as"
+        " high/a.ply, not high/a_simplified.stl, low/a.ply"
     )
 
 
