@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -24,7 +25,7 @@ from focus_planner.io.files import atomic_write
 _INCHES = (8, 4.5)
 _DOTS_PER_INCH = 150
 _TEXT, _LINES, _GRID = "#24292f", "#8c959f", "#e3e6e9"
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     # Beside matplotlib's own, fonts differ from machine to machine.
     "font.family": "DejaVu Sans",
     "font.size": 10,

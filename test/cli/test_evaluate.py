@@ -68,11 +68,11 @@ def test_two_scans_from_the_command_line(data, rig, tmp_path, capsys, monkeypatc
     out, err = capsys.readouterr()
     assert out.startswith("# Methods\n\nEvery method planned for 2 subjects, on 60 samples of each")
     assert out.endswith("The page: results/evaluation.md\n")
-    assert [line.split(";")[0] for line in err.splitlines()] == [
-        "focus_planner: note: taken as millimetres: in metres it has no room between the cameras",
-        "focus_planner: note: taken with y up: so the cameras see most",
-        "focus_planner: note: put in the middle of the cameras, at (0, 0), its lowest point at z ="
-        " 0",
+    notes = [line.removeprefix("focus_planner: note: ") for line in err.splitlines()]
+    assert [note.split(";")[0] for note in notes] == [
+        "taken as millimetres: in metres it has no room between the cameras",
+        "taken with y up: so the cameras see most",
+        "put in the middle of the cameras, at (0, 0), its lowest point at z = 0",
     ]
     files = {
         path.relative_to(tmp_path / "results").as_posix()
@@ -168,7 +168,7 @@ def test_other_conditions_need_another_folder(data, rig, tmp_path, capsys):
     }
     (place / "evaluation.json").write_text(json.dumps(noted))
     words = (data, "--rig", rig, "--place", "centred", "--experiment", "table1", *SMALL)
-    words = (*words, "-o", place, "--unit", "mm", "--up", "y")
+    words = (*words, "-o", place, "--quiet")
     assert "give another --output" in refusal(capsys, *words)
 
 
