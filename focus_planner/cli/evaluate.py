@@ -87,7 +87,12 @@ def add(commands: Any) -> None:
     add_conditions(evaluate.add_argument_group("conditions"))
     add_subjects(evaluate.add_argument_group("subjects"))
     add_workers(evaluate.add_argument_group("workers"))
-    option("--about", default="", metavar="TEXT", help="what the subjects are, for the page")
+    option(
+        "--about",
+        default="",
+        metavar="TEXT",
+        help="what the subjects are, for the page: Markdown, which may begin with its title",
+    )
     option(
         "--page",
         type=Path,

@@ -35,7 +35,7 @@ from focus_planner.io.files import atomic_write, made_folder
 PARAGRAPH = "paragraph.md"
 #: Where the page is unless it is told otherwise, within the evaluation's folder.
 PAGE = "evaluation.md"
-_TITLE = "Evaluation"
+_HEADING = "# "
 # So many subjects are named.
 _MOST_NAMES = 12
 _VERSIONS = ("focus_planner", "python", "numba")
@@ -91,7 +91,6 @@ def page_text(evaluated: Evaluated, seen_from: Path) -> str:
     """
     experiments = list(evaluated.experiments())
     parts = [
-        f"# {_TITLE}",
         *_introduction(evaluated),
         *_contents(experiments),
         *(_section(evaluated, each, seen_from) for each in experiments),
@@ -101,6 +100,8 @@ def page_text(evaluated: Evaluated, seen_from: Path) -> str:
 
 def _introduction(evaluated: Evaluated) -> Iterator[str]:
     setup, conditions = evaluated.setup, evaluated.conditions
+    if not setup.about.startswith(_HEADING):
+        yield f"{_HEADING}Evaluation"
     if setup.about:
         yield setup.about
     samples = (

@@ -33,7 +33,8 @@ class Setup:
     command : str
         What to type to repeat all of it.
     about : str
-        What the subjects are, in the words of who started it; Markdown.
+        What the subjects are, in the words of who started it: Markdown, which may begin with the
+        page's title.
     rig : str
         What the rigs are, in words.
     notes : tuple of str

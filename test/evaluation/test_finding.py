@@ -20,12 +20,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from focus_planner.cli import main as cli
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.validation import InputError
 from focus_planner.evaluation.finding import Options, find_sources, spread
 from focus_planner.io.bodies import bodies
+from focus_planner.io.rigs import save_rig
 from focus_planner.io.surfaces import load_surface
 from testing.data_sets import body_tex_1, body_tex_2, person, write_npz, write_obj
+from testing.runs import beginning_with, record_failure
 
 BAGS = Path(__file__).parents[2] / "bags"
 SMALL = Options(rig=cylinder_rig(3, 8), place="centred")
@@ -188,7 +191,7 @@ def test_names_are_unique_and_short(tmp_path):
     for path in ("x/one/mesh.ply", "x/two/mesh.ply", "x/two/two.ply"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         person(coarse=True).export(tmp_path / path)
-    assert names(find_sources(tmp_path, SMALL)) == ["one/mesh", "two/mesh", "two/two"]
+    assert names(find_sources(tmp_path, SMALL)) == ["one/mesh", "two", "two/mesh"]
     assert names(find_sources(tmp_path / "x/one/mesh.ply", SMALL)) == ["mesh"]
 
 
@@ -275,3 +278,24 @@ def test_nothing_of_a_temporary_folder_is_left(tmp_path, monkeypatch):
     subject = unpacked(find_sources(tmp_path / "data", SMALL).sources[0])
     assert not list((tmp_path / "tmp").iterdir())
     assert all("focus_planner_" not in note.text for note in subject.notes)
+
+
+def test_each_subject_of_a_run_for_several_is_one(tmp_path):
+    for name, height in (("anna", 1.6), ("bert", 1.7)):
+        person(height).export(tmp_path / f"{name}.ply")
+    save_rig(cylinder_rig(2, 4), tmp_path / "rig.yaml")
+    surfaces = (str(tmp_path / f"{name}.ply") for name in ("anna", "bert"))
+    words = ["--rig", tmp_path / "rig.yaml", "--samples", 50, "--record", tmp_path / "runs"]
+    words += ["--output", tmp_path / "plan.json"]
+    assert cli.main(["plan", *surfaces, *map(str, words)]) == 0
+    found = find_sources(tmp_path / "runs")
+    run = next((tmp_path / "runs").iterdir()).name
+    assert names(found) == [f"{run}/anna.ply", f"{run}/bert.ply"]
+    heights = [float(np.ptp(box(unpacked(source)), axis=0)[2]) for source in found.sources]
+    np.testing.assert_allclose(heights, [1.6, 1.7], atol=1e-3)
+
+
+def test_a_run_without_a_surface_is_left_out(tmp_path):
+    record_failure(tmp_path, beginning_with(), [], "no surface yet")
+    with pytest.raises(InputError, match="expected a run with a surface"):
+        find_sources(tmp_path)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,13 @@ def test_the_page_says_what_was_found_and_how_to_find_it_again(tmp_path):
     ):
         assert part in text, part
     assert "failed" not in text
+
+
+def test_what_the_subjects_are_may_begin_with_the_title(tmp_path):
+    folder = evaluation(tmp_path / "results")
+    replace(SETUP, about="# Two scans\n\nOf friends.").save(folder)
+    text = page_text(load_evaluated(folder), tmp_path)
+    assert text.startswith("# Two scans\n\nOf friends.\n\n- **Subjects**")
 
 
 def test_links_are_seen_from_where_the_page_is(tmp_path):
