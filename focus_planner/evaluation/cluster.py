@@ -40,9 +40,9 @@ from distributed.versions import VersionMismatchWarning
 
 from focus_planner.core.validation import InputError, check_whole
 from focus_planner.evaluation import on_worker
-from focus_planner.evaluation.on_worker import OneThread, OtherProgram
+from focus_planner.evaluation.on_worker import OneThread, OtherProgramError
 from focus_planner.evaluation.program import program
-from focus_planner.evaluation.running import Batch, Stopped
+from focus_planner.evaluation.running import Batch, WorkersLostError
 from focus_planner.evaluation.window import Window
 from focus_planner.evaluation.work import Assignment, Failed, Found, Job, packed
 
@@ -101,7 +101,7 @@ class Cluster:
         ------
         InputError
             If a worker runs another program.
-        Stopped
+        WorkersLostError
             If the scheduler is lost.
         """
         window, suspects = Window(assignment.jobs), []
@@ -157,7 +157,7 @@ class Cluster:
             error = future.exception()
         if isinstance(error, KilledWorker):
             return None
-        if isinstance(error, OtherProgram):
+        if isinstance(error, OtherProgramError):
             self._compare(*error.args)
         return Failed(" ".join(f"internal error: {type(error).__name__}: {error}".split()))
 
@@ -196,9 +196,9 @@ class Cluster:
         except (OSError, TimeoutError, CancelledError, ClosedClientError) as error:
             raise self._lost() from error
 
-    def _lost(self) -> Stopped:
+    def _lost(self) -> WorkersLostError:
         address = self._client.scheduler.address if self._client.scheduler else "of the workers"
-        return Stopped(
+        return WorkersLostError(
             f"the scheduler {address} is gone; what was done is kept: with a scheduler again, the"
             " same command does the rest"
         )
@@ -207,9 +207,7 @@ class Cluster:
 class _Flow:
     """What is at the scheduler: subjects, jobs, and those that have come back."""
 
-    def __init__(
-        self, client: Client, the_program: dict[str, str], assignment: Assignment
-    ) -> None:
+    def __init__(self, client: Client, the_program: dict[str, str], assignment: Assignment) -> None:
         self._client = client
         self._program = the_program
         self._assignment = assignment
@@ -354,13 +352,11 @@ def _check_address(address: str) -> None:
     except ValueError:
         is_one = False
     if not is_one:
-        raise InputError(
-            "--scheduler", "an address such as tcp://192.0.2.1:8786", repr(address)
-        )
+        raise InputError("--scheduler", "an address such as tcp://192.0.2.1:8786", repr(address))
 
 
 def _be_quiet() -> None:
-    """What Dask logs is not for the terminal of a command."""
+    """Keep what Dask logs off the terminal of a command."""
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(_QUIET)
     for name in list(logging.Logger.manager.loggerDict):
