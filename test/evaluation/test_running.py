@@ -40,14 +40,14 @@ def whole(tmp_path_factory):
     return files(folder)[0].read_bytes()
 
 
-class Interruption(Exception):
+class InterruptionError(Exception):
     pass
 
 
 def interrupt(after):
     def tell(standing):
         if standing.done >= after:
-            raise Interruption
+            raise InterruptionError
 
     return tell
 
@@ -71,7 +71,7 @@ def test_names_that_look_like_numbers_stay_names(tmp_path):
 
 
 def test_an_evaluation_resumes_where_it_stopped(tmp_path, whole):
-    with pytest.raises(Interruption):
+    with pytest.raises(InterruptionError):
         evaluate(tmp_path, on_progress=interrupt(after=5))
     standings = []
     outcome = evaluate(tmp_path, on_progress=standings.append)
