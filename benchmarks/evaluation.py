@@ -152,7 +152,7 @@ def _on_workers(folder: Path, sources: Sequence[_Body]) -> tuple[_Run, float]:
     return steady, empty.wall / _EMPTY_TASKS
 
 
-def _nothing(_: Sequence[Subject], setting: Row, conditions: Conditions) -> Measured:
+def _nothing(*_: Sequence[Subject] | Row | Conditions) -> Measured:
     return Measured([{"value": 0.0}])
 
 

@@ -25,7 +25,7 @@ import signal
 import time
 import uuid
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -79,6 +79,7 @@ class Cluster:
     def __init__(self, client: Client) -> None:
         self._client = client
         self._program = {**program(), "threads": "1"}
+        self._address = client.scheduler.address
         self._count = 0
         self._counted = -_SECONDS_BETWEEN_COUNTS
         self._check_program()
@@ -127,7 +128,7 @@ class Cluster:
             done, killed = self._finished(flow)
             yield [*done, *((job, Failed(_KILLED)) for job in killed)]
             if done or killed:
-                flow.release(job.task.subjects)
+                flow.release(name for name in job.task.subjects if not flow.is_broken(name))
                 return
 
     def _finished(self, flow: _Flow) -> tuple[list[tuple[Job, Found | Failed]], list[Job]]:
@@ -197,10 +198,9 @@ class Cluster:
             raise self._lost() from error
 
     def _lost(self) -> WorkersLostError:
-        address = self._client.scheduler.address if self._client.scheduler else "of the workers"
         return WorkersLostError(
-            f"the scheduler {address} is gone; what was done is kept: with a scheduler again, the"
-            " same command does the rest"
+            f"the scheduler {self._address} is gone; what was done is kept: with a scheduler again,"
+            " the same command does the rest"
         )
 
 
@@ -235,10 +235,14 @@ class _Flow:
                 back.append(self._back.get_nowait())
         return [(self._jobs.pop(future), future) for future in back]
 
-    def release(self, subjects: Any) -> None:
+    def release(self, subjects: Iterable[str]) -> None:
         """Let workers forget subjects."""
         for name in subjects:
             self._subjects.pop(name, None)
+
+    def is_broken(self, name: str) -> bool:
+        """Return whether unpacking a subject killed its worker, so that no task can have it."""
+        return self._subjects[name].status == "error"
 
     def cancel(self) -> None:
         """Take back all that is handed out."""
@@ -250,7 +254,7 @@ class _Flow:
 
     def _subject(self, name: str) -> Future:
         future = self._subjects.get(name)
-        if future is None or future.status == "error":
+        if future is None:
             parcel = packed(self._assignment.sources[name])
             # Before measuring, or workers would wait for it.
             future = self._submit(on_worker.unpack, parcel, priority=1)
