@@ -17,6 +17,7 @@ import signal
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -131,11 +132,16 @@ def _write_up(results: Results) -> WriteUp:
 
 
 def _neighbours(names: Sequence[str], _: Conditions) -> list[Task]:
-    return [Task(pair, {"level": 0}) for pair in zip(names, names[1:], strict=False)]
+    return [Task(pair, {"level": 0}) for pair in pairwise(names)]
 
 
 LEVELS = Experiment(
-    "levels", "Levels", "", each_subject(*({"level": level} for level in range(4))), _measure, _write_up
+    "levels",
+    "Levels",
+    "",
+    each_subject(*({"level": level} for level in range(4))),
+    _measure,
+    _write_up,
 )
 PAIRS = replace(LEVELS, name="pairs", tasks=_neighbours)
 SLOW = replace(LEVELS, name="slow", measure=_slow)

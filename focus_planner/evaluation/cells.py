@@ -34,7 +34,7 @@ def text_of(value: Value) -> str:
     plain: Any = value.item() if hasattr(value, "item") else value  # a scalar of NumPy
     if isinstance(plain, (bool, int, float)):
         return repr(plain)
-    if not isinstance(plain, str) or value_of(plain) is not plain or len(plain.splitlines()) > 1:
+    if not isinstance(plain, str) or value_of(plain) is not plain or {"\n", "\r"} & set(plain):
         raise ValueError(f"{value!r} cannot be told from another value in a file of results")
     return plain
 

@@ -25,7 +25,7 @@ import signal
 import time
 import uuid
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -40,9 +40,9 @@ from distributed.versions import VersionMismatchWarning
 
 from focus_planner.core.validation import InputError, check_whole
 from focus_planner.evaluation import on_worker
-from focus_planner.evaluation.on_worker import OneThread, OtherProgram
+from focus_planner.evaluation.on_worker import OneThread, OtherProgramError
 from focus_planner.evaluation.program import program
-from focus_planner.evaluation.running import Batch, Stopped
+from focus_planner.evaluation.running import Batch, WorkersLostError
 from focus_planner.evaluation.window import Window
 from focus_planner.evaluation.work import Assignment, Failed, Found, Job, packed
 
@@ -79,6 +79,7 @@ class Cluster:
     def __init__(self, client: Client) -> None:
         self._client = client
         self._program = {**program(), "threads": "1"}
+        self._address = client.scheduler.address
         self._count = 0
         self._counted = -_SECONDS_BETWEEN_COUNTS
         self._check_program()
@@ -101,7 +102,7 @@ class Cluster:
         ------
         InputError
             If a worker runs another program.
-        Stopped
+        WorkersLostError
             If the scheduler is lost.
         """
         window, suspects = Window(assignment.jobs), []
@@ -127,7 +128,7 @@ class Cluster:
             done, killed = self._finished(flow)
             yield [*done, *((job, Failed(_KILLED)) for job in killed)]
             if done or killed:
-                flow.release(job.task.subjects)
+                flow.release(name for name in job.task.subjects if not flow.is_broken(name))
                 return
 
     def _finished(self, flow: _Flow) -> tuple[list[tuple[Job, Found | Failed]], list[Job]]:
@@ -157,7 +158,7 @@ class Cluster:
             error = future.exception()
         if isinstance(error, KilledWorker):
             return None
-        if isinstance(error, OtherProgram):
+        if isinstance(error, OtherProgramError):
             self._compare(*error.args)
         return Failed(" ".join(f"internal error: {type(error).__name__}: {error}".split()))
 
@@ -196,20 +197,17 @@ class Cluster:
         except (OSError, TimeoutError, CancelledError, ClosedClientError) as error:
             raise self._lost() from error
 
-    def _lost(self) -> Stopped:
-        address = self._client.scheduler.address if self._client.scheduler else "of the workers"
-        return Stopped(
-            f"the scheduler {address} is gone; what was done is kept: with a scheduler again, the"
-            " same command does the rest"
+    def _lost(self) -> WorkersLostError:
+        return WorkersLostError(
+            f"the scheduler {self._address} is gone; what was done is kept: with a scheduler again,"
+            " the same command does the rest"
         )
 
 
 class _Flow:
     """What is at the scheduler: subjects, jobs, and those that have come back."""
 
-    def __init__(
-        self, client: Client, the_program: dict[str, str], assignment: Assignment
-    ) -> None:
+    def __init__(self, client: Client, the_program: dict[str, str], assignment: Assignment) -> None:
         self._client = client
         self._program = the_program
         self._assignment = assignment
@@ -237,10 +235,14 @@ class _Flow:
                 back.append(self._back.get_nowait())
         return [(self._jobs.pop(future), future) for future in back]
 
-    def release(self, subjects: Any) -> None:
+    def release(self, subjects: Iterable[str]) -> None:
         """Let workers forget subjects."""
         for name in subjects:
             self._subjects.pop(name, None)
+
+    def is_broken(self, name: str) -> bool:
+        """Return whether unpacking a subject killed its worker, so that no task can have it."""
+        return self._subjects[name].status == "error"
 
     def cancel(self) -> None:
         """Take back all that is handed out."""
@@ -252,7 +254,7 @@ class _Flow:
 
     def _subject(self, name: str) -> Future:
         future = self._subjects.get(name)
-        if future is None or future.status == "error":
+        if future is None:
             parcel = packed(self._assignment.sources[name])
             # Before measuring, or workers would wait for it.
             future = self._submit(on_worker.unpack, parcel, priority=1)
@@ -354,13 +356,11 @@ def _check_address(address: str) -> None:
     except ValueError:
         is_one = False
     if not is_one:
-        raise InputError(
-            "--scheduler", "an address such as tcp://192.0.2.1:8786", repr(address)
-        )
+        raise InputError("--scheduler", "an address such as tcp://192.0.2.1:8786", repr(address))
 
 
 def _be_quiet() -> None:
-    """What Dask logs is not for the terminal of a command."""
+    """Keep what Dask logs off the terminal of a command."""
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(_QUIET)
     for name in list(logging.Logger.manager.loggerDict):

@@ -21,7 +21,7 @@ from focus_planner.evaluation.work import Assignment, Failed, measured, packed, 
 
 
 class Here:
-    """This process, which does one job at a time; its kernels may use all cores."""
+    """One job at a time; its kernels may use all cores."""
 
     count = 1
 

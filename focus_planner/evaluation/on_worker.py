@@ -52,7 +52,7 @@ class OneThread(WorkerPlugin):
                 signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-class OtherProgram(Exception):
+class OtherProgramError(Exception):
     """The worker does not run the program that asks it."""
 
 
@@ -108,7 +108,7 @@ def _get_ready(program: dict[str, str]) -> None:
     worker = get_worker()
     here = program_of(worker)
     if here != program:
-        raise OtherProgram(worker.address, here)
+        raise OtherProgramError(worker.address, here)
     _compile()
 
 

@@ -140,7 +140,7 @@ class _Table:
         self.header: _Line = []
         self.lines: list[_Line] = []
         self.is_altered = False
-        if path.exists():
+        if path.exists() and path.stat().st_size:
             self._read()
 
     def _read(self) -> None:
@@ -197,7 +197,7 @@ class _Table:
 
     def frame(self, labels: Iterable[_Label]) -> DataFrame:
         """Return the lines of some labels as they were before they became text."""
-        from pandas import DataFrame
+        from pandas import DataFrame  # noqa: PLC0415 - it takes a second
 
         wanted, count = set(labels), len(self._leading)
         lines = [

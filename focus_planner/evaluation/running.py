@@ -38,7 +38,7 @@ class Workers(Protocol):
         ...
 
 
-class Stopped(Exception):
+class WorkersLostError(Exception):
     """The workers can do no more; what was done is kept. Its text says what to do."""
 
 
@@ -120,7 +120,7 @@ def run(
     ------
     InputError
         If results cannot be kept, or workers run another program.
-    Stopped
+    WorkersLostError
         If the workers are lost.
     """
     jobs = jobs_of(experiment, sources, conditions)

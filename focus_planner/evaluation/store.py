@@ -102,7 +102,9 @@ def _agree(path: Path, conditions: Conditions, sources: Sequence[Source]) -> Non
 def _read(path: Path) -> dict[str, Any]:
     try:
         noted = json.loads(read_text(path, "evaluation"))
-        whole = all(isinstance(noted[part], dict) for part in ("conditions", "subjects", "software"))
+        whole = all(
+            isinstance(noted[part], dict) for part in ("conditions", "subjects", "software")
+        )
     except (ValueError, KeyError, TypeError):
         whole = False
     if not whole:

@@ -105,9 +105,7 @@ class Failed:
     reason: str
 
 
-def jobs_of(
-    experiment: Experiment, sources: Sequence[Source], conditions: Conditions
-) -> list[Job]:
+def jobs_of(experiment: Experiment, sources: Sequence[Source], conditions: Conditions) -> list[Job]:
     """Return the jobs of an experiment, in the order of its tasks."""
     digests = {source.name: source.digest for source in sources}
     jobs = []
