@@ -169,13 +169,16 @@ def _checked_page(options: argparse.Namespace) -> Path:
 
 
 def _found(options: argparse.Namespace, tell: Tell) -> Found:
+    from dask.system import CPU_COUNT
+
     from focus_planner.core.validation import check_whole
     from focus_planner.evaluation.finding import Options, find_sources
 
     if options.subjects is not None:
         check_whole("--subjects", options.subjects, at_least=1)
     show = show_share(tell, f"reading {options.data}")
-    wanted = Options(_rig(options), options.up, options.unit, options.place, options.subjects)
+    told = (options.up, options.unit, options.place, options.subjects)
+    wanted = Options(_rig(options), *told, processes=options.workers or CPU_COUNT)
     return find_sources(options.data, wanted, lambda done, total: show(done / total))
 
 

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -24,11 +25,11 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError, first_few
+from focus_planner.evaluation.boxes import read_boxes
 from focus_planner.evaluation.placing import (
     UNITS,
     Place,
     Placing,
-    box_of,
     find_unit,
     find_up,
     notes_on,
@@ -61,6 +62,9 @@ class Options:
         By default surfaces are centred before the paper's rig, and left as they are before another.
     most : int, optional
         How many subjects to take, spread over all by their names.
+    processes : int
+        How many may share the reading of files; scripts that use more than one need the usual
+        ``if __name__ == "__main__"``.
     """
 
     rig: Rig | None = None
@@ -68,6 +72,7 @@ class Options:
     unit: str | None = None
     place: Place | None = None
     most: int | None = None
+    processes: int = 1
 
 
 @dataclass(frozen=True)
@@ -115,10 +120,8 @@ def find_sources(
         raise InputError(str(data), expected, "none")
     _check(options, files)
     reading = _Reading(options)
-    for done, file in enumerate(files):
+    for done, _ in enumerate(reading.read(files), 1):
         on_progress(done, len(files))
-        reading.read(file)
-    on_progress(len(files), len(files))
     found = reading.found()
     if not found.sources:
         raise InputError(str(data), "at least one subject that can be read", reading.left_out[0])
@@ -162,14 +165,25 @@ class _Reading:
         self._boxes = dict[str, FloatArray]()
         self._paths = dict[str, Path]()
 
-    def read(self, file: SubjectFile) -> None:
-        """Read a file; what cannot be read is left out."""
-        try:
+    def read(self, files: Sequence[SubjectFile]) -> Iterator[SubjectFile]:
+        """Read files, and yield each that is done; what cannot be read is left out."""
+        for file in files:
             if file.is_run:
-                self._runs += self._sources_of_run(file)
-            else:
-                self._boxes[file.name] = box_of(load_surface(file.path, looks=False))
-                self._paths[file.name] = file.path
+                self._read_run(file)
+                yield file
+        surfaces = [file for file in files if not file.is_run]
+        paths = [file.path for file in surfaces]
+        with closing(read_boxes(paths, self._options.processes)) as boxes:
+            for file, box in zip(surfaces, boxes, strict=True):
+                if isinstance(box, str):
+                    self.left_out.append(f"{file.path}: {box}")
+                else:
+                    self._boxes[file.name], self._paths[file.name] = box, file.path
+                yield file
+
+    def _read_run(self, file: SubjectFile) -> None:
+        try:
+            self._runs += self._sources_of_run(file)
         except InputError as error:
             self.left_out.append(f"{file.path}: {_why(error, file.path)}")
 

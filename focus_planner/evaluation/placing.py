@@ -30,6 +30,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, Surface
 from focus_planner.core.surface.up_axis import with_z_up
 from focus_planner.core.validation import InputError
+from focus_planner.evaluation.boxes import points_of
 
 Place = Literal["as_is", "centred"]
 
@@ -64,13 +65,13 @@ class Placing:
     def apply(self, surface: Surface) -> Surface:
         """Return the surface in the rig's frame."""
         surface = with_z_up(surface, self.up)
-        points = _points(surface)
+        points = points_of(surface)
         if self.scale != 1.0:
             points = points * self.scale
         shift = self._shift(points)
         if shift.any():
             points = points + shift
-        if points is _points(surface):
+        if points is points_of(surface):
             return surface
         if isinstance(surface, Mesh):
             return replace(surface, vertices=points)
@@ -95,19 +96,13 @@ def rig_centre(rig: Rig) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def box_of(surface: Surface) -> FloatArray:
-    """Return (2, 3) the least and the greatest coordinates of a surface."""
-    points = _points(surface)
-    return np.array([points.min(axis=0), points.max(axis=0)])
-
-
 def find_unit(boxes: Mapping[str, FloatArray], rig: Rig) -> str:
     """Return the largest unit in which all surfaces fit between the cameras.
 
     Parameters
     ----------
     boxes : mapping of str to (2, 3) array
-        As :func:`box_of` returns them, by name.
+        The least and the greatest coordinates of the surfaces, by name.
     rig : Rig
         Of a single camera nothing follows: metres.
 
@@ -200,10 +195,6 @@ def notes_on(
             )
         )
     return tuple(notes)
-
-
-def _points(surface: Surface) -> FloatArray:
-    return surface.vertices if isinstance(surface, Mesh) else surface.points
 
 
 def _positions(rig: Rig) -> FloatArray:
