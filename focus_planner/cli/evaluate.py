@@ -197,7 +197,7 @@ def _evaluate(
 ) -> int:
     """Run experiments one after the other, and print what came of each; return the exit status."""
     from focus_planner.evaluation.finding import spread
-    from focus_planner.evaluation.running import StoppedError, run
+    from focus_planner.evaluation.running import WorkersLostError, run
     from focus_planner.evaluation.store import opened
 
     status = 0
@@ -208,7 +208,7 @@ def _evaluate(
             sources = spread(found.sources, most)
             try:
                 outcome = run(experiment, sources, conditions, store, who, _show(tell, experiment))
-            except StoppedError as error:
+            except WorkersLostError as error:
                 show_error(str(error))
                 return _FAILED
             _print_outcome(options, experiment, outcome, tell)
