@@ -57,8 +57,8 @@ _SECONDS_TO_CLOSE = 5.0
 _LAST_PORT = 65_535
 _QUIET = logging.CRITICAL + 1
 _SETTINGS = {
-    # Kept alone, a task is tried as often again before it is blamed.
-    "distributed.scheduler.allowed-failures": 1,
+    # A task whose worker died is tried again by itself, so that none is blamed for another.
+    "distributed.scheduler.allowed-failures": 0,
     # A kernel that is compiled lets no sign of life through.
     "distributed.scheduler.worker-ttl": None,
     # It takes subjects away from workers between two of their tasks.
