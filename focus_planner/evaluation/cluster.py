@@ -64,6 +64,8 @@ _SETTINGS = {
     # It takes subjects away from workers between two of their tasks.
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.worker.profile.enabled": False,
+    # One that is killed is started again; on a busy machine that may take its time.
+    "distributed.deploy.lost-worker-timeout": "1h",
 }
 
 
@@ -291,16 +293,15 @@ def local_cluster(workers: int | None = None) -> Iterator[Cluster]:
     """
     count = check_whole("workers", CPU_COUNT if workers is None else workers, at_least=1)
     _be_quiet()
-    with _own_environment(), _loop() as loop:
-        with dask.config.set(_SETTINGS):
-            cluster = LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                memory_limit=None,
-                dashboard_address=None,
-                silence_logs=_QUIET,
-                loop=loop,
-            )
+    with _own_environment(), dask.config.set(_SETTINGS), _loop() as loop:
+        cluster = LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            silence_logs=_QUIET,
+            loop=loop,
+        )
         try:
             with _client(cluster, loop) as client:
                 yield Cluster(client)
