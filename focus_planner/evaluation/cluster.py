@@ -57,13 +57,15 @@ _SECONDS_TO_CLOSE = 5.0
 _LAST_PORT = 65_535
 _QUIET = logging.CRITICAL + 1
 _SETTINGS = {
-    # Kept alone, a task is tried as often again before it is blamed.
-    "distributed.scheduler.allowed-failures": 1,
+    # A task whose worker died is tried again by itself, so that none is blamed for another.
+    "distributed.scheduler.allowed-failures": 0,
     # A kernel that is compiled lets no sign of life through.
     "distributed.scheduler.worker-ttl": None,
     # It takes subjects away from workers between two of their tasks.
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.worker.profile.enabled": False,
+    # One that is killed is started again; on a busy machine that may take its time.
+    "distributed.deploy.lost-worker-timeout": "1h",
 }
 
 
@@ -291,16 +293,15 @@ def local_cluster(workers: int | None = None) -> Iterator[Cluster]:
     """
     count = check_whole("workers", CPU_COUNT if workers is None else workers, at_least=1)
     _be_quiet()
-    with _own_environment(), _loop() as loop:
-        with dask.config.set(_SETTINGS):
-            cluster = LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                memory_limit=None,
-                dashboard_address=None,
-                silence_logs=_QUIET,
-                loop=loop,
-            )
+    with _own_environment(), dask.config.set(_SETTINGS), _loop() as loop:
+        cluster = LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            silence_logs=_QUIET,
+            loop=loop,
+        )
         try:
             with _client(cluster, loop) as client:
                 yield Cluster(client)

@@ -119,16 +119,22 @@ def test_a_killed_worker_loses_nothing(tmp_path, two_workers):
 
 
 def test_what_kills_its_worker_is_told_and_the_others_go_on(tmp_path, two_workers):
-    sources = [Box("good"), Box("deadly", trouble="kill")]
-    outcome = evaluate(tmp_path, two_workers, TROUBLED, sources[:1])
+    outcome = evaluate(tmp_path, two_workers, TROUBLED, [Box("good")])
     assert outcome.done == 1
     reasons = dict(outcome.failures)
     assert set(reasons) == {f"good (trouble {each})" for each in ("refuse", "raise", "kill")}
     assert "died whenever it was tried" in reasons["good (trouble kill)"]
     assert reasons["good (trouble raise)"] == "internal error: ZeroDivisionError: by nothing"
-    one_level = LEVELS.__class__(**{**vars(PAIRS), "name": "both"})
-    outcome = evaluate(tmp_path, two_workers, one_level, sources)
-    assert outcome.failures == (("good + deadly (level 0)", reasons["good (trouble kill)"]),)
+
+
+def test_a_subject_that_kills_its_worker_is_told_and_the_others_go_on(tmp_path, two_workers):
+    sources = [Box("good"), Box("deadly", trouble="kill")]
+    outcome = evaluate(tmp_path, two_workers, LEVELS, sources)
+    assert outcome.done == 4
+    assert [name for name, _ in sorted(outcome.failures)] == [
+        f"deadly (level {level})" for level in range(4)
+    ]
+    assert all("died whenever it was tried" in why for _, why in outcome.failures)
 
 
 def test_what_the_caller_raises_ends_the_run(tmp_path, two_workers):
