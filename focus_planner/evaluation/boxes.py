@@ -18,7 +18,7 @@ there are hundreds of such: several processes share it. They import little.
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from multiprocessing import get_context
@@ -42,7 +42,7 @@ def points_of(surface: Surface) -> FloatArray:
 
 def read_boxes(
     paths: Sequence[Path], processes: int = 1, worth_it: int = _WORTH_IT
-) -> Iterator[FloatArray | str]:
+) -> Generator[FloatArray | str, None, None]:
     """Yield of every file the box of its surface, or why it cannot be read.
 
     Parameters
