@@ -20,7 +20,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -83,9 +83,13 @@ class ResultsFile:
         rows: list[Mapping[str, Value]] = []
         seconds: list[Mapping[str, Value]] = []
         for job, what in found:
-            leading = {_SUBJECT: "+".join(job.task.subjects), **job.task.setting}
+            leading: dict[str, Value] = {_SUBJECT: "+".join(job.task.subjects), **job.task.setting}
             rows += [_joined(leading, row) for row in what.measured.rows]
-            took = {**what.measured.seconds, _TASK_SECONDS: what.seconds, _TASK: job.key}
+            took: dict[str, Value] = {
+                **what.measured.seconds,
+                _TASK_SECONDS: what.seconds,
+                _TASK: job.key,
+            }
             seconds.append(_joined(leading, took))
         self._rows.append(rows)
         self._seconds.append(seconds)
@@ -160,9 +164,8 @@ class _Table:
     def _foreign(self, got: str) -> InputError:
         return InputError(str(self._path), "results of this experiment", got, _REMEDY)
 
-    def keep(self, wanted: object) -> None:
+    def keep(self, wanted: Callable[[_Label], bool]) -> None:
         """Drop the lines whose label is not wanted."""
-        assert callable(wanted)
         count = len(self._leading)
         kept = [line for line in self.lines if wanted(tuple(line[:count]))]
         self.is_altered |= len(kept) < len(self.lines)
