@@ -56,7 +56,7 @@ _SECONDS_TO_END = 0.2
 _SECONDS_TO_CLOSE = 5.0
 _LAST_PORT = 65_535
 _QUIET = logging.CRITICAL + 1
-_SETTINGS = {
+_SETTINGS: dict[str, Any] = {
     # A task whose worker died is tried again by itself, so that none is blamed for another.
     "distributed.scheduler.allowed-failures": 0,
     # A kernel that is compiled lets no sign of life through.
@@ -80,6 +80,7 @@ class Cluster:
     """
 
     def __init__(self, client: Client) -> None:
+        assert client.scheduler is not None  # connected
         self._client = client
         self._program = {**program(), "threads": "1"}
         self._address = client.scheduler.address

@@ -83,7 +83,8 @@ class ResultsFile:
         rows: list[Mapping[str, Value]] = []
         seconds: list[Mapping[str, Value]] = []
         for job, what in found:
-            leading: dict[str, Value] = {_SUBJECT: "+".join(job.task.subjects), **job.task.setting}
+            subject = "+".join(job.task.subjects)
+            leading: dict[str, Value] = {_SUBJECT: subject, **job.task.setting}
             rows += [_joined(leading, row) for row in what.measured.rows]
             took: dict[str, Value] = {
                 **what.measured.seconds,
