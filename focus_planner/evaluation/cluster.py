@@ -22,6 +22,7 @@ import logging
 import os
 import queue
 import signal
+import sys
 import time
 import uuid
 import warnings
@@ -56,13 +57,14 @@ _SECONDS_TO_END = 0.2
 _SECONDS_TO_CLOSE = 5.0
 _LAST_PORT = 65_535
 _QUIET = logging.CRITICAL + 1
-_SETTINGS = {
+_SETTINGS: dict[str, Any] = {
     # A task whose worker died is tried again by itself, so that none is blamed for another.
     "distributed.scheduler.allowed-failures": 0,
     # A kernel that is compiled lets no sign of life through.
     "distributed.scheduler.worker-ttl": None,
     # It takes subjects away from workers between two of their tasks.
     "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.scheduler.http.routes": [],
     "distributed.worker.profile.enabled": False,
     # One that is killed is started again; on a busy machine that may take its time.
     "distributed.deploy.lost-worker-timeout": "1h",
@@ -79,6 +81,7 @@ class Cluster:
     """
 
     def __init__(self, client: Client) -> None:
+        assert client.scheduler is not None  # connected
         self._client = client
         self._program = {**program(), "threads": "1"}
         self._address = client.scheduler.address
@@ -146,7 +149,7 @@ class Cluster:
         names = {job.key for job, _ in done}
         return done, [job for job, _ in back if job.key not in names]
 
-    def _gathered(self, futures: list[Future]) -> list[Found | None]:
+    def _gathered(self, futures: list[Future[Any]]) -> list[Found | None]:
         """Return results; None where there is none."""
         if any(future.status in ("cancelled", "lost") for future in futures):
             raise self._lost()
@@ -154,7 +157,7 @@ class Cluster:
             found = self._client.gather(dict(enumerate(futures)), errors="skip")
         return [found[place] for place in range(len(futures))]
 
-    def _failure(self, future: Future) -> Failed | None:
+    def _failure(self, future: Future[Any]) -> Failed | None:
         """Return why a job failed; None if its worker was killed."""
         with self._losing():
             error = future.exception()
@@ -215,9 +218,9 @@ class _Flow:
         self._assignment = assignment
         self._name = f"{uuid.uuid4().hex[:8]}"
         self._serial = 0
-        self._subjects: dict[str, Future] = {}
-        self._jobs: dict[Future, Job] = {}
-        self._back: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        self._subjects: dict[str, Future[Any]] = {}
+        self._jobs: dict[Future[Any], Job] = {}
+        self._back: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
 
     def submit(self, job: Job) -> None:
         """Hand out a job."""
@@ -228,7 +231,7 @@ class _Flow:
         self._jobs[future] = job
         future.add_done_callback(self._back.put)
 
-    def finished(self) -> list[tuple[Job, Future]]:
+    def finished(self) -> list[tuple[Job, Future[Any]]]:
         """Wait a moment for jobs to come back, and return all that have."""
         back = []
         with suppress(queue.Empty):
@@ -254,7 +257,7 @@ class _Flow:
         self._jobs.clear()
         self._subjects.clear()
 
-    def _subject(self, name: str) -> Future:
+    def _subject(self, name: str) -> Future[Any]:
         future = self._subjects.get(name)
         if future is None:
             parcel = packed(self._assignment.sources[name])
@@ -263,7 +266,7 @@ class _Flow:
             self._subjects[name] = future
         return future
 
-    def _submit(self, function: Any, *arguments: Any, priority: int = 0) -> Future:
+    def _submit(self, function: Any, *arguments: Any, priority: int = 0) -> Future[Any]:
         self._serial += 1
         key = f"{function.__name__}-{self._name}-{self._serial}"
         with warnings.catch_warnings():
@@ -299,6 +302,7 @@ def local_cluster(workers: int | None = None) -> Iterator[Cluster]:
             threads_per_worker=1,
             memory_limit=None,
             dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # or 8787 is taken in any case
             silence_logs=_QUIET,
             loop=loop,
         )
@@ -387,14 +391,14 @@ def _loop() -> Iterator[Any]:
 
 @contextmanager
 def _blocked_interrupts() -> Iterator[None]:
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
+    if sys.platform == "win32":
         yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    else:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 _Line = list[str]
 _Label = tuple[str, ...]
 _SUBJECT, _TASK_SECONDS, _TASK = "subject", "task_seconds", "task"
+# Columns of names, whatever these look like.
+_TEXTS = frozenset({_SUBJECT, _TASK})
 _REMEDY = "give another --output, or remove the folder"
 
 
@@ -83,9 +85,14 @@ class ResultsFile:
         rows: list[Mapping[str, Value]] = []
         seconds: list[Mapping[str, Value]] = []
         for job, what in found:
-            leading = {_SUBJECT: "+".join(job.task.subjects), **job.task.setting}
+            subject = "+".join(job.task.subjects)
+            leading: dict[str, Value] = {_SUBJECT: subject, **job.task.setting}
             rows += [_joined(leading, row) for row in what.measured.rows]
-            took = {**what.measured.seconds, _TASK_SECONDS: what.seconds, _TASK: job.key}
+            took: dict[str, Value] = {
+                **what.measured.seconds,
+                _TASK_SECONDS: what.seconds,
+                _TASK: job.key,
+            }
             seconds.append(_joined(leading, took))
         self._rows.append(rows)
         self._seconds.append(seconds)
@@ -160,9 +167,8 @@ class _Table:
     def _foreign(self, got: str) -> InputError:
         return InputError(str(self._path), "results of this experiment", got, _REMEDY)
 
-    def keep(self, wanted: object) -> None:
+    def keep(self, wanted: Callable[[_Label], bool]) -> None:
         """Drop the lines whose label is not wanted."""
-        assert callable(wanted)
         count = len(self._leading)
         kept = [line for line in self.lines if wanted(tuple(line[:count]))]
         self.is_altered |= len(kept) < len(self.lines)
@@ -177,7 +183,7 @@ class _Table:
         for row in rows:
             if list(row) != self.header:
                 raise ValueError(f"{self._path.name}: {list(row)} after {self.header}")
-        lines = [[str(row[_SUBJECT]), *map(text_of, list(row.values())[1:])] for row in rows]
+        lines = [[_cell(name, value) for name, value in row.items()] for row in rows]
         try:
             with self._path.open("ab") as file:
                 file.write(_csv([self.header, *lines] if is_new else lines))
@@ -201,17 +207,22 @@ class _Table:
 
         wanted, count = set(labels), len(self._leading)
         lines = [
-            [line[0], *map(value_of, line[1:])]
+            [
+                text if name in _TEXTS else value_of(text)
+                for name, text in zip(self.header, line, strict=True)
+            ]
             for line in self.lines
             if tuple(line[:count]) in wanted
         ]
-        if self.header and self.header[-1] == _TASK:
-            lines = [[*line[:-1], str(line[-1])] for line in lines]
         return DataFrame(lines, columns=self.header or [*self._leading])
 
 
 def _label(job: Job) -> _Label:
     return ("+".join(job.task.subjects), *map(text_of, job.task.setting.values()))
+
+
+def _cell(name: str, value: Value) -> str:
+    return str(value) if name in _TEXTS else text_of(value)
 
 
 def _joined(leading: Mapping[str, Value], measured: Mapping[str, Value]) -> dict[str, Value]:

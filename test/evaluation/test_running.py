@@ -14,10 +14,12 @@ import pandas as pd
 import pytest
 
 from focus_planner.core.validation import InputError
-from focus_planner.evaluation.experiment import Measured
+from focus_planner.evaluation.experiment import Measured, Task
 from focus_planner.evaluation.here import Here
+from focus_planner.evaluation.results_file import ResultsFile
 from focus_planner.evaluation.running import run
 from focus_planner.evaluation.store import opened
+from focus_planner.evaluation.work import Found, Job
 from testing.experiments import CONDITIONS, LEVELS, PAIRS, TROUBLED, Box, boxes
 
 SUBJECTS = boxes(3)
@@ -68,6 +70,13 @@ def test_results_are_read_as_they_were_measured(tmp_path):
 def test_names_that_look_like_numbers_stay_names(tmp_path):
     outcome = evaluate(tmp_path, sources=[Box("007"), Box("1e3")])
     assert set(outcome.file.results(CONDITIONS).rows["subject"]) == {"007", "1e3"}
+
+
+def test_keys_that_look_like_numbers_are_none(tmp_path):
+    job = Job(Task(("box0",), {"level": 0}), "0012345678901234")
+    file = ResultsFile(tmp_path / "levels", [job])
+    file.add([(job, Found(Measured([{"value": 1.0}]), 0.1))])
+    assert ResultsFile(tmp_path / "levels", [job]).done == {"0012345678901234"}
 
 
 def test_an_evaluation_resumes_where_it_stopped(tmp_path, whole):
