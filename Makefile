@@ -17,7 +17,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test docs bench bundle figures lint format lock clean
+.PHONY: help setup demo check test docs bench paper bundle figures lint format lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +44,11 @@ docs: setup  ## build the site in docs/_build/html; check its links and run its 
 
 bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
 	@BODIES="$(BODIES)" $(BIN)/python -m benchmarks $(ARGS)
+
+# All that the page says is in its folder: with what is there, only what is missing is measured.
+paper: setup  ## run the paper's experiments, and more, on data/bodies, for docs/results/paper.md
+	@$(BIN)/focus_planner evaluate data/bodies --experiment all --output docs/results/paper \
+	  --page docs/results/paper.md --about "$$(cat data/bodies/ABOUT.md)" $(ARGS)
 
 bundle:  ## build what draws reports, from report_page/; takes Node 20 or later
 	@cd report_page && npm ci --ignore-scripts --silent && npm run --silent build

@@ -47,7 +47,8 @@ extensions = [
     "sphinx_copybutton",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build", "_templates"]
+# Paragraphs of an evaluation are on its page.
+exclude_patterns = ["_build", "_templates", "results/*/*/paragraph.md"]
 templates_path = ["_templates"]
 
 # --- pages -------------------------------------------------------------------------------------

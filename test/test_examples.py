@@ -127,6 +127,17 @@ def test_turntable(tmp_path):
     assert all(0.27 < float(row["distance_m"]) < 0.33 for row in rows)
 
 
+def test_table1():
+    said = run("table1", body("arms_out").parent, 200, 500)
+    head, *rows = said.splitlines()
+    assert head.split()[:3] == ["method", "closest", "average"]
+    costs = {row.split()[0]: list(map(float, row.split()[1:])) for row in rows[1:4]}
+    assert list(costs) == ["arms_down", "arms_out", "arms_raised"]
+    for closest, average, em, two_view, two_view_all, bound in costs.values():
+        assert bound < two_view_all <= two_view < em < min(closest, average)
+    assert "Every method planned for 3 subjects, on 200 samples of each" in said
+
+
 def test_another_aperture():
     said = run("another_aperture", ROOT / "bags/mesh_k_view", 32).splitlines()
     recorded, stopped_down = (

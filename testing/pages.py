@@ -255,7 +255,7 @@ def _check_options(words: list[str]) -> None:
 
 @cache
 def _help(command: str) -> str:
-    program = [sys.executable, "-m", "focus_planner.cli.main", *command.split(), "--help"]
+    program = [sys.executable, "-m", "focus_planner", *command.split(), "--help"]
     return subprocess.run(program, check=True, capture_output=True, text=True).stdout
 
 

@@ -223,6 +223,7 @@ class _Version(argparse.Action):
 def _parser() -> argparse.ArgumentParser:
     from focus_planner.cli import (
         compiling,
+        evaluate,
         masks,
         parameters,
         plan,
@@ -248,6 +249,7 @@ def _parser() -> argparse.ArgumentParser:
     report.add(commands)
     preview.add(commands)
     masks.add(commands)
+    evaluate.add(commands)
     compiling.add(commands)
     _add_nodes(commands)
     publish.add(commands)

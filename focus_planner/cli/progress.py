@@ -44,8 +44,8 @@ class Shows(ABC):
         """Show a phrase."""
 
     @abstractmethod
-    def show_share(self, what: str, share: float) -> None:
-        """Show which share of something is done, from 0 to 1."""
+    def show_share(self, what: str, share: float, *figures: str) -> None:
+        """Show which share of something is done, from 0 to 1, and figures beside it."""
 
     @abstractmethod
     def show_standing(self, standing: Standing, prefix: str = "") -> None:

@@ -117,13 +117,13 @@ class ProgressLine(Shows):
         self._before_change()
         self._begin(text)
 
-    def show_share(self, what: str, share: float) -> None:
-        """Show which share of something is done, from 0 to 1."""
+    def show_share(self, what: str, share: float, *figures: str) -> None:
+        """Show which share of something is done, from 0 to 1, and figures beside it."""
         self._before_change()
         if what != self._doing.text:
             self._begin(what)
-        figures = (_aligned(percent(share)),)
-        self._doing = _Doing(what, self._doing.began, figures, min(max(share, 0.0), 1.0))
+        shown = (_aligned(percent(share)), *figures)
+        self._doing = _Doing(what, self._doing.began, shown, min(max(share, 0.0), 1.0))
 
     def show_standing(self, standing: Standing, prefix: str = "") -> None:
         """Show how far a plan is."""

@@ -8,8 +8,47 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
+
 """Evaluation: the paper's experiments, and more, on many subjects and many machines.
 
 ``experiments/X.py`` is the experiment X: its settings, what a task measures, and what it writes of
-the results. ``experiment`` says what they have in common, ``subject`` what they get.
+the results. ``experiment`` says what they have in common, ``subject`` what they get. Subjects come
+from ``finding``; ``running`` has tasks done by ``here`` or ``cluster``, and ``store`` keeps what
+comes of them, of which ``page`` makes plots and text.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from focus_planner.evaluation.alone import evaluate
+    from focus_planner.evaluation.experiment import Conditions, Experiment, Results
+    from focus_planner.evaluation.experiments import EXPERIMENTS
+    from focus_planner.evaluation.finding import find_sources
+
+__all__ = [
+    "EXPERIMENTS",
+    "Conditions",
+    "Experiment",
+    "Results",
+    "evaluate",
+    "find_sources",
+]
+
+_HOMES = {
+    "EXPERIMENTS": "experiments",
+    "Conditions": "experiment",
+    "Experiment": "experiment",
+    "Results": "experiment",
+    "evaluate": "alone",
+    "find_sources": "finding",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is asked for: what runs experiments takes seconds."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -29,7 +29,7 @@ from focus_planner.core.surface.cleaning import clean_cloud, clean_mesh
 from focus_planner.core.surface.surface import Surface
 from focus_planner.core.validation import InputError
 from focus_planner.io.files import SURFACE, check_readable
-from focus_planner.io.formats.arrays import read_npy
+from focus_planner.io.formats.arrays import read_npy, read_npz
 from focus_planner.io.formats.contents import SurfaceContents
 from focus_planner.io.formats.gltf import read_gltf
 from focus_planner.io.formats.laser_scans import read_e57, read_las
@@ -39,6 +39,7 @@ from focus_planner.io.formats.pcd import read_pcd
 from focus_planner.io.formats.ply import read_ply
 from focus_planner.io.formats.stl import read_stl
 from focus_planner.io.formats.text_clouds import read_text_cloud
+from focus_planner.io.formats.textures import ignoring_looks
 from focus_planner.io.importance import IMPORTANCE, choose_importance, load_importance
 from focus_planner.io.reading import telling
 
@@ -70,6 +71,7 @@ _FORMATS = {
     "pcd": _Format(read_pcd),
     **dict.fromkeys(("xyz", "xyzn", "txt", "asc", "csv", "pts"), _Format(read_text_cloud)),
     "npy": _Format(read_npy),
+    "npz": _Format(read_npz),
     "las": _Format(read_las, tells=False),
     "laz": _Format(read_las, tells=False),
     "e57": _Format(read_e57, tells=False),
@@ -81,15 +83,16 @@ def load_surface(
     importance: str | PathLike[str] | None = None,
     *,
     importance_property: str = IMPORTANCE,
+    looks: bool = True,
     on_progress: Callable[[float], object] = lambda _: None,
 ) -> Surface:
     """Read a mesh or a point cloud, in the format given by the file name's suffix.
 
-    Mesh formats are ply, obj, stl, off, glb and gltf; cloud formats are ply without faces, pcd,
-    xyz, xyzn, txt, asc, csv, pts, npy, and with the extra ``formats`` las, laz and e57. Coordinates
-    are in metres in the rig's frame, and are not rounded. Vertex or point normals are used if the
-    file has them, and so is a property or field ``importance``. Colours and textures are for
-    pictures: plans do not depend on them, and a texture that cannot be read is left out.
+    Mesh formats are ply, obj, stl, off, glb, gltf and npz; cloud formats are ply without faces,
+    pcd, xyz, xyzn, txt, asc, csv, pts, npy, and with the extra ``formats`` las, laz and e57.
+    Coordinates are in metres in the rig's frame, and are not rounded. Vertex or point normals are
+    used if the file has them, and so is a property or field ``importance``. Colours and textures
+    are for pictures: plans do not depend on them, and a texture that cannot be read is left out.
 
     Parts that are no surface, triangles without area and points that are not finite, are left out,
     and normals that are none are computed; ``notes`` of the result say so.
@@ -103,6 +106,8 @@ def load_surface(
     importance_property : str
         The property, field or column of the surface's own file that holds the importance. One
         named otherwise than ``importance`` must be there.
+    looks : bool
+        Whether to read materials and textures.
     on_progress : callable, optional
         Called with the share of the file that is read, from 0 to 1, where that is known; not for
         las, laz and e57. It may raise, to end the reading.
@@ -135,7 +140,10 @@ def load_surface(
             "other formats do not keep the order of vertices: save the mesh as ply",
         )
     with np.errstate(over="ignore", invalid="ignore"):  # a broken file may contain any numbers
-        with telling(on_progress) if _FORMATS[kind].tells else nullcontext():
+        with (
+            telling(on_progress) if _FORMATS[kind].tells else nullcontext(),
+            nullcontext() if looks else ignoring_looks(),
+        ):
             contents = _FORMATS[kind].read(path)
         surface = _surface(path, contents, importance, importance_property)
     on_progress(1.0)

@@ -134,7 +134,7 @@ def suspect_frames(scene: Scene, rig: Rig) -> Suspicion | None:
     scene : Scene
     rig : Rig
     """
-    few = rig.cameras[:: math.ceil(len(rig) / _TRIAL_CAMERAS)]
+    few = _few(rig)
     poses = _Poses(
         np.array([camera.position for camera in few]),
         Rotation.from_quat([camera.orientation for camera in few]),
@@ -166,6 +166,15 @@ def seen_from_behind(scene: Scene, rig: Rig) -> float:
     behind = _seen(samples, visible_pairs(scene, rig, turned))
     behind &= ~_seen(samples, visible_pairs(scene, rig, samples))
     return float(samples.weights[behind].sum() / samples.weights.sum())
+
+
+def sight(scene: Scene, rig: Rig) -> Sight:
+    """Return how much a rig sees of a surface, roughly: some of its cameras, of some samples."""
+    return _sight(scene, _few(rig), scene.sample(_TRIAL_SAMPLES, 0))
+
+
+def _few(rig: Rig) -> tuple[Camera, ...]:
+    return rig.cameras[:: math.ceil(len(rig) / _TRIAL_CAMERAS)]
 
 
 def _posed(cameras: Iterable[Camera], poses: _Poses) -> Iterator[Camera]:

@@ -20,7 +20,9 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
 
@@ -46,6 +48,7 @@ _MARGIN = 2
 _NAME = re.compile(r"[\w.()/ -]{1,60}")
 # Float32 tells places within an image apart up to here.
 _FARTHEST = 1e4
+_ignored: ContextVar[bool] = ContextVar("ignored", default=False)
 
 
 class Wrapped(NamedTuple):
@@ -74,10 +77,22 @@ def without_looks(path: Path, what: str, reason: str) -> Note:
     )
 
 
+@contextmanager
+def ignoring_looks() -> Iterator[None]:
+    """Read no materials and textures of the surfaces that the block reads."""
+    token = _ignored.set(True)
+    try:
+        yield
+    finally:
+        _ignored.reset(token)
+
+
 def looks_or_note(
     path: Path, what: str, read: Callable[[], Any], notes: list[Note], default: Any = None
 ) -> Any:
     """Return what ``read`` does; if it fails for what is in the file, note that and go on.
+
+    Within :func:`ignoring_looks` nothing is read, and nothing noted.
 
     Parameters
     ----------
@@ -91,6 +106,8 @@ def looks_or_note(
     default
         Returned if it fails.
     """
+    if _ignored.get():
+        return default
     try:
         return read()
     except InputError as error:
