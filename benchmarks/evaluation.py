@@ -35,8 +35,6 @@ from rich.table import Table
 from benchmarks.scenes import rig
 from benchmarks.timing import timed
 from focus_planner.core.planning.precompile import PLANS, precompile
-from focus_planner.evaluation import running
-from focus_planner.evaluation.cluster import local_cluster
 from focus_planner.evaluation.experiment import (
     Conditions,
     Experiment,
@@ -45,9 +43,10 @@ from focus_planner.evaluation.experiment import (
     each_subject,
 )
 from focus_planner.evaluation.experiments import EXPERIMENTS
-from focus_planner.evaluation.here import Here
-from focus_planner.evaluation.running import Workers
-from focus_planner.evaluation.store import opened
+from focus_planner.evaluation.results.store import opened
+from focus_planner.evaluation.running.cluster import local_cluster
+from focus_planner.evaluation.running.here import Here
+from focus_planner.evaluation.running.running import Workers, running
 from focus_planner.evaluation.subject import Subject
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface

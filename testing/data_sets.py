@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Folders of scans as they are downloaded: 3DBodyTex, and others."""
 
 from __future__ import annotations

@@ -13,9 +13,9 @@
 import sys
 from pathlib import Path
 
-from focus_planner.evaluation.cluster import local_cluster
-from focus_planner.evaluation.running import run
-from focus_planner.evaluation.store import opened
+from focus_planner.evaluation.results.store import opened
+from focus_planner.evaluation.running.cluster import local_cluster
+from focus_planner.evaluation.running.running import run
 from testing.experiments import CONDITIONS, SLOW, boxes
 
 if __name__ == "__main__":

@@ -30,8 +30,8 @@ from focus_planner.core.validation import InputError, check_choice
 if TYPE_CHECKING:
     from focus_planner.core.rig.rig import Rig
     from focus_planner.evaluation.experiment import Conditions, Experiment
-    from focus_planner.evaluation.finding import Found
-    from focus_planner.evaluation.running import Outcome, Standing, Workers
+    from focus_planner.evaluation.finding.finding import Found
+    from focus_planner.evaluation.running.running import Outcome, Standing, Workers
 
 _FAILED = 1
 _DESCRIPTION = """\
@@ -155,7 +155,7 @@ def _conditions(options: argparse.Namespace) -> Conditions:
 
 def _checked_page(options: argparse.Namespace) -> Path:
     """Return where the page is to be; raise if nothing can be written there."""
-    from focus_planner.evaluation.page import PAGE
+    from focus_planner.evaluation.writing.page import PAGE
     from focus_planner.io.files import check_folder_writable
 
     page: Path = options.page or options.output / PAGE
@@ -172,7 +172,7 @@ def _found(options: argparse.Namespace, tell: Tell) -> Found:
     from dask.system import CPU_COUNT
 
     from focus_planner.core.validation import check_whole
-    from focus_planner.evaluation.finding import Options, find_sources
+    from focus_planner.evaluation.finding.finding import Options, find_sources
 
     if options.subjects is not None:
         check_whole("--subjects", options.subjects, at_least=1)
@@ -196,9 +196,9 @@ def _evaluate(
     tell: Tell,
 ) -> int:
     """Run experiments one after the other, and print what came of each; return the exit status."""
-    from focus_planner.evaluation.finding import spread
-    from focus_planner.evaluation.running import WorkersLostError, run
-    from focus_planner.evaluation.store import opened
+    from focus_planner.evaluation.finding.finding import spread
+    from focus_planner.evaluation.results.store import opened
+    from focus_planner.evaluation.running.running import WorkersLostError, run
 
     status = 0
     with opened(options.output, conditions, found.sources) as store, _workers(options, tell) as who:
@@ -220,7 +220,7 @@ def _evaluate(
 def _workers(options: argparse.Namespace, tell: Tell) -> Iterator[Workers]:
     """Yield those who do the work."""
     if options.scheduler is not None:
-        from focus_planner.evaluation.cluster import connected
+        from focus_planner.evaluation.running.cluster import connected
 
         tell(f"connecting to {options.scheduler}")
         with connected(options.scheduler) as cluster:
@@ -230,11 +230,11 @@ def _workers(options: argparse.Namespace, tell: Tell) -> Iterator[Workers]:
 
     compile_first(tell, PLANS)
     if options.workers == 1:
-        from focus_planner.evaluation.here import Here
+        from focus_planner.evaluation.running.here import Here
 
         yield Here()
         return
-    from focus_planner.evaluation.cluster import local_cluster
+    from focus_planner.evaluation.running.cluster import local_cluster
 
     tell("starting workers")
     with local_cluster(options.workers) as cluster:
@@ -265,8 +265,8 @@ def _print_outcome(
     options: argparse.Namespace, experiment: Experiment, outcome: Outcome, tell: Tell
 ) -> None:
     """Write an experiment's plot and paragraph, and print the latter."""
-    from focus_planner.evaluation.evaluated import load_evaluated
-    from focus_planner.evaluation.page import write_up
+    from focus_planner.evaluation.writing.evaluated import load_evaluated
+    from focus_planner.evaluation.writing.page import write_up
 
     for task, reason in outcome.failures[:3]:
         show_error(f"{experiment.name}, {task}: {reason}")
@@ -293,6 +293,6 @@ def _print_markdown(text: str) -> None:
 
 
 def _write_page(folder: Path, page: Path) -> None:
-    from focus_planner.evaluation.page import write_page
+    from focus_planner.evaluation.writing.page import write_page
 
     write_page(folder, page)

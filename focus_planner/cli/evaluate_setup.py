@@ -23,9 +23,9 @@ from focus_planner.core.validation import first_few
 
 if TYPE_CHECKING:
     from focus_planner.evaluation.experiment import Experiment
-    from focus_planner.evaluation.finding import Found
-    from focus_planner.evaluation.setup import Setup
-    from focus_planner.evaluation.sources import Source
+    from focus_planner.evaluation.finding.finding import Found
+    from focus_planner.evaluation.finding.sources import Source
+    from focus_planner.evaluation.writing.setup import Setup
 
 #: Stands for every experiment.
 ALL = "all"
@@ -33,7 +33,7 @@ ALL = "all"
 
 def setup_of(options: argparse.Namespace, experiments: Sequence[Experiment], found: Found) -> Setup:
     """Return what was asked for, now and before, and where the evaluation began."""
-    from focus_planner.evaluation.setup import Setup
+    from focus_planner.evaluation.writing.setup import Setup
 
     begun = Setup.load(options.output) if Setup.is_in(options.output) else Setup()
     return replace(

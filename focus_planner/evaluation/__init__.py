@@ -8,13 +8,13 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Evaluation: the paper's experiments, and more, on many subjects and many machines.
 
 ``experiments/X.py`` is the experiment X: its settings, what a task measures, and what it writes of
-the results. ``experiment`` says what they have in common, ``subject`` what they get. Subjects come
-from ``finding``; ``running`` has tasks done by ``here`` or ``cluster``, and ``store`` keeps what
-comes of them, of which ``page`` makes plots and text.
+the results, with what several of them share in ``measuring``. ``experiment`` says what they have
+in common, ``subject`` what they get. Subjects come from ``finding``; ``running`` has tasks done,
+here or on many machines; ``results`` keeps what comes of them; ``writing`` makes tables, plots and
+the page.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from focus_planner.evaluation.alone import evaluate
     from focus_planner.evaluation.experiment import Conditions, Experiment, Results
     from focus_planner.evaluation.experiments import EXPERIMENTS
-    from focus_planner.evaluation.finding import find_sources
+    from focus_planner.evaluation.finding.finding import find_sources
 
 __all__ = [
     "EXPERIMENTS",
@@ -43,7 +43,7 @@ _HOMES = {
     "Experiment": "experiment",
     "Results": "experiment",
     "evaluate": "alone",
-    "find_sources": "finding",
+    "find_sources": "finding.finding",
 }
 
 

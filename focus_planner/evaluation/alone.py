@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """An experiment from Python, in this process."""
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ from tempfile import TemporaryDirectory
 
 from focus_planner.core.validation import InputError
 from focus_planner.evaluation.experiment import Conditions, Experiment, Results
-from focus_planner.evaluation.here import Here
-from focus_planner.evaluation.running import run
-from focus_planner.evaluation.store import opened
-from focus_planner.evaluation.work import Source
+from focus_planner.evaluation.results.store import opened
+from focus_planner.evaluation.running.here import Here
+from focus_planner.evaluation.running.running import run
+from focus_planner.evaluation.running.work import Source
 
 
 def evaluate(
@@ -37,7 +36,8 @@ def evaluate(
     ----------
     experiment : Experiment
     sources : sequence of Source
-        Of its subjects, as :func:`~focus_planner.evaluation.finding.find_sources` finds them.
+        Of its subjects, as :func:`~focus_planner.evaluation.finding.finding.find_sources` finds
+        them.
     conditions : Conditions, optional
         By default the paper's 1,000 samples.
     folder : Path, optional

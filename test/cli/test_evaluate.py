@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """``focus_planner evaluate``: what it prints, writes and refuses; going on where it was stopped."""
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ import pytest
 from focus_planner.cli import main as cli
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.core.rig.layouts import cylinder_rig
-from focus_planner.evaluation import here
 from focus_planner.evaluation.experiments import EXPERIMENTS
+from focus_planner.evaluation.running.running import here
 from focus_planner.io.rigs import save_rig
 from testing.data_sets import person
 

@@ -31,10 +31,10 @@ from focus_planner.evaluation.experiment import (
     WriteUp,
     each_subject,
 )
-from focus_planner.evaluation.experiments.methods import CLOSEST, EM, TWO_VIEW_ALL
-from focus_planner.evaluation.markdown import percent, table
-from focus_planner.evaluation.means import mean_column, mean_rows
+from focus_planner.evaluation.measuring.methods import CLOSEST, EM, TWO_VIEW_ALL
 from focus_planner.evaluation.subject import Subject, judge
+from focus_planner.evaluation.writing.markdown import percent, table
+from focus_planner.evaluation.writing.means import mean_column, mean_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

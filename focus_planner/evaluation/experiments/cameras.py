@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from focus_planner.evaluation.cylinders import aspect_ratio, cylinder_like
 from focus_planner.evaluation.experiment import (
     Conditions,
     Experiment,
@@ -29,9 +28,10 @@ from focus_planner.evaluation.experiment import (
     WriteUp,
     each_subject,
 )
-from focus_planner.evaluation.experiments.methods import EM, TWO_VIEW
-from focus_planner.evaluation.markdown import counted, table
+from focus_planner.evaluation.measuring.cylinders import aspect_ratio, cylinder_like
+from focus_planner.evaluation.measuring.methods import EM, TWO_VIEW
 from focus_planner.evaluation.subject import Subject, judge
+from focus_planner.evaluation.writing.markdown import counted, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -26,15 +26,15 @@ from focus_planner.evaluation.experiment import (
     WriteUp,
     each_subject,
 )
-from focus_planner.evaluation.experiments.methods import (
+from focus_planner.evaluation.measuring.methods import (
     AVERAGE,
     CLOSEST,
     EM,
     TWO_VIEW,
     TWO_VIEW_ALL,
 )
-from focus_planner.evaluation.markdown import counted, percent, table
 from focus_planner.evaluation.subject import Subject, judge
+from focus_planner.evaluation.writing.markdown import counted, percent, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -26,11 +26,8 @@ from focus_planner.evaluation.experiment import (
     WriteUp,
     each_subject,
 )
-from focus_planner.evaluation.experiments.methods import AVERAGE, CLOSEST, EM, TWO_VIEW_ALL
-from focus_planner.evaluation.markdown import percent, table
-from focus_planner.evaluation.means import mean_column, mean_row
-from focus_planner.evaluation.subject import Subject, judge
-from focus_planner.evaluation.wrong_geometry import (
+from focus_planner.evaluation.measuring.methods import AVERAGE, CLOSEST, EM, TWO_VIEW_ALL
+from focus_planner.evaluation.measuring.wrong_geometry import (
     leaning,
     moved,
     noisy,
@@ -38,6 +35,9 @@ from focus_planner.evaluation.wrong_geometry import (
     with_position_error,
     with_rotation_error,
 )
+from focus_planner.evaluation.subject import Subject, judge
+from focus_planner.evaluation.writing.markdown import percent, table
+from focus_planner.evaluation.writing.means import mean_column, mean_row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -34,9 +34,9 @@ from focus_planner.evaluation.experiment import (
     WriteUp,
     each_subject,
 )
-from focus_planner.evaluation.experiments.methods import EM, TWO_VIEW, TWO_VIEW_ALL
-from focus_planner.evaluation.markdown import counted, percent, table
+from focus_planner.evaluation.measuring.methods import EM, TWO_VIEW, TWO_VIEW_ALL
 from focus_planner.evaluation.subject import Subject
+from focus_planner.evaluation.writing.markdown import counted, percent, table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

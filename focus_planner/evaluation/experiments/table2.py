@@ -33,10 +33,10 @@ from focus_planner.evaluation.experiment import (
     WriteUp,
     each_subject,
 )
-from focus_planner.evaluation.experiments.methods import AVERAGE, EM, TWO_VIEW
-from focus_planner.evaluation.experiments.passes import k_view_passes
-from focus_planner.evaluation.markdown import counted, percent, table
+from focus_planner.evaluation.measuring.methods import AVERAGE, EM, TWO_VIEW
+from focus_planner.evaluation.measuring.passes import k_view_passes
 from focus_planner.evaluation.subject import Subject
+from focus_planner.evaluation.writing.markdown import counted, percent, table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

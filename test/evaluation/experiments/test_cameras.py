@@ -17,10 +17,10 @@ from matplotlib.figure import Figure
 
 from focus_planner import cylinder_rig, dome_rig
 from focus_planner.core.validation import InputError
-from focus_planner.evaluation.cylinders import aspect_ratio, cylinder_like
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import cameras
-from focus_planner.evaluation.experiments.methods import EM
+from focus_planner.evaluation.measuring.cylinders import aspect_ratio, cylinder_like
+from focus_planner.evaluation.measuring.methods import EM
 from testing import reference
 from testing.evaluations import CONDITIONS, RIG, run, subjects
 from testing.problems import with_threads

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import fresh
-from focus_planner.evaluation.experiments.methods import AVERAGE, TWO_VIEW_ALL
+from focus_planner.evaluation.measuring.methods import AVERAGE, TWO_VIEW_ALL
 from testing import reference
 from testing.evaluations import CONDITIONS, run, subjects
 from testing.problems import with_threads

@@ -17,7 +17,7 @@ from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.solvers import closest
 from focus_planner.evaluation.experiments.geometry import EXPERIMENT
-from focus_planner.evaluation.wrong_geometry import noisy, with_position_error
+from focus_planner.evaluation.measuring.wrong_geometry import noisy, with_position_error
 from testing.evaluations import (
     CONDITIONS,
     assert_same_for_any_threads,

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import optimum
-from focus_planner.evaluation.experiments.methods import EM
+from focus_planner.evaluation.measuring.methods import EM
 from focus_planner.evaluation.subject import judge
 from testing import reference
 from testing.evaluations import CONDITIONS, run, subjects

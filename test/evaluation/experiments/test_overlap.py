@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from focus_planner.core.solvers.solution import cells_at, distances_of_cells
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import overlap
-from focus_planner.evaluation.experiments.methods import EM
+from focus_planner.evaluation.measuring.methods import EM
 from testing import reference
 from testing.evaluations import CONDITIONS, run, subjects
 from testing.problems import random_problem, with_threads

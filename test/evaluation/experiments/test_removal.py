@@ -14,8 +14,8 @@ import pytest
 
 from focus_planner import InputError, dome_rig
 from focus_planner.core import kernels
-from focus_planner.evaluation.experiments.methods import TWO_VIEW_ALL
 from focus_planner.evaluation.experiments.removal import EXPERIMENT, missed
+from focus_planner.evaluation.measuring.methods import TWO_VIEW_ALL
 from testing.evaluations import (
     CONDITIONS,
     assert_same_for_any_threads,

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from focus_planner.evaluation.experiment import Conditions, Results
 from focus_planner.evaluation.experiments import views
-from focus_planner.evaluation.experiments.methods import TWO_VIEW_ALL
+from focus_planner.evaluation.measuring.methods import TWO_VIEW_ALL
 from testing import reference
 from testing.evaluations import CONDITIONS, RIG, run, subjects
 from testing.problems import with_threads
