@@ -152,9 +152,9 @@ class _Folder(FunctionCache):
 class _Files(IndexDataCacheFile):
     """The files of a function, which several processes may write at once.
 
-    Numba's own number the code of each set of types by what the index has. Two processes may then give
-    one number to two, and code be found for types that it is not for. Here the worst is that a process
-    does not know of what another has just compiled, and compiles it again.
+    Numba's own number the code of each set of types by what the index has. Two processes may then
+    give one number to two, and code be found for types that it is not for. Here the worst is that a
+    process does not know of what another has just compiled, and compiles it again.
     """
 
     def save(self, key: Any, data: Any) -> None:
