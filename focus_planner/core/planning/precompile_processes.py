@@ -93,7 +93,8 @@ def _share_out(
                 connection.send(ALL.index(work))
             waiting.remove(work)
             busy[connection] = work
-        for connection in wait(list(busy), _SECONDS_BETWEEN_LOOKS):
+        heard = wait(list(busy), _SECONDS_BETWEEN_LOOKS)
+        for connection in [each for each in busy if each in heard]:
             busy.pop(connection)
             # A process may have been ended, for want of memory for instance.
             with suppress(EOFError, ConnectionResetError):
