@@ -333,6 +333,7 @@ def _prove() -> None:
     gains = gains_of(formulate_problem(Scene(_ball()), _rig(), PlanRequest(samples=_SAMPLES)))
     prices = Prices(gains)
     prices.descend(0)
+    prices.frequent_cells()
     Branching(gains, prices.price, prices.bound, 0).step(0)
 
 

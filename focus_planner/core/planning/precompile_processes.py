@@ -18,11 +18,12 @@ them all: that loads what the others have compiled, and compiles what one that w
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 
 from numba import config
 
@@ -36,6 +37,11 @@ from focus_planner.core.planning.precompile import (
     progress_of,
 )
 from focus_planner.core.progress import COMPILING, Progress
+
+if sys.platform == "win32":
+    from multiprocessing.connection import PipeConnection as Connection
+else:
+    from multiprocessing.connection import Connection
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 # So many kinds of work at once; more processes would take memory, and wait.
