@@ -17,7 +17,8 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH 
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test docs bench paper bundle figures lint format lock clean
+.PHONY: help setup demo check test docs bench paper bundle figures lint types-here types-on-windows
+.PHONY: format lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -59,10 +60,15 @@ figures: setup  ## draw every picture of README and docs anew; ARGS="gallery" fo
 lint: setup  ## style, types and import rules
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync=target types-here types-on-windows
+	@$(BIN)/lint-imports
+
+types-here:
 	@$(BIN)/mypy
+
+types-on-windows:
 	@$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 --follow-imports silent \
 	  --exclude '^focus_planner/(ros/|demo\.py|runtime/(fork_server|planning_process|stop_signals)\.py)'
-	@$(BIN)/lint-imports
 
 format: setup  ## rewrite the code in the house style
 	@$(BIN)/ruff check --fix-only --quiet

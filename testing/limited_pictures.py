@@ -56,23 +56,25 @@ def choices(problem, images):
 
 
 def plan_units(problem, cell):
-    """Return what a choice of cells costs: of each sample the sum of its cheapest views."""
-    cells, total = problem.cells, 0
+    """Return what choices of cells (..., C) cost: of each sample the sum of its cheapest views."""
+    cells, cell = problem.cells, np.asarray(cell)
+    total = np.zeros(cell.shape[:-1], dtype=np.int64)
     for p in range(len(cells.unseen)):
-        costs = [int(cells.unseen[p])] * problem.views
+        missing = np.full_like(total, cells.unseen[p])
+        costs = [missing] * problem.views
         for camera, r in _views(problem, p).items():
-            shots = cell[camera * problem.shots : (camera + 1) * problem.shots]
-            taken = [each for each in shots if each != NO_PICTURE]
-            if taken:
-                sharp = any(cells.first[r] <= each <= cells.last[r] for each in taken)
-                costs.append(int(cells.base[r]) + (0 if sharp else int(cells.focus[p])))
-        total += sum(sorted(costs)[: problem.views])
+            shots = cell[..., camera * problem.shots : (camera + 1) * problem.shots]
+            taken = shots != NO_PICTURE
+            sharp = (taken & (cells.first[r] <= shots) & (shots <= cells.last[r])).any(axis=-1)
+            cost = cells.base[r] + np.where(sharp, 0, int(cells.focus[p]))
+            costs.append(np.where(taken.any(axis=-1), cost, missing))
+        total += np.sort(costs, axis=0)[: problem.views].sum(axis=0)
     return total
 
 
 def least_units(problem, images):
     """Return what the best choice costs, by trying them all."""
-    return min(plan_units(problem, cell) for cell in choices(problem, images))
+    return int(plan_units(problem, list(choices(problem, images))).min())
 
 
 def priced_units(problem, images, price):

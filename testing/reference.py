@@ -464,18 +464,49 @@ def best_step(table, focus, members, scope):
     to the members stay among them, and all others keep their camera: its cost is that of the
     assignment, not of the cheapest camera.
     """
+    trials = [camera_candidates(table, c) if c in members else [s] for c, s in enumerate(focus)]
+    if not all(trials):
+        return math.inf, None
+    if scope == "all":
+        best = _cheapest_combination(table, trials)
+        return cost(table, best), best
     phi = assign_views(table, focus)
-    trials = [camera_candidates(table, c) for c in members]
-    best, best_focus = math.inf, None
-    for distances in itertools.product(*trials):
-        moved = list(focus)
-        for c, s in zip(members, distances, strict=True):
-            moved[c] = s
-        everyone = scope == "all"
-        new = cost(table, moved) if everyone else assigned_cost(table, moved, phi, members)
-        if new < best:
-            best, best_focus = new, moved
-    return best, best_focus
+    kept = [[c for c in cameras if c not in members] for cameras in phi]
+    to_hand_over = [len(cameras) - len(own) for cameras, own in zip(phi, kept, strict=True)]
+    best = _cheapest_combination(table, trials, members, kept, to_hand_over)
+    return assigned_cost(table, best, phi, members), best
+
+
+def _cheapest_combination(table, trials, members=None, kept=None, count=None):
+    """Return the distances, one of each camera's trials, at which the total is least.
+
+    Sample p has count[p] views, all that it needs by default, in the cheapest of the members, by
+    default of all cameras; but none in another shot of a camera that it is kept by. What it has in
+    those cameras is the same for all combinations.
+    """
+    samples = len(table.seen)
+    count = [table.views] * samples if count is None else count
+    taken = [{c // table.shots for c in own} for own in kept or [[]] * samples]
+    costs = [np.full((len(distances), samples), np.inf) for distances in trials]
+    for c in range(table.cameras) if members is None else members:
+        for p, seen in table.of_camera(c).items():
+            if c // table.shots not in taken[p]:
+                costs[c][:, p] = [seen.cost(s, table.focus_weight) for s in trials[c]]
+    share = np.array([table.share(p) for p in range(samples)])
+    views = -(-table.cameras // table.shots)
+    needed = np.arange(views)[:, None, None] < np.array(count)
+    combinations = np.array(list(itertools.product(*(range(len(each)) for each in trials))))
+    best, least = None, math.inf
+    for some in np.array_split(combinations, 1 + len(combinations) // 4096):
+        of_view = np.full((views, len(some), samples), np.inf)
+        for c, chosen in enumerate(some.T):
+            np.minimum(of_view[c // table.shots], costs[c][chosen], out=of_view[c // table.shots])
+        of_view.sort(axis=0)
+        of_view[np.isinf(of_view)] = 1.0
+        totals = (share * of_view.sum(axis=0, where=needed)).sum(axis=-1)
+        if totals.min() < least:
+            best, least = some[totals.argmin()], totals.min()
+    return [distances[i] for distances, i in zip(trials, best, strict=True)]
 
 
 def assigned_cost(table, focus, phi, members):
@@ -496,7 +527,7 @@ def assigned_cost(table, focus, phi, members):
 def optimum_by_enumeration(table):
     """Return the least total cost by trying every combination of candidate distances (Eq. 3)."""
     trials = [camera_candidates(table, c) or [1.0] for c in range(table.cameras)]
-    return min(cost(table, focus) for focus in itertools.product(*trials))
+    return cost(table, _cheapest_combination(table, trials))
 
 
 def bracket_optimum(problem, shots, tolerance):
@@ -704,10 +735,22 @@ def all_cells(gains):
 
 
 def largest_gain(gains, low=None, high=None):
-    """Return the most that any choice of cells gains, by trying them all."""
+    """Return the most that any choice of cells gains, by trying them all.
+
+    It is the largest ``cells_gain``, of all choices at once: an axis for each camera, and the
+    samples.
+    """
     if low is None:
         low, high = all_cells(gains)
-    return max(cells_gain(gains, cell) for cell in cells_between(low, high))
+    largest = np.zeros(len(gains.most), dtype=np.int64)
+    for c in range(len(low)):
+        held = np.zeros((max(high[c] - low[c] + 1, 1), len(gains.most)), dtype=np.int64)
+        for j in range(gains.offsets[c], gains.offsets[c + 1]):
+            for cell in range(max(gains.first[j], low[c]), min(gains.last[j], high[c]) + 1):
+                here = cell - low[c], gains.sample[j]
+                held[here] = max(held[here], int(gains.gain[j]))
+        largest = np.maximum(largest[..., None, :], held)
+    return int(largest.sum(axis=-1).max())
 
 
 def takings(gains, c, cell, price):
@@ -735,12 +778,8 @@ def confined_bound(gains, price, low=None, high=None):
 
 def best_pair(gain_a, gain_b, rectangles, weights):
     """Return the most of gain_a[i] + gain_b[j] − Σ weights of rectangles around (i, j)."""
-    best = -math.inf
-    for i in range(len(gain_a)):
-        for j in range(len(gain_b)):
-            value = int(gain_a[i]) + int(gain_b[j])
-            for (i_0, i_1, j_0, j_1), weight in zip(rectangles, weights, strict=True):
-                if i_0 <= i <= i_1 and j_0 <= j <= j_1:
-                    value -= int(weight)
-            best = max(best, value)
-    return best
+    value = np.add.outer(np.asarray(gain_a, dtype=np.int64), np.asarray(gain_b, dtype=np.int64))
+    i, j = np.indices(value.shape)
+    for (i_0, i_1, j_0, j_1), weight in zip(rectangles, weights, strict=True):
+        value[(i_0 <= i) & (i <= i_1) & (j_0 <= j) & (j <= j_1)] -= int(weight)
+    return int(value.max())

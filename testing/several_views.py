@@ -71,22 +71,27 @@ def _views(problem, p):
 
 
 def plan_units(problem, cell):
-    """Return what a choice of cells costs: of each sample the sum of its cheapest views."""
-    cells, total = problem.cells, 0
+    """Return what choices of cells (..., C) cost: of each sample the sum of its cheapest views."""
+    cells, cell = problem.cells, np.asarray(cell)
+    total = np.zeros(cell.shape[:-1], dtype=np.int64)
     for p in range(len(cells.unseen)):
-        costs, missing, views = [], int(cells.unseen[p]), _views(problem, p)
-        for shots in views.values():
-            held = [cells.first[r] <= cell[problem.camera_index[r]] <= cells.last[r] for r in shots]
-            cost = int(cells.base[shots[0]]) + (0 if any(held) else int(cells.focus[p]))
-            costs.append(cost if problem.views == 1 else min(cost, missing))
-        costs += [missing] * (problem.views - len(costs))
-        total += sum(sorted(costs)[: problem.views])
+        missing = np.full_like(total, cells.unseen[p])
+        costs = [missing] * problem.views
+        for shots in _views(problem, p).values():
+            held = np.zeros(total.shape, dtype=bool)
+            for r in shots:
+                taken = cell[..., problem.camera_index[r]]
+                held |= (cells.first[r] <= taken) & (taken <= cells.last[r])
+            costs.append(cells.base[shots[0]] + np.where(held, 0, int(cells.focus[p])))
+        if problem.views == 1 and len(costs) > 1:
+            costs = costs[1:]  # whatever they are: it is not to be unseen
+        total += np.sort(costs, axis=0)[: problem.views].sum(axis=0)
     return total
 
 
 def least_units(problem):
     """Return what the best choice of cells costs, by trying them all."""
-    return min(plan_units(problem, cell) for cell in choices(problem))
+    return int(plan_units(problem, list(choices(problem))).min())
 
 
 def priced_units(problem, price):

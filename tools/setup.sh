@@ -229,7 +229,8 @@ stage_kernels() {
   PYTHONPATH=. "$python" -m focus_planner warm-up
 }
 
-# The kernels need none of the interfaces, and one core: compile both at once.
+# The kernels need none of the interfaces, and some wait for others: compile both at once, messages
+# with what kernels leave of the cores.
 stage_build() {
   stage_kernels >"$state/kernels.log" 2>&1 &
   local kernels=$! status=0
@@ -253,7 +254,7 @@ build_package() {
   cmake -S "$2" -B "$build" -G Ninja -DBUILD_TESTING=OFF \
     -DCMAKE_INSTALL_PREFIX="$venv" -DCMAKE_PREFIX_PATH="$venv" \
     -DPython3_EXECUTABLE="$venv/bin/python"
-  cmake --build "$build" --target install
+  nice cmake --build "$build" --target install
 }
 
 # tf2_msgs is in no index of Python packages: tools/tf2_msgs has the one message of it that is used.

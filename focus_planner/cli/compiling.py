@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from focus_planner.cli.progress import Tell, show_progress, shown
 from focus_planner.cli.terminal import show_note
+from focus_planner.core.validation import check_whole
 
 if TYPE_CHECKING:
     from focus_planner.core.planning.precompile import Compiled, Work
@@ -29,7 +30,9 @@ _NOT_KEPT = 1
 _SECONDS_BETWEEN_LINES = 10.0
 
 
-def compile_first(tell: Tell, works: Collection[Work], place: str = "") -> Compiled:
+def compile_first(
+    tell: Tell, works: Collection[Work], place: str = "", processes: int = 1
+) -> Compiled:
     """Compile what kinds of work run, unless that has been done, and show it.
 
     Parameters
@@ -39,11 +42,13 @@ def compile_first(tell: Tell, works: Collection[Work], place: str = "") -> Compi
     works : collection of Work
     place : str
         To stand before what is shown.
+    processes : int
+        How many compile at once.
     """
-    from focus_planner.core.planning.precompile import precompile
+    from focus_planner.core.planning.precompile_processes import precompile_in_processes
 
     tell(f"{place}loading kernels")
-    compiled = precompile(works, show_progress(tell, place))
+    compiled = precompile_in_processes(works, show_progress(tell, place), processes)
     if compiled.kernels and compiled.folder is None:
         show_note(str(compiled))
     return compiled
@@ -73,17 +78,28 @@ def add(commands: Any) -> None:
     warm_up.add_argument(
         "--modules", action="store_true", help="print how long the kernels of each module took"
     )
+    warm_up.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="how many processes compile at once, each with about 1 GB of memory (default: one per"
+        " core, but no more than 4)",
+    )
     warm_up.add_argument("--quiet", action="store_true", help="show no progress, print nothing")
 
 
 def run(options: argparse.Namespace) -> int:
     """Compile; return the exit status."""
     from focus_planner.core.planning.precompile import ALL, PLANS
+    from focus_planner.core.planning.precompile_processes import useful_processes
 
+    jobs = useful_processes()
+    if options.jobs is not None:
+        jobs = check_whole("--jobs", options.jobs, 1)
     with shown(options.quiet) as tell:
         is_log = not options.quiet and not sys.stderr.isatty()
         works = PLANS if options.purpose == "plans" else ALL
-        compiled = compile_first(_now_and_then(tell) if is_log else tell, works)
+        compiled = compile_first(_now_and_then(tell) if is_log else tell, works, processes=jobs)
     is_lost = compiled.kernels > 0 and compiled.folder is None
     if not options.quiet and not is_lost:  # which has been said
         print(compiled)

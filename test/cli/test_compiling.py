@@ -19,6 +19,7 @@ import pytest
 
 from focus_planner.cli.main import main
 from focus_planner.core.planning import precompile as planning
+from focus_planner.core.planning import precompile_processes as processes
 from focus_planner.core.planning.precompile import Compiled
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -38,12 +39,13 @@ def compiles(monkeypatch):
     asked = []
 
     def compiles(compiled):
-        def precompile(works, on_progress):
-            asked.append(tuple(works))
+        def precompile(works, on_progress, count):
+            asked.append((tuple(works), count))
             on_progress(Progress("compiling", 0, math.nan, share=0.0, expected=90.0))
             return compiled
 
-        monkeypatch.setattr(planning, "precompile", precompile)
+        monkeypatch.setattr(processes, "precompile_in_processes", precompile)
+        monkeypatch.setattr(processes, "useful_processes", lambda: 3)
         return asked
 
     return compiles
@@ -82,7 +84,7 @@ def test_warm_up_says_what_it_did(compiles, capsys, compiled, status, said, note
     asked = compiles(compiled)
     assert main(["warm-up"]) == status
     assert capsys.readouterr() == (said, noted)
-    assert asked == [planning.ALL]
+    assert asked == [(planning.ALL, 3)]
 
 
 def test_where_there_is_no_terminal_a_line_now_and_then_tells_where_it_is(monkeypatch, capsys):
@@ -90,7 +92,7 @@ def test_where_there_is_no_terminal_a_line_now_and_then_tells_where_it_is(monkey
     monkeypatch.setattr("focus_planner.cli.compiling.time", StoppedTime(clock.now))
     monkeypatch.setattr("focus_planner.core.progress.time_spent", lambda *_: "TIME")
 
-    def precompile(_, on_progress):
+    def precompile(_, on_progress, count):
         from focus_planner.cli.compiling import time  # noqa: PLC0415 - the one that stands still
 
         for number in range(50):
@@ -98,7 +100,7 @@ def test_where_there_is_no_terminal_a_line_now_and_then_tells_where_it_is(monkey
             on_progress(Progress("compiling", number, math.nan, share=number / 50, expected=90.0))
         return Compiled({}, 50, 25.0, KEPT)
 
-    monkeypatch.setattr(planning, "precompile", precompile)
+    monkeypatch.setattr(processes, "precompile_in_processes", precompile)
     assert main(["warm-up"]) == 0
     assert capsys.readouterr().err.splitlines() == [
         "focus_planner: loading kernels",
@@ -113,7 +115,15 @@ def test_warm_up_for_the_node_leaves_pictures_out(compiles, capsys):
     assert capsys.readouterr().out.splitlines()[1:] == ["  12.0 s  cells", "   2.0 s  em"]
     assert main(["warm-up", "--for", "plans", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
-    assert asked == [planning.PLANS, planning.PLANS]
+    assert asked == [(planning.PLANS, 3), (planning.PLANS, 3)]
+
+
+def test_as_many_processes_compile_as_are_asked_for(compiles, capsys):
+    asked = compiles(Compiled({}, 0, 0.0, KEPT))
+    assert main(["warm-up", "--jobs", "2"]) == 0
+    assert asked == [(planning.ALL, 2)]
+    assert main(["warm-up", "--jobs", "0"]) == 2
+    assert "--jobs: expected a whole number of at least 1, got 0" in capsys.readouterr().err
 
 
 def test_a_plan_compiles_what_it_runs_before_it_prepares_anything(compiles, tmp_path, monkeypatch):
@@ -135,4 +145,4 @@ def test_a_plan_compiles_what_it_runs_before_it_prepares_anything(compiles, tmp_
     ):
         with pytest.raises(Prepared):
             main(["plan", body, "--rig", str(rig), "--method", method])
-        assert asked[-1] == works
+        assert asked[-1] == (works, 1)

@@ -23,7 +23,7 @@ from focus_planner.cli import main as cli
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.evaluation.experiments import EXPERIMENTS
-from focus_planner.evaluation.running.running import here
+from focus_planner.evaluation.running import here
 from focus_planner.io.rigs import save_rig
 from testing.data_sets import person
 

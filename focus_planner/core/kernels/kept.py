@@ -22,6 +22,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import tempfile
+import uuid
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -30,7 +31,12 @@ from typing import Any
 
 import numba
 from numba import config
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    NullCache,
+)
 from numba.misc.appdirs import AppDirs
 
 _HERE = Path(__file__).parent
@@ -130,6 +136,10 @@ class _Folder(FunctionCache):
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         self._impl_class = partial(_Naming, folder)
         super().__init__(function)
+        naming = self._impl
+        self._cache_file = _Files(
+            naming.get_cache_path(), naming.filename_base, naming.get_source_stamp()
+        )
 
     def has_code_for(self, codegen: Any) -> bool:
         try:
@@ -137,6 +147,21 @@ class _Folder(FunctionCache):
             return any(key[1] == codegen.magic_tuple() for key in self._cache_file._load_index())  # noqa: SLF001
         except _UNREADABLE:
             return False
+
+
+class _Files(IndexDataCacheFile):
+    """The files of a function, which several processes may write at once.
+
+    Numba's own number the code of each set of types by what the index has. Two processes may then
+    give one number to two, and code be found for types that it is not for. Here the worst is that a
+    process does not know of what another has just compiled, and compiles it again.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep code, and only then say so."""
+        name = self._data_name(uuid.uuid4().int >> 64)
+        self._save_data(name, data)
+        self._save_index(self._load_index() | {key: name})
 
 
 class _Naming(CompileResultCacheImpl):

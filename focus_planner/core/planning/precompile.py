@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,11 +95,19 @@ class Work:
     modules : frozenset of str
         Those of its kernels.
     do : callable
-        Does it once, on little; what the kinds of work before it run is taken for compiled.
+        Does it once, on little.
+    after : tuple of Work
+        Whose kernels it calls besides: what these run is taken for compiled.
     """
 
     modules: frozenset[str]
     do: Callable[[], None]
+    after: tuple[Work, ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """About how long its kernels take to compile, on one core of a cloud server."""
+        return sum(_SECONDS[module] for module in self.modules)
 
 
 @dataclass(frozen=True)
@@ -189,6 +198,40 @@ def precompile(
     return stage.compiled()
 
 
+def missing_kernels(works: Collection[Work]) -> dict[kernels.Kernel, float]:
+    """Return the kernels of some kinds of work that no process has compiled yet.
+
+    Returns
+    -------
+    dict of Kernel to float
+        About how many seconds each takes to compile, on one core of a cloud server.
+    """
+    modules = frozenset[str]().union(*(work.modules for work in works))
+    relevant = [each for each in kernels.KERNELS if each.room in modules]
+    alike = Counter(each.room for each in relevant)
+    return {each: _SECONDS[each.room] / alike[each.room] for each in relevant if not each.is_ready}
+
+
+def progress_of(
+    stage: str, compiled: int, elapsed: float, *, whole: float, left: float
+) -> Progress:
+    """Return how far compiling is.
+
+    Parameters
+    ----------
+    stage : str
+    compiled : int
+        How many kernels have been compiled.
+    elapsed : float
+        Since when, seconds.
+    whole, left : float
+        How many seconds the whole and what is left of it take on the machine that was measured.
+    """
+    share = 1 - left / whole if whole else 0.0
+    slow = elapsed / (share * whole) if share > _TELLING else 1.0
+    return Progress(stage, compiled, math.nan, share=share, expected=elapsed + slow * left)
+
+
 # --- the stage -----------------------------------------------------------------------------------
 
 
@@ -201,7 +244,7 @@ class _Stage:
         on_progress: Callable[[Progress], object],
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        self._modules = frozenset[str]().union(*(work.modules for work in works))
+        self._works = works
         self._on_progress = on_progress
         self._clock = clock
         self._name = ""
@@ -235,11 +278,7 @@ class _Stage:
     def _begin(self, now: float) -> None:
         self._name = COMPILING if kernels.kept_in() else COMPILING_IN_VAIN
         self._began = now
-        relevant = [each for each in kernels.KERNELS if each.room in self._modules]
-        for each in relevant:
-            if not each.is_ready:
-                alike = sum(other.room == each.room for other in relevant)
-                self._missing[each] = _SECONDS[each.room] / alike
+        self._missing = missing_kernels(self._works)
         self._whole = self._left = sum(self._missing.values())
 
     def _end(self, now: float) -> None:
@@ -253,17 +292,9 @@ class _Stage:
             self._open.append((outer, its_beginning, before + now - began))
 
     def _tell(self, now: float) -> None:
-        share = 1 - self._left / self._whole if self._whole else 0.0
         elapsed = now - self._began
-        slow = elapsed / (share * self._whole) if share > _TELLING else 1.0
         self._on_progress(
-            Progress(
-                self._name,
-                self._count,
-                math.nan,
-                share=share,
-                expected=elapsed + slow * self._left,
-            )
+            progress_of(self._name, self._count, elapsed, whole=self._whole, left=self._left)
         )
 
 
@@ -298,12 +329,11 @@ def _plan_tuples() -> None:
 
 
 def _prove() -> None:
-    scene, rig = Scene(_ball()), _rig()
-    solve(scene, rig, PlanRequest("optimal", _SAMPLES))
-    # Plans for the ball are proven optimal without branching, so one step of it is taken.
-    gains = gains_of(formulate_problem(scene, rig, PlanRequest(samples=_SAMPLES)))
+    # Not by a plan: that runs tuples too, and for the ball is proven optimal without branching.
+    gains = gains_of(formulate_problem(Scene(_ball()), _rig(), PlanRequest(samples=_SAMPLES)))
     prices = Prices(gains)
     prices.descend(0)
+    prices.frequent_cells()
     Branching(gains, prices.price, prices.bound, 0).step(0)
 
 
@@ -353,8 +383,8 @@ def _ball() -> Mesh:
 # --- kinds of work -------------------------------------------------------------------------------
 
 
-def _work(do: Callable[[], None], *modules: str) -> Work:
-    return Work(frozenset(modules), do)
+def _work(do: Callable[[], None], *modules: str, after: tuple[Work, ...] = ()) -> Work:
+    return Work(frozenset(modules), do, after)
 
 
 #: Whatever is planned, by whatever method.
@@ -375,15 +405,19 @@ PLANNING = _work(
 #: Finding the surface around a cloud's points.
 CLOUDS = _work(_prepare_clouds, "local_fit", "noise", "orientation", "point_grid", "smoothing")
 #: Solving with tuples of cameras.
-TUPLES_OF_CAMERAS = _work(_plan_tuples, "assigned", "camera_tuples", "k_view", "pairs", "ranking")
+TUPLES_OF_CAMERAS = _work(
+    _plan_tuples,
+    *("assigned", "camera_tuples", "k_view", "pairs", "ranking"),
+    after=(PLANNING,),
+)
 #: Proving that a plan is the best.
-PROOFS = _work(_prove, "branch_and_bound", "local_prices")
+PROOFS = _work(_prove, "branch_and_bound", "local_prices", after=(PLANNING,))
 #: Choosing pictures within a budget of them.
-BUDGETS = _work(_plan_within_budget, "budget")
+BUDGETS = _work(_plan_within_budget, "budget", after=(PLANNING, TUPLES_OF_CAMERAS))
 #: How far away is what a camera sees.
-DEPTHS = _work(_see_depths, "rasterize")
+DEPTHS = _work(_see_depths, "rasterize", after=(PLANNING,))
 #: What it looks like.
-PICTURES = _work(_take_pictures, "shading")
+PICTURES = _work(_take_pictures, "shading", after=(PLANNING, DEPTHS))
 
 #: All that plans may consist of.
 PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, PROOFS, BUDGETS)

@@ -70,6 +70,26 @@ def test_a_kernel_is_compiled_once_for_all_processes(places):
     assert called(made(), 1.5) == LOADED
 
 
+def test_processes_may_keep_code_at_once(places, monkeypatch):
+    # Both read the index before either writes it, and the first to write it is the last to go on.
+    save_index, waiting = kept._Files._save_index, []
+
+    def save_index_together(files, index):
+        waiting.append((files, index))
+        if len(waiting) == 1:
+            assert called(made(), 1.5) == COMPILED
+        else:
+            for each in waiting:
+                save_index(*each)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(kept._Files, "_save_index", save_index_together)
+        assert called(made(), 1) == COMPILED
+    assert called(made(), 1.5) == LOADED
+    assert called(made(), 1) == COMPILED  # the index has forgotten it
+    assert (called(made(), 1), called(made(), 1.5)) == (LOADED, LOADED)
+
+
 def test_an_image_serves_those_who_cannot_write_to_it(places, monkeypatch):
     assert called(made()) == COMPILED
     monkeypatch.setattr(kept, "kept_in", lambda: places[1])
