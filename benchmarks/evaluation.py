@@ -44,15 +44,16 @@ from focus_planner.evaluation.experiment import (
 )
 from focus_planner.evaluation.experiments import EXPERIMENTS
 from focus_planner.evaluation.results.store import opened
+from focus_planner.evaluation.running import running
 from focus_planner.evaluation.running.cluster import local_cluster
 from focus_planner.evaluation.running.here import Here
-from focus_planner.evaluation.running.running import Workers, running
+from focus_planner.evaluation.running.running import Workers
 from focus_planner.evaluation.subject import Subject
 from focus_planner.io.bodies import bodies
 from focus_planner.io.surfaces import load_surface
 
 _WORKERS = 2
-_SUBJECTS = 12
+_SUBJECTS = 48
 _EMPTY_TASKS = 500
 _BODIES, _SETTINGS = 400, 100
 _CORES = (16, 64, 256)
@@ -88,11 +89,11 @@ def run(console: Console) -> None:
     """Print the tables."""
     sources = _sources(_SUBJECTS)
     with tempfile.TemporaryDirectory() as folder:
-        loop = _loop_elsewhere(Path(folder) / "loop", sources)
+        loop, two_loops = _loops_elsewhere(Path(folder), sources)
         steady, overhead = _on_workers(Path(folder), sources)
     seconds = steady.seconds / len(sources)
     send, nbytes = _sending(sources[0])
-    _print_efficiency(console, loop, steady)
+    _print_efficiency(console, loop, two_loops, steady)
     _print_overhead(console, overhead, send, nbytes)
     _print_model(console, seconds, overhead, send)
 
@@ -131,12 +132,23 @@ def _loop(folder: Path, sources: Sequence[_Body]) -> _Run:
     return replace(found, with_start=time.perf_counter() - began)
 
 
-def _loop_elsewhere(folder: Path, sources: Sequence[_Body]) -> _Run:
-    """Run the loop in a process whose kernels have one thread, as those of workers have."""
+def _loops_elsewhere(folder: Path, sources: Sequence[_Body]) -> tuple[_Run, float]:
+    """Run the loop alone, then two of them, with half of the subjects each, side by side.
+
+    In processes whose kernels and rays have one thread, as those of workers have. Return the first,
+    and the seconds until both of the others were done: what two cores have to give.
+    """
     os.environ["NUMBA_NUM_THREADS"] = "1"
     try:
-        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
-            return process.submit(_loop, folder, sources).result()
+        with ProcessPoolExecutor(_WORKERS, multiprocessing.get_context("spawn")) as processes:
+            for ready in [processes.submit(precompile, PLANS) for _ in range(_WORKERS)]:
+                ready.result()
+            alone = processes.submit(_loop, folder / "loop", sources).result()
+            halves = [
+                processes.submit(_loop, folder / f"half_{n}", sources[n::_WORKERS])
+                for n in range(_WORKERS)
+            ]
+            return alone, max(half.result().wall for half in halves)
     finally:
         del os.environ["NUMBA_NUM_THREADS"]
 
@@ -172,12 +184,14 @@ def _sending(source: _Body) -> tuple[float, int]:
 # --- tables --------------------------------------------------------------------------------------
 
 
-def _print_efficiency(console: Console, loop: _Run, steady: _Run) -> None:
+def _print_efficiency(console: Console, loop: _Run, two_loops: float, steady: _Run) -> None:
     table = Table("what", "asked", "measured", title=f"Table 1, {_SUBJECTS} bodies, two workers")
     table.add_row("a plain loop of one thread, s", "", f"{loop.wall:.1f}")
+    table.add_row("two such loops side by side, half of it each, s", "", f"{two_loops:.1f}")
     table.add_row("two workers, s", "", f"{steady.wall:.1f}")
     efficiency = loop.wall / (_WORKERS * steady.wall)
     table.add_row("efficiency", f"at least {_ASKED}", f"{efficiency:.2f}")
+    table.add_row("efficiency beside the two loops", "", f"{two_loops / steady.wall:.2f}")
     with_start = loop.with_start / (_WORKERS * steady.with_start)
     table.add_row("the same with start-up and loading of kernels", "", f"{with_start:.2f}")
     within = steady.seconds / (_WORKERS * steady.wall)

@@ -22,6 +22,7 @@ from typing import get_args
 
 import numpy as np
 import open3d as o3d
+from numba import config
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
@@ -233,7 +234,7 @@ class Scene:
         (n,) array of bool
         """
         hits: NDArray[np.bool_] = self._raycasting.test_occlusions(
-            o3d.core.Tensor.from_numpy(rays), 0.0, 1.0
+            o3d.core.Tensor.from_numpy(rays), 0.0, 1.0, nthreads=_threads()
         ).numpy()
         return hits
 
@@ -250,7 +251,7 @@ class Scene:
         assert self._prepared is not None
         labels = self._prepared.shape.patches
         assert labels is not None
-        hits = self._raycasting.cast_rays(o3d.core.Tensor.from_numpy(rays))
+        hits = self._raycasting.cast_rays(o3d.core.Tensor.from_numpy(rays), nthreads=_threads())
         hit = np.isfinite(hits["t_hit"].numpy())
         # Two triangles per point: the first of all points, then the second.
         point = hits["primitive_ids"].numpy().astype(np.int64) % len(labels)
@@ -278,10 +279,15 @@ class Scene:
         rays = np.empty((len(directions), 6), dtype=np.float32)
         rays[:, :3] = origins - self._centre
         rays[:, 3:] = directions
-        result = self._raycasting.cast_rays(rays)
+        result = self._raycasting.cast_rays(rays, nthreads=_threads())
         distance: FloatArray = result["t_hit"].numpy().astype(np.float64)
         normals = result["primitive_normals"].numpy()
         return distance, np.isfinite(distance) & ((normals * directions).sum(axis=1) < 0)
+
+
+def _threads() -> int:
+    """Return how many threads rays take: as many as kernels may, so one where processes share."""
+    return int(config.NUMBA_NUM_THREADS)
 
 
 def _extent(surface: Surface) -> tuple[FloatArray, float]:

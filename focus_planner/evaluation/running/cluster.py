@@ -57,6 +57,13 @@ _SECONDS_TO_END = 0.2
 _SECONDS_TO_CLOSE = 5.0
 _LAST_PORT = 65_535
 _QUIET = logging.CRITICAL + 1
+_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+# Arrays come from memory that the process has: what Dask sets would page each of them in anew.
+_MEMORY = {
+    "MALLOC_ARENA_MAX": 1,
+    "MALLOC_MMAP_THRESHOLD_": 2**25,
+    "MALLOC_TRIM_THRESHOLD_": 2**29,
+}
 _SETTINGS: dict[str, Any] = {
     # A task whose worker died is tried again by itself, so that none is blamed for another.
     "distributed.scheduler.allowed-failures": 0,
@@ -66,6 +73,7 @@ _SETTINGS: dict[str, Any] = {
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.scheduler.http.routes": [],
     "distributed.worker.profile.enabled": False,
+    "distributed.nanny.pre-spawn-environ": {**dict.fromkeys(_THREADS, 1), **_MEMORY},
     # One that is killed is started again; on a busy machine that may take its time.
     "distributed.deploy.lost-worker-timeout": "1h",
 }
