@@ -8,7 +8,7 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A program that runs an experiment on workers of its own: ``evaluating.py FOLDER SUBJECTS``."""
+"""A program that runs an experiment on a worker of its own: ``evaluating.py FOLDER SUBJECTS``."""
 
 import sys
 from pathlib import Path
@@ -23,7 +23,7 @@ if __name__ == "__main__":
     try:
         with (
             opened(Path(sys.argv[1]), CONDITIONS, subjects) as store,
-            local_cluster(2) as where,
+            local_cluster(1) as where,
         ):
             run(SLOW, subjects, CONDITIONS, store, where)
     except KeyboardInterrupt:

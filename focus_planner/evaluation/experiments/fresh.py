@@ -108,7 +108,7 @@ def _enough(mean: DataFrame) -> str:
     if len(enough) == 0:
         return f"However many there were, it cost over {percent(_SMALL, 0)} more on fresh ones."
     return (
-        f"From {int(enough.min()):,} samples on 2-view on all samples costs at most"
+        f"It takes {int(enough.min()):,} samples for 2-view on all samples to cost at most"
         f" {percent(_SMALL, 0)} more on fresh ones than on its own."
     )
 

@@ -40,7 +40,7 @@ from focus_planner.evaluation.measuring.methods import (
 )
 from focus_planner.evaluation.measuring.passes import Passes, k_view_passes
 from focus_planner.evaluation.subject import Subject
-from focus_planner.evaluation.writing.markdown import counted, percent, table
+from focus_planner.evaluation.writing.markdown import changed, counted, percent, table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,9 +125,9 @@ _SCOPES = {
 
 
 def _comparison(scope: str, changes: DataFrame, times: DataFrame) -> str:
-    less = percent(-changes[scope].mean(), 2)
+    cost = changed(changes[scope].mean(), 2)
     return (
-        f"{_SCOPES[scope]} triples cost {less} less than pairs, and a pass of them takes"
+        f"{_SCOPES[scope]} triples cost {cost} than pairs, and a pass of them takes"
         f" {times[scope].median():.2g} times as long."
     )
 

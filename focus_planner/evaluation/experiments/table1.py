@@ -36,7 +36,7 @@ from focus_planner.evaluation.measuring.methods import (
     TWO_VIEW_ALL,
 )
 from focus_planner.evaluation.subject import Subject, judge
-from focus_planner.evaluation.writing.markdown import percent, table
+from focus_planner.evaluation.writing.markdown import changed, counted, percent, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,22 +99,28 @@ def _write_up(results: Results) -> WriteUp:
 
 
 def _paragraph(results: Results, mean: DataFrame) -> str:
-    count, samples = results.rows["subject"].nunique(), results.conditions.samples
-    best = _change(mean, "2-view", EM.name)
+    subjects = counted(results.rows["subject"].nunique(), "subject")
     gained = {
         name: 1e4 * (mean.in_focus_area[name] - mean.in_focus_area[["closest", "average"]].max())
         for name in _PAPER_AREA
     }
+    beside_em = changed(_change(mean, "2-view", EM.name))
     return (
-        f"Every method planned for {count} subjects, on {samples:,} samples of each, and was judged"
-        f" on {results.conditions.judged:,} others. On the samples planned on, 2-view costs"
-        f" {percent(best)} beside EM (the paper: −5 %), and {percent(_against_baselines(mean))}"
-        f" beside the better baseline (at least 28 % less). On fresh samples of the same"
-        f" surfaces EM holds {gained['EM']:,.0f} cm² more in focus than the better baseline, 2-view"
-        f" {gained['2-view']:,.0f} cm² (the paper: roughly {_PAPER_AREA['EM']:,} and"
-        f" {_PAPER_AREA['2-view']:,} cm²). With w₃ = 0 all that a camera sees counts as in focus:"
-        " no plan can cost less.\n"
+        f"Every method planned for {subjects}, on {results.conditions.samples:,} samples of each,"
+        f" and was judged on {results.conditions.judged:,} others. On the samples planned on,"
+        f" 2-view costs {beside_em} than EM (the paper: 5 % less), and"
+        f" {changed(_against_baselines(mean))} than the better baseline (the paper: at least 28 %"
+        " less). By fresh samples of the same surfaces EM holds"
+        f" {_area(gained['EM'])} in focus than the better baseline, 2-view"
+        f" {_area(gained['2-view'])} (the paper: roughly {_PAPER_AREA['EM']:,} and"
+        f" {_PAPER_AREA['2-view']:,} cm² more). With w₃ = 0 all that a camera sees counts as in"
+        " focus: no plan can cost less. In the table, Δ is how much less or more EM and 2-view cost"
+        " than the method of the row.\n"
     )
+
+
+def _area(gained: float) -> str:
+    return f"{abs(gained):,.0f} cm² {'less' if gained < 0 else 'more'}"
 
 
 def _change(mean: DataFrame, method: str, reference: str) -> float:
@@ -127,7 +133,7 @@ def _against_baselines(mean: DataFrame) -> float:
 
 def _table(mean: DataFrame, deviation: Series[float]) -> str:
     header = (
-        "method", "cost", "paper", "σ", "paper", "EM against it", "2-view against it",
+        "method", "cost", "paper", "σ", "paper", "Δ of EM", "Δ of 2-view",
         "cost on fresh samples", "in focus, m²",
     )  # fmt: skip
     return table(header, (_cells(name, mean, deviation) for name in mean.index))

@@ -27,6 +27,11 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{text.removeprefix('-') if float(text) == 0 else text.replace('-', '−')} %"
 
 
+def changed(change: float, digits: int = 1) -> str:
+    """Return ``4.6 % less`` for −0.046, ``4.6 % more`` for 0.046."""
+    return f"{percent(abs(change), digits)} {'less' if change < 0 else 'more'}"
+
+
 def counted(number: int, noun: str) -> str:
     """Return ``1 subject`` or ``1,200 subjects``."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"

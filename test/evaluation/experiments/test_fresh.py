@@ -78,7 +78,7 @@ def test_tells_how_much_plans_overfit():
     assert "planned on 512 to 2,048 samples of 2 subjects" in text
     assert "made on 1,024, about as many as the paper takes, it costs 1.6 % more" in text
     assert "goes from 289.3 to 282.7" in text
-    assert "From 2,048 samples on 2-view on all samples costs at most 1 % more" in text
+    assert "It takes 2,048 samples for 2-view on all samples to cost at most 1 % more" in text
     assert "| 512 | 300.5 | 309.9 | 290.5 | 299.6 | 280.5 | 289.3 | 413.0 | 361.5 |" in text
 
 

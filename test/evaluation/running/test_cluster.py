@@ -190,12 +190,14 @@ def test_any_number_of_workers_finds_the_same_and_a_lost_scheduler_is_told(tmp_p
         process, address = stack.enter_context(scheduler(tmp_path))
         where = stack.enter_context(connected(address))
         assert where.count == 0
-        for count in (1, 2, 3):
-            stack.enter_context(worker(address))
+        workers = [stack.enter_context(worker(address)) for _ in range(3)]
+        for count in (3, 2, 1):
             wait_for(lambda count=count: where.count == count)
             folder = tmp_path / f"with {count}"
             assert evaluate(folder, where, SLOW, boxes(4)).failures == ()
             assert rows(folder, SLOW) == expected
+            if count > 1:
+                workers.pop().kill()
 
         def kill_it(standing):
             if standing.done >= 2:
