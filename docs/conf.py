@@ -151,9 +151,10 @@ def _included(app: Sphinx, include: re.Match[str]) -> str:
 def _within_the_site(link: re.Match[str]) -> str:
     """Return a link to the page that shows the same; the text alone where none does."""
     text, target = link.groups()
-    if target in _SHOWN_BY:
-        return f"[{text}]({_SHOWN_BY[target]})"
-    return text if target.startswith("../") and target.endswith(".md") else link[0]
+    path, mark, place = target.partition("#")
+    if path in _SHOWN_BY:
+        return f"[{text}]({_SHOWN_BY[path]}{mark}{place})"
+    return text if path.startswith("../") and path.endswith((".md", ".rst")) else link[0]
 
 
 # --- references --------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from focus_planner.core.rig.rig import Rig
     from focus_planner.evaluation.experiment import Conditions, Experiment
     from focus_planner.evaluation.finding.finding import Found
-    from focus_planner.evaluation.running.running import Outcome, Standing, Workers
+    from focus_planner.evaluation.running.running import Outcome, TasksDone, Workers
 
 _FAILED = 1
 _DESCRIPTION = """\
@@ -241,11 +241,11 @@ def _workers(options: argparse.Namespace, tell: Tell) -> Iterator[Workers]:
         yield cluster
 
 
-def _show(tell: Tell, experiment: Experiment) -> Callable[[Standing], None]:
+def _show(tell: Tell, experiment: Experiment) -> Callable[[TasksDone], None]:
     """Return a callback that shows how far an experiment is."""
     from focus_planner.core.progress import time_spent
 
-    def show(standing: Standing) -> None:
+    def show(standing: TasksDone) -> None:
         tried = standing.done + standing.failed
         figures = [f"{standing.failed} failed"] if standing.failed else []
         if standing.seconds_left is not None:

@@ -13,7 +13,7 @@
 A circular aperture images a point in focus as an Airy disc, whose first dark ring has a diameter of
 2.44 λ N (1 + m): λ is the wavelength, N the f-number, m the magnification F / (s − F) at a focus
 distance of s (Hecht, Optics, Sec. 10.2.5; N (1 + m) is the f-number at the image). A point out of
-focus is imaged as a disc of the diameter A F |d − s| / (d (s − F))
+focus is imaged as a disc of the diameter ``A F |d − s| / (d (s − F))``
 (:mod:`focus_planner.core.imaging.blur`). Both together are taken as the root of the sum of their
 squares (P. K. Hansma, View Camera Focusing in Practice, Photo Techniques, March 1996): what is no
 wider than the circle of confusion c is sharp. Beyond the f-number whose Airy disc alone is wider

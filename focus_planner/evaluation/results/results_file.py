@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 from focus_planner.core.validation import InputError
 from focus_planner.evaluation.experiment import Conditions, Results, Value
 from focus_planner.evaluation.results.cells import text_of, value_of
-from focus_planner.evaluation.running.work import Failed, Found, Job
+from focus_planner.evaluation.running.work import Failed, Job, Succeeded
 from focus_planner.io.files import atomic_write, made_folder, read_bytes
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class ResultsFile:
         """The keys of the jobs whose rows are kept."""
         return {line[-1] for line in self._seconds.lines} & self._labels.keys()
 
-    def add(self, found: Iterable[tuple[Job, Found]]) -> None:
+    def add(self, found: Iterable[tuple[Job, Succeeded]]) -> None:
         """Keep what jobs have found, for good.
 
         Raises

@@ -45,7 +45,7 @@ from focus_planner.evaluation.running.on_worker import OneThread, OtherProgramEr
 from focus_planner.evaluation.running.program import program
 from focus_planner.evaluation.running.running import Batch, WorkersLostError
 from focus_planner.evaluation.running.window import Window
-from focus_planner.evaluation.running.work import Assignment, Failed, Found, Job, packed
+from focus_planner.evaluation.running.work import Assignment, Failed, Job, Succeeded, packed
 
 _SECONDS_TO_CONNECT = 10.0
 _SECONDS_BETWEEN_SIGNS = 0.4
@@ -144,10 +144,10 @@ class Cluster:
                 flow.release(name for name in job.task.subjects if not flow.is_broken(name))
                 return
 
-    def _finished(self, flow: _Flow) -> tuple[list[tuple[Job, Found | Failed]], list[Job]]:
+    def _finished(self, flow: _Flow) -> tuple[list[tuple[Job, Succeeded | Failed]], list[Job]]:
         """Return jobs that are done, and those whose worker was killed."""
         self._check_connection()
-        done: list[tuple[Job, Found | Failed]] = []
+        done: list[tuple[Job, Succeeded | Failed]] = []
         back = flow.finished()
         found = self._gathered([future for _, future in back])
         for (job, future), what in zip(back, found, strict=True):
@@ -157,7 +157,7 @@ class Cluster:
         names = {job.key for job, _ in done}
         return done, [job for job, _ in back if job.key not in names]
 
-    def _gathered(self, futures: list[Future[Any]]) -> list[Found | None]:
+    def _gathered(self, futures: list[Future[Any]]) -> list[Succeeded | None]:
         """Return results; None where there is none."""
         if any(future.status in ("cancelled", "lost") for future in futures):
             raise self._lost()

@@ -29,7 +29,7 @@ from focus_planner.runtime.cores import share_cores
 
 if TYPE_CHECKING:
     from focus_planner.evaluation.experiment import Conditions, Row
-    from focus_planner.evaluation.running.work import Failed, Found, Measure, Parcel
+    from focus_planner.evaluation.running.work import Failed, Measure, Parcel, Succeeded
     from focus_planner.evaluation.subject import Subject
 
 
@@ -96,7 +96,7 @@ def measure(
     setting: Row,
     conditions: Conditions,
     *subjects: Unpacked,
-) -> Found | Failed:
+) -> Succeeded | Failed:
     """Return what a task has found; or why it has failed."""
     _get_ready(program)
     from focus_planner.evaluation.running.work import measured

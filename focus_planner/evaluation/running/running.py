@@ -20,9 +20,16 @@ from typing import Protocol
 from focus_planner.evaluation.experiment import Conditions, Experiment
 from focus_planner.evaluation.results.results_file import ResultsFile
 from focus_planner.evaluation.results.store import Store
-from focus_planner.evaluation.running.work import Assignment, Failed, Found, Job, Source, jobs_of
+from focus_planner.evaluation.running.work import (
+    Assignment,
+    Failed,
+    Job,
+    Source,
+    Succeeded,
+    jobs_of,
+)
 
-Batch = Sequence[tuple[Job, Found | Failed]]
+Batch = Sequence[tuple[Job, Succeeded | Failed]]
 
 
 class Workers(Protocol):
@@ -43,7 +50,7 @@ class WorkersLostError(Exception):
 
 
 @dataclass(frozen=True)
-class Standing:
+class TasksDone:
     """How far an experiment is.
 
     Attributes
@@ -76,7 +83,7 @@ class Outcome:
     ----------
     file : ResultsFile
     done, resumed, total : int
-        As in :class:`Standing`.
+        As in :class:`TasksDone`.
     failures : tuple of (str, str)
         Which tasks failed, and why.
     """
@@ -94,7 +101,7 @@ def run(
     conditions: Conditions,
     store: Store,
     where: Workers,
-    on_progress: Callable[[Standing], object] = lambda _: None,
+    on_progress: Callable[[TasksDone], object] = lambda _: None,
 ) -> Outcome:
     """Measure what is missing of an experiment's results.
 
@@ -144,7 +151,7 @@ class _Run:
         file: ResultsFile,
         total: int,
         where: Workers,
-        on_progress: Callable[[Standing], object],
+        on_progress: Callable[[TasksDone], object],
     ) -> None:
         self.failed: dict[str, Failed] = {}
         self._file = file
@@ -158,7 +165,7 @@ class _Run:
         """Have jobs done, and keep what comes of them."""
         self._tell()
         for batch in self._where.work(assignment):
-            found = [(job, what) for job, what in batch if isinstance(what, Found)]
+            found = [(job, what) for job, what in batch if isinstance(what, Succeeded)]
             self._file.add(found)
             self._done += len(found)
             self.failed.update((job.key, what) for job, what in batch if isinstance(what, Failed))
@@ -171,7 +178,7 @@ class _Run:
 
     def _tell(self) -> None:
         self._on_progress(
-            Standing(
+            TasksDone(
                 self._done,
                 self._resumed,
                 len(self.failed),

@@ -91,7 +91,7 @@ class Assignment:
 
 
 @dataclass(frozen=True)
-class Found:
+class Succeeded:
     """What a job has found, and how many seconds it took in all."""
 
     measured: Measured
@@ -144,7 +144,7 @@ def unpacked(parcel: Parcel | Failed) -> Subject | Failed:
 
 def measured(
     measure: Measure, setting: Row, conditions: Conditions, subjects: Sequence[Subject | Failed]
-) -> Found | Failed:
+) -> Succeeded | Failed:
     """Return what a task has found; or why it has failed."""
     given: list[Subject] = []
     for subject in subjects:
@@ -157,7 +157,7 @@ def measured(
         found = measure(given, setting, conditions)
     except Exception as error:  # noqa: BLE001
         return Failed(_reason(error))
-    return Found(found, time.perf_counter() - began)
+    return Succeeded(found, time.perf_counter() - began)
 
 
 def _reason(error: Exception) -> str:

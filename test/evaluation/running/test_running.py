@@ -19,7 +19,7 @@ from focus_planner.evaluation.results.results_file import ResultsFile
 from focus_planner.evaluation.results.store import opened
 from focus_planner.evaluation.running.here import Here
 from focus_planner.evaluation.running.running import run
-from focus_planner.evaluation.running.work import Found, Job
+from focus_planner.evaluation.running.work import Job, Succeeded
 from testing.experiments import CONDITIONS, LEVELS, PAIRS, TROUBLED, Box, boxes
 
 SUBJECTS = boxes(3)
@@ -75,7 +75,7 @@ def test_names_that_look_like_numbers_stay_names(tmp_path):
 def test_keys_that_look_like_numbers_are_none(tmp_path):
     job = Job(Task(("box0",), {"level": 0}), "0012345678901234")
     file = ResultsFile(tmp_path / "levels", [job])
-    file.add([(job, Found(Measured([{"value": 1.0}]), 0.1))])
+    file.add([(job, Succeeded(Measured([{"value": 1.0}]), 0.1))])
     assert ResultsFile(tmp_path / "levels", [job]).done == {"0012345678901234"}
 
 
