@@ -45,7 +45,7 @@ from focus_planner.evaluation.experiment import (
 from focus_planner.evaluation.experiments import EXPERIMENTS
 from focus_planner.evaluation.results.store import opened
 from focus_planner.evaluation.running import running
-from focus_planner.evaluation.running.cluster import local_cluster
+from focus_planner.evaluation.running.connecting import local_cluster
 from focus_planner.evaluation.running.here import Here
 from focus_planner.evaluation.running.running import Workers
 from focus_planner.evaluation.subject import Subject

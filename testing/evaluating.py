@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from focus_planner.evaluation.results.store import opened
-from focus_planner.evaluation.running.cluster import local_cluster
+from focus_planner.evaluation.running.connecting import local_cluster
 from focus_planner.evaluation.running.running import run
 from testing.experiments import CONDITIONS, SLOW, boxes
 

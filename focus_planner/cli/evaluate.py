@@ -220,7 +220,7 @@ def _evaluate(
 def _workers(options: argparse.Namespace, tell: Tell) -> Iterator[Workers]:
     """Yield those who do the work."""
     if options.scheduler is not None:
-        from focus_planner.evaluation.running.cluster import connected
+        from focus_planner.evaluation.running.connecting import connected
 
         tell(f"connecting to {options.scheduler}")
         with connected(options.scheduler) as cluster:
@@ -234,7 +234,7 @@ def _workers(options: argparse.Namespace, tell: Tell) -> Iterator[Workers]:
 
         yield Here()
         return
-    from focus_planner.evaluation.running.cluster import local_cluster
+    from focus_planner.evaluation.running.connecting import local_cluster
 
     tell("starting workers")
     with local_cluster(options.workers) as cluster:

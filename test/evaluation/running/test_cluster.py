@@ -25,7 +25,8 @@ from distributed import LocalCluster
 from focus_planner.core.validation import InputError
 from focus_planner.evaluation.results.store import opened
 from focus_planner.evaluation.running import cluster as cluster_module
-from focus_planner.evaluation.running.cluster import connected, local_cluster
+from focus_planner.evaluation.running import connecting
+from focus_planner.evaluation.running.connecting import connected, local_cluster
 from focus_planner.evaluation.running.here import Here
 from focus_planner.evaluation.running.program import program
 from focus_planner.evaluation.running.running import WorkersLostError, run
@@ -251,6 +252,6 @@ def test_what_is_no_address_is_refused(address):
 
 
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
-    monkeypatch.setattr(cluster_module, "_SECONDS_TO_CONNECT", 0.2)
+    monkeypatch.setattr(connecting, "_SECONDS_TO_CONNECT", 0.2)
     with pytest.raises(InputError, match=r"127\.0\.0\.1:9, where none does"):
         connected("127.0.0.1:9").__enter__()
