@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from focus_planner.core.rig.rig import Rig
     from focus_planner.evaluation.experiment import Conditions, Experiment
     from focus_planner.evaluation.finding.finding import Found
+    from focus_planner.evaluation.finding.sources import Source
     from focus_planner.evaluation.running.running import Outcome, TasksDone, Workers
 
 _FAILED = 1
@@ -125,6 +126,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.quiet:
             for note in found.notes:
                 show_note(note.text)
+        experiments = [*_that_fit(experiments, options, conditions, found)]
         status = _evaluate(options, experiments, conditions, found, tell)
         tell(f"writing {page}")
         _write_page(options.output, page)
@@ -182,6 +184,32 @@ def _found(options: argparse.Namespace, tell: Tell) -> Found:
     return find_sources(options.data, wanted, lambda done, total: show(done / total))
 
 
+def _that_fit(
+    experiments: Sequence[Experiment],
+    options: argparse.Namespace,
+    conditions: Conditions,
+    found: Found,
+) -> Iterator[Experiment]:
+    """Yield the experiments that these subjects suffice for; raise if one is asked for by name."""
+    for experiment in experiments:
+        names = [source.name for source in _taken(experiment, options, found)]
+        try:
+            experiment.tasks(names, conditions)
+        except InputError as error:
+            if experiment.name in options.experiment:
+                raise
+            show_note(f"{experiment.name} is left out; {error}")
+        else:
+            yield experiment
+
+
+def _taken(experiment: Experiment, options: argparse.Namespace, found: Found) -> Sequence[Source]:
+    """Return the subjects that an experiment takes."""
+    from focus_planner.evaluation.finding.finding import spread
+
+    return spread(found.sources, None if options.subjects else experiment.most_subjects)
+
+
 def _rig(options: argparse.Namespace) -> Rig | None:
     from focus_planner.io.rigs import load_rig
 
@@ -196,7 +224,6 @@ def _evaluate(
     tell: Tell,
 ) -> int:
     """Run experiments one after the other, and print what came of each; return the exit status."""
-    from focus_planner.evaluation.finding.finding import spread
     from focus_planner.evaluation.results.store import opened
     from focus_planner.evaluation.running.running import WorkersLostError, run
 
@@ -204,8 +231,7 @@ def _evaluate(
     with opened(options.output, conditions, found.sources) as store, _workers(options, tell) as who:
         setup_of(options, experiments, found).save(options.output)
         for experiment in experiments:
-            most = None if options.subjects else experiment.most_subjects
-            sources = spread(found.sources, most)
+            sources = _taken(experiment, options, found)
             try:
                 outcome = run(experiment, sources, conditions, store, who, _show(tell, experiment))
             except WorkersLostError as error:

@@ -22,6 +22,7 @@ import pytest
 from focus_planner.cli import main as cli
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.evaluation import experiments as evaluation_experiments
 from focus_planner.evaluation.experiments import EXPERIMENTS
 from focus_planner.evaluation.running import here
 from focus_planner.io.rigs import save_rig
@@ -117,6 +118,24 @@ def test_a_task_that_fails_is_told_and_tried_again(data, rig, tmp_path, capsys, 
     monkeypatch.setattr(here, "measured", measured)
     assert evaluate(*words) == 0
     assert "failed" not in page.read_text()
+
+
+def test_experiments_that_take_more_subjects_are_left_out_or_refused(
+    data, rig, tmp_path, capsys, monkeypatch
+):
+    experiments = {name: EXPERIMENTS[name] for name in ("convergence", "taped")}
+    monkeypatch.setattr(evaluation_experiments, "EXPERIMENTS", experiments)
+    words = (data / "anna.ply", "--rig", rig, "--place", "centred", *SMALL, "-o", tmp_path / "out")
+    assert evaluate(*words, "--experiment", "all") == 0
+    out, err = capsys.readouterr()
+    assert "note: taped is left out; subjects: expected at least 2" in err
+    assert "# Convergence" in out
+    assert evaluate(*words, "--experiment", "taped") == 2
+    assert (
+        capsys.readouterr()
+        .err.splitlines()[-1]
+        .startswith("focus_planner: error: subjects: expected at least 2")
+    )
 
 
 def test_ctrl_c_keeps_what_is_done(data, rig, tmp_path, monkeypatch):
