@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Plans within a budget of pictures: a small object on a turntable; which cameras of a rig.
 
 The object is the first body, scaled to be 30 mm high if it were 1.8 m; the rig's subjects are

@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """What it costs to run experiments on Dask, and how long many subjects take on many cores.
 
 Table 1 of the paper on two workers beside a plain loop of one thread; the overhead of a task; what

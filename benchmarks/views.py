@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Plans for several views: what is sharp in how many, how far from the best, and how long it takes.
 
 The figures asked for are of bodies 0, 4 and 8 of twelve: BODIES=folder.

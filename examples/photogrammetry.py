@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Plan a rig for photogrammetry, which needs each piece of surface sharp in three views or more.
 
 python examples/photogrammetry.py RIG.YAML SURFACE plan.json

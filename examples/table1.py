@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Repeat Table 1 of the paper.
 
 python examples/table1.py DATA [SAMPLES [JUDGED]]

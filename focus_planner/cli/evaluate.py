@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """``focus_planner evaluate``: the paper's experiments, and more, on one's own subjects."""
 
 from __future__ import annotations

@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """The options of ``focus_planner evaluate``."""
 
 from __future__ import annotations

@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """What ``focus_planner evaluate`` notes of itself for the page."""
 
 from __future__ import annotations

@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """What to take along of a surface's files, so that it can be read on another machine."""
 
 from __future__ import annotations

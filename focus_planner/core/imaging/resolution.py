@@ -8,7 +8,6 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Which pixels image a surface as finely as asked."""
 
 from __future__ import annotations
