@@ -38,6 +38,7 @@ from focus_planner.evaluation.experiment import (
 from focus_planner.evaluation.subject import Subject
 
 CONDITIONS = Conditions(samples=20, judged=20)
+SECONDS = 0.15  # that a slow task takes
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def _measure(subjects: Sequence[Subject], setting: Row, conditions: Conditions) 
 
 def _slow(subjects: Sequence[Subject], setting: Row, conditions: Conditions) -> Measured:
     """Take so long that something can happen meanwhile."""
-    time.sleep(0.15)
+    time.sleep(SECONDS)
     return _measure(subjects, setting, conditions)
 
 

@@ -24,6 +24,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
+from typing import TYPE_CHECKING
 
 from numba import config
 
@@ -38,10 +39,11 @@ from focus_planner.core.planning.precompile import (
 )
 from focus_planner.core.progress import COMPILING, Progress
 
-if sys.platform == "win32":
-    from multiprocessing.connection import PipeConnection as Connection
-else:
-    from multiprocessing.connection import Connection
+if TYPE_CHECKING:
+    if sys.platform == "win32":
+        from multiprocessing.connection import PipeConnection as Connection
+    else:
+        from multiprocessing.connection import Connection
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 # So many kinds of work at once; more processes would take memory, and wait.

@@ -114,11 +114,13 @@ def _get_ready(program: dict[str, str]) -> None:
 
 @cache
 def _compile() -> None:
-    """Compile what plans run; of the workers of a machine one does, and the others load."""
+    """Compile what plans run, unless it is there; of the workers of a machine one does."""
     from focus_planner.core import kernels
-    from focus_planner.core.planning.precompile import PLANS, precompile
+    from focus_planner.core.planning.precompile import PLANS, missing_kernels, precompile
     from focus_planner.io.file_locks import locked_folder
 
+    if not missing_kernels(PLANS):
+        return
     folder = kernels.kept_in()
     with locked_folder(folder) if folder else nullcontext():
         precompile(PLANS)

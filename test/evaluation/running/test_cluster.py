@@ -30,7 +30,7 @@ from focus_planner.evaluation.running.connecting import connected, local_cluster
 from focus_planner.evaluation.running.here import Here
 from focus_planner.evaluation.running.program import program
 from focus_planner.evaluation.running.running import WorkersLostError, run
-from testing import evaluating
+from testing import evaluating, experiments
 from testing.experiments import CONDITIONS, LEVELS, PAIRS, SLOW, TROUBLED, Box, boxes
 
 pytestmark = pytest.mark.processes
@@ -50,6 +50,12 @@ def rows(folder, experiment):
 def rows_here(folder, experiment, sources):
     evaluate(folder / "here", Here(), experiment, sources)
     return rows(folder / "here", experiment)
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    """Let slow tasks be slow on workers only, which are other processes."""
+    monkeypatch.setattr(experiments, "SECONDS", 0.0)
 
 
 def wait_for(happened):
