@@ -68,7 +68,7 @@ def subject():
 @pytest.fixture(scope="module")
 def content():
     of = subject()
-    return assemble(of, tuple(plans_to_compare(of, ["closest"])), samples=400), of
+    return assemble(of, tuple(plans_to_compare(of, ["closest"])), samples=200), of
 
 
 class Truth:
@@ -313,7 +313,7 @@ def test_a_plan_for_other_lenses_is_explained_with_these(browser, content, tmp_p
     theirs = replace(of, rig=Rig(shallow))
     plan = plan_focus(of.scene, theirs.rig, of.request, MODEL)
     beside = ComparedPlan("as recorded", "the recorded plan", plan, theirs.rig)
-    report = assemble(of, (beside,), samples=400)
+    report = assemble(of, (beside,), samples=200)
     write_report(report, tmp_path / "beside.html")
     truth = Truth(theirs, report.surface.points, report.surface.normals)
     names = [camera.name for camera in theirs.rig.cameras]
