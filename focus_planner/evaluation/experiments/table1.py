@@ -111,7 +111,7 @@ def _paragraph(results: Results, mean: DataFrame) -> str:
         f" 2-view costs {beside_em} than EM (the paper: 5 % less), and"
         f" {changed(_against_baselines(mean))} than the better baseline (the paper: at least 28 %"
         " less). By fresh samples of the same surfaces EM holds"
-        f" {_area(gained['EM'])} in focus than the better baseline, 2-view"
+        f" {_in_focus(gained['EM'])} the better baseline, 2-view"
         f" {_area(gained['2-view'])} (the paper: roughly {_PAPER_AREA['EM']:,} and"
         f" {_PAPER_AREA['2-view']:,} cm² more). With w₃ = 0 all that a camera sees counts as in"
         " focus: no plan can cost less. In the table, Δ is how much less or more EM and 2-view cost"
@@ -119,7 +119,13 @@ def _paragraph(results: Results, mean: DataFrame) -> str:
     )
 
 
+def _in_focus(gained: float) -> str:
+    return "as much in focus as" if round(gained) == 0 else f"{_area(gained)} in focus than"
+
+
 def _area(gained: float) -> str:
+    if round(gained) == 0:
+        return "as much"
     return f"{abs(gained):,.0f} cm² {'less' if gained < 0 else 'more'}"
 
 

@@ -54,11 +54,12 @@ class Options:
     rig : Rig, optional
         By default each run's own, and for surfaces that of the paper.
     up : str, optional
-        The axis that is up in the files; found by default.
+        The axis that is up in the files; by default found for surfaces that are centred, else z.
     unit : {"m", "cm", "mm"}, optional
-        Of the files; found by default.
+        Of the files; by default found for surfaces that are centred, else metres.
     place : {"as_is", "centred"}, optional
-        By default surfaces are centred before the paper's rig, and left as they are before another.
+        By default surfaces are centred before the paper's rig, and left as they are before another:
+        their coordinates are then those of the rig's frame, and nothing is assumed.
     most : int, optional
         How many subjects to take, spread over all by their names.
     processes : int
@@ -208,10 +209,11 @@ class _Reading:
         options = self._options
         rig = options.rig or cylinder_rig()
         place = options.place or ("as_is" if options.rig else "centred")
-        unit = options.unit or find_unit(self._boxes, rig)
-        centre = rig_centre(rig) if place == "centred" else None
+        in_frame = place == "as_is"
+        unit = options.unit or ("m" if in_frame else find_unit(self._boxes, rig))
+        centre = None if in_frame else rig_centre(rig)
         placing = Placing(options.up or "z", UNITS[unit], centre)
-        if options.up is None:
+        if options.up is None and not in_frame:
             placing = replace(placing, up=find_up(self._tried(), placing, rig))
         notes = notes_on(
             placing,

@@ -21,6 +21,7 @@ import pytest
 
 from focus_planner.cli import main as cli
 from focus_planner.core.rig.layouts import cylinder_rig
+from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
 from focus_planner.evaluation.finding.finding import Options, find_sources, spread
 from focus_planner.io.bodies import bodies
@@ -139,6 +140,18 @@ def test_before_another_rig_surfaces_stay_where_they_are(tmp_path):
     low, _ = box(unpacked(found.sources[0]))
     assert low[2] == pytest.approx(0.4, abs=1e-3)
     assert not found.notes
+
+
+def test_in_a_rigs_own_frame_nothing_is_assumed(tmp_path):
+    cameras = cylinder_rig(1, 8, radius=0.3, bottom=0.4, top=0.4).cameras
+    beside = Rig(cameras[:2])  # as of a gantry: less far apart than the subject is tall
+    person(1.7, "y").export(tmp_path / "anna.ply")
+    person(0.3).export(tmp_path / "small.ply")
+    found = find_sources(tmp_path, Options(beside))
+    assert found.notes == ()
+    (tall, _) = (source.pack().unpack() for source in found.sources)
+    expected = load_surface(tmp_path / "anna.ply")
+    np.testing.assert_array_equal(tall.surface.vertices, expected.vertices)
 
 
 def test_mixed_units_are_refused(tmp_path):
