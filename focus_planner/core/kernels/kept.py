@@ -11,15 +11,17 @@
 """Where the machine code of kernels is kept from one process to the next.
 
 Numba keeps it in one folder only, which has to be writable even to read from, and it takes note of
-changes of a kernel's own file only, but kernels call those of others. Here each state of the
-sources, under each version of Numba, has a folder of its own, in either of two places: the one that
-NUMBA_CACHE_DIR names, or else beside the sources; and the user's. Both are read, so that an image's
-kernels serve every user of it; the first that can be written to is written to.
+changes of a kernel's own file only, but kernels call those of others. Here the code's files are
+called by a kernel's own source and all that it imports from this package, so that a change costs
+the kernels that it concerns and no others. There are two places: the one that NUMBA_CACHE_DIR
+names, or else beside the sources; and the user's. Both are read, so that an image's kernels serve
+every user of it; the first that can be written to is written to.
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
 import sys
 import tempfile
 import uuid
@@ -42,10 +44,13 @@ from numba.misc.appdirs import AppDirs
 _HERE = Path(__file__).parent
 #: What reading files may raise: of a damaged one, anything that unpickling does.
 _UNREADABLE = Exception
+_IMPORTED = re.compile(r"^from focus_planner\.core\.kernels\.(\w+) import", re.MULTILINE)
+#: The modules that are part of no kernel.
+_NO_KERNELS = frozenset({"compiling", "kept"})
 
 
 def folders() -> tuple[Path, ...]:
-    """Return where the code of exactly these sources may be, in the order of preference."""
+    """Return where code that is compiled as here may be, in the order of preference."""
     given = Path(config.CACHE_DIR) if config.CACHE_DIR else _HERE / "__pycache__"
     places = given, Path(AppDirs("focus_planner", False).user_cache_dir)
     # There are users without a home.
@@ -65,11 +70,27 @@ def kept_in() -> Path | None:
 
 @cache
 def _version() -> str:
+    """Return what changes with the way that kernels are compiled."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(_HERE.glob("*.py")):
-        if path != Path(__file__):  # which is no kernel, nor says how one is compiled
-            digest.update(path.read_bytes())
+    digest.update((_HERE / "compiling.py").read_bytes())
     return f"kernels-{digest.hexdigest()[:12]}"
+
+
+@cache
+def _version_of(source: Path) -> str:
+    """Return what changes with the sources that a file's kernels are compiled from."""
+    digest = hashlib.sha256()
+    for path in sorted(_needed_by(source)):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+@cache
+def _needed_by(source: Path) -> frozenset[Path]:
+    """Return a file, and all within this package that it imports, directly or not."""
+    names = _IMPORTED.findall(source.read_text(encoding="utf-8"))
+    used = [_HERE / f"{name}.py" for name in names if name not in _NO_KERNELS]
+    return frozenset([source]).union(*map(_needed_by, used))
 
 
 class KeptCode(NullCache):
@@ -172,7 +193,9 @@ class _Naming(CompileResultCacheImpl):
         self._py_file = function.__code__.co_filename
         self._lineno = function.__code__.co_firstlineno
         self._locator = self
-        name = f"{Path(self._py_file).stem}.{function.__qualname__}"
+        source = Path(self._py_file)
+        self._version = _version_of(source)
+        name = f"{source.stem}.{function.__qualname__}-{self._version}"
         self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))
 
     def ensure_cache_path(self) -> None:
@@ -185,7 +208,7 @@ class _Naming(CompileResultCacheImpl):
 
     def get_source_stamp(self) -> str:
         """Return what changes with the sources."""
-        return self._folder.name
+        return self._version
 
     def get_disambiguator(self) -> str:
         """Return what tells functions of one name apart."""

@@ -161,6 +161,28 @@ def test_the_users_folders_are_searched(monkeypatch):
     assert kept.folders() == (given,)
 
 
+def test_a_change_costs_the_kernels_that_use_it_and_no_others(tmp_path, monkeypatch):
+    imports = {"tuples": (), "pairs": ("tuples",), "k_view": ("pairs", "compiling"), "noise": ()}
+    for name, used in imports.items():
+        lines = [f"from focus_planner.core.kernels.{each} import kernel\n" for each in used]
+        (tmp_path / f"{name}.py").write_text("".join(lines))
+    monkeypatch.setattr(kept, "_HERE", tmp_path)
+
+    def versions():
+        kept._version_of.cache_clear()
+        kept._needed_by.cache_clear()
+        return {name: kept._version_of(tmp_path / f"{name}.py") for name in imports}
+
+    before = versions()
+    (tmp_path / "tuples.py").write_text("MOST = 3\n")
+    after = versions()
+    assert {name for name in imports if after[name] != before[name]} == {
+        "tuples",
+        "pairs",
+        "k_view",
+    }
+
+
 def test_other_threads_are_told_nothing(places):
     told = []
     with listening(lambda *what: told.append(what)):
