@@ -52,11 +52,12 @@ from focus_planner.messages.writing import (
     rig_to_fields,
 )
 from focus_planner.ros.base_node import BaseNode
+from focus_planner.ros.calls import call_until_answered, result_of, wait_for_service
 from focus_planner.ros.conversions import message_to_ros, type_name_of
 from focus_planner.ros.graph import full_name_of, planners_seen_by
 from focus_planner.ros.qos import ALL_CALLS, LATCHED
 from focus_planner.ros.status_watch import StatusWatch
-from focus_planner.ros.waiting import wait_for, wait_for_event
+from focus_planner.ros.waiting import wait_for
 
 _INPUTS = {
     "mesh": MeshMsg,
@@ -92,13 +93,13 @@ class Goal:
     def cancel(self, timeout: float = _TIMEOUT) -> bool:
         """Ask for it to end with the best plan so far; return whether it will."""
         sent = self._send(self._handle.cancel_goal_async)
-        answer = _result(sent, timeout, "plan's cancel_goal")
+        answer = result_of(sent, timeout, "plan's cancel_goal")
         return bool(answer.goals_canceling)
 
     def result(self, timeout: float = 600.0) -> tuple[int, PlanFocusAction.Result]:
         """Wait until it ends; return its status, one of ``GoalStatus``, and its result."""
         assert self._result is not None
-        answer = _result(self._result, timeout, "plan")
+        answer = result_of(self._result, timeout, "plan")
         return answer.status, answer.result
 
 
@@ -216,7 +217,7 @@ class PlannerClient:
 
     def wait_for(self, call: Future, timeout: float = 600.0) -> PlanFocus.Response:
         """Wait for the response to :meth:`plan_async`."""
-        return _result(call, timeout, "plan_focus", self._on_wait)
+        return result_of(call, timeout, "plan_focus", self._on_wait)
 
     def send_goal(
         self, on_feedback: Callable[[PlanFocusAction.Feedback], None] | None = None, **goal: Any
@@ -233,12 +234,14 @@ class PlannerClient:
         forward = None if on_feedback is None else lambda message: on_feedback(message.feedback)
         request = PlanFocusAction.Goal(**goal)
         sent = self._send(partial(self._plan.send_goal_async, request, forward))
-        return Goal(_result(sent, _TIMEOUT, "plan's send_goal"), self._send)
+        return Goal(result_of(sent, _TIMEOUT, "plan's send_goal"), self._send)
 
     def change_state(self, transition: str) -> bool:
         """Request a transition, such as ``"activate"``; return whether it was made."""
         request = ChangeState.Request(transition=Transition(label=transition))
-        return bool(self._call(self._change_state, request, "change_state", 600.0).success)
+        wait_for_service(self._change_state, _TIMEOUT, self._on_wait)
+        call = self._change_state.call_async(request)
+        return bool(result_of(call, 600.0, "change_state", self._on_wait).success)
 
     def state(self) -> str:
         """Return the state of the planner's life cycle."""
@@ -298,7 +301,7 @@ class PlannerClient:
 
     def wait_for_node(self, timeout: float = _TIMEOUT) -> None:
         """Wait until the planner's service is available."""
-        _wait_for_service(self._plan_focus, timeout, self._on_wait)
+        wait_for_service(self._plan_focus, timeout, self._on_wait)
 
     def latched_plan(self, timeout: float = _TIMEOUT) -> FocusPlan:
         """Return the newest plan, as a new subscriber receives it."""
@@ -328,7 +331,7 @@ class PlannerClient:
             message_type, f"{self._planner}/{topic}", message.set_result, LATCHED
         )
         try:
-            return _result(message, timeout, topic, self._on_wait)
+            return result_of(message, timeout, topic, self._on_wait)
         finally:
             self._destroy_soon(self._node.destroy_subscription, subscription)
 
@@ -345,9 +348,10 @@ class PlannerClient:
             service_type, f"{self._planner}/{service}", qos_profile=ALL_CALLS
         )
 
-    def _call(self, client: Client, request: Any, what: str, timeout: float = _TIMEOUT) -> Any:
-        _wait_for_service(client, _TIMEOUT, self._on_wait)
-        return _result(client.call_async(request), timeout, what, self._on_wait)
+    def _call(self, client: Client, request: Any, what: str) -> Any:
+        """Call a service for which twice is as good as once."""
+        wait_for_service(client, _TIMEOUT, self._on_wait)
+        return call_until_answered(client, request, _TIMEOUT, what, self._on_wait)
 
     def _send(self, send: Callable[[], Future]) -> Future:
         """Send on the thread that spins.
@@ -356,7 +360,7 @@ class PlannerClient:
         miss a response that arrives in between.
         """
         task = self._executor.create_task(send)
-        sent: Future = _result(task, _TIMEOUT, "this client's own thread")
+        sent: Future = result_of(task, _TIMEOUT, "this client's own thread")
         return sent
 
     def _spin(self) -> None:
@@ -416,20 +420,3 @@ class _InputPublisher:
         assert self._publisher is not None
         acknowledged: bool = self._publisher.wait_for_all_acked(Duration(seconds=_STEP))
         return acknowledged
-
-
-def _wait_for_service(
-    client: Client, timeout: float, on_wait: Callable[[], object] = lambda: None
-) -> None:
-    if not wait_for(client.service_is_ready, timeout, on_wait):
-        raise TimeoutError(f"no planner offers {client.service_name}; is the node running?")
-
-
-def _result(
-    future: Future, timeout: float, what: str, on_wait: Callable[[], object] = lambda: None
-) -> Any:
-    done = threading.Event()
-    future.add_done_callback(lambda _: done.set())
-    if not wait_for_event(done, timeout, on_wait):
-        raise TimeoutError(f"no response from {what} within {timeout:g} s")
-    return future.result()

@@ -13,7 +13,12 @@ from __future__ import annotations
 import threading
 
 import pytest
+from lifecycle_msgs.srv import GetState
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.task import Future
 
+from focus_planner.ros import calls
 from focus_planner.ros.client import PlannerClient
 from testing.ros.calls import until
 
@@ -33,3 +38,35 @@ def test_a_subscription_is_destroyed_on_the_thread_that_waits_on_it(monkeypatch)
             client.status(timeout=0.0)
         until(lambda: threads)
         assert threads == [client._thread]
+
+
+def test_a_call_whose_response_is_lost_is_made_again(make_node, monkeypatch):
+    monkeypatch.setattr(calls, "_AGAIN", 0.2)
+    node, requests, never = make_node(), [], Future()
+
+    async def answer(request, response):
+        requests.append(request)
+        if len(requests) == 1:
+            await never
+        response.current_state.label = f"after {len(requests)} calls"
+        return response
+
+    group = ReentrantCallbackGroup()
+    node.create_service(GetState, "/forgetful/get_state", answer, callback_group=group)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    ended = threading.Event()
+
+    def spin():
+        while not ended.is_set():
+            executor.spin_once(0.05)
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    try:
+        with PlannerClient("/forgetful") as client:
+            assert client.state() == "after 2 calls"
+    finally:
+        ended.set()
+        thread.join()
+        executor.shutdown()

@@ -26,7 +26,8 @@ from std_msgs.msg import Header
 
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.writing import mesh_to_bytes, rig_to_fields
-from focus_planner.ros.client import PlannerClient, _result
+from focus_planner.ros.calls import result_of
+from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import message_to_ros
 from focus_planner.runtime.inputs import without_unheard
 from testing.ros.calls import FEW, having, until
@@ -84,7 +85,7 @@ def diagnosed(client, planner, condition=lambda _: True):
 
     subscription = client._node.create_subscription(DiagnosticArray, "/diagnostics", hear, 10)
     try:
-        return _result(heard, PATIENCE, "diagnostics")
+        return result_of(heard, PATIENCE, "diagnostics")
     finally:
         client._destroy_soon(client._node.destroy_subscription, subscription)
 

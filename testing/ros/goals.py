@@ -22,7 +22,8 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from focus_planner_msgs.action import PlanFocus
 
-from focus_planner.ros.client import Goal, _result
+from focus_planner.ros.calls import result_of
+from focus_planner.ros.client import Goal
 from focus_planner.runtime.reason import Reason
 from testing.ros.planner_process import PATIENCE
 
@@ -80,7 +81,7 @@ def sent_unasked(client, on_feedback, **goal):
     send = partial(
         client._plan.send_goal_async, goal, lambda message: on_feedback(message.feedback)
     )
-    handle = _result(client._send(send), PATIENCE, "send_goal")
+    handle = result_of(client._send(send), PATIENCE, "send_goal")
     assert handle.accepted
     return partial(Goal, handle, client._send)
 
