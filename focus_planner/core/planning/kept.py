@@ -73,6 +73,15 @@ class _Entry:
     key: tuple[Any, ...]
     value: Any
     used: int
+    bytes: int = 0
+
+    def __post_init__(self) -> None:
+        self.measure()
+
+    def measure(self) -> None:
+        """Note how much memory it takes now."""
+        if isinstance(self.value, KeptProblem):
+            self.bytes = bytes_with_derived(self.value.problem)
 
 
 class Kept:
@@ -98,7 +107,7 @@ class Kept:
     def bytes(self) -> int:
         """The memory of what is kept."""
         with self._lock:
-            return sum(_bytes(entry) for _, entry in self._all())
+            return sum(entry.bytes for _, entry in self._all())
 
     def find(self, scenes: Sequence[Scene], key: tuple[Any, ...]) -> Any:
         """Return what was kept under a key for these scenes; None if nothing is."""
@@ -109,6 +118,14 @@ class Kept:
                     entry.used = next(self._clock)
                     return entry.value
         return None
+
+    def measure(self, *problems: Problem) -> None:
+        """Take note that more has been derived of problems, and make room for it."""
+        with self._lock:
+            for _, entry in self._all():
+                if isinstance(entry.value, KeptProblem) and entry.value.problem in problems:
+                    entry.measure()
+            self.trim()
 
     def keep(self, scenes: Sequence[Scene], key: tuple[Any, ...], value: Any) -> None:
         """Keep a problem, or what was noticed of it, in place of what has the same key."""
@@ -124,7 +141,7 @@ class Kept:
             self.trim()
 
     def trim(self, most_bytes: float = math.inf) -> None:
-        """Forget what there is no room for, such as now that what is kept has grown.
+        """Forget what there is no room for.
 
         Parameters
         ----------
@@ -133,13 +150,11 @@ class Kept:
         """
         most_bytes = min(most_bytes, self._most_bytes)
         with self._lock:
-            sized = [(scene, entry, _bytes(entry)) for scene, entry in self._all()]
-            total = sum(size for *_, size in sized)
-            for scene, entry, size in sorted(sized, key=lambda each: each[1].used):
-                if total <= most_bytes and all(each() for each in entry.others):
-                    continue
-                self._entries[scene].remove(entry)
-                total -= size
+            total = self.bytes
+            for scene, entry in sorted(self._all(), key=lambda each: each[1].used):
+                if total > most_bytes or not all(each() for each in entry.others):
+                    self._entries[scene].remove(entry)
+                    total -= entry.bytes
 
     def forget(self) -> None:
         """Forget all."""
@@ -210,7 +225,3 @@ def _copied(data: Data) -> Data:
 def _are(kept: Sequence[ref[Scene]], scenes: Sequence[Scene]) -> bool:
     """Return whether these scenes are those that something is kept of."""
     return len(kept) == len(scenes) and all(a() is b for a, b in zip(kept, scenes, strict=True))
-
-
-def _bytes(entry: _Entry) -> int:
-    return bytes_with_derived(entry.value.problem) if isinstance(entry.value, KeptProblem) else 0

@@ -92,7 +92,7 @@ def solve(
     given = Given(subjects, rig, request)
     with kernels.threads_for(len(formulated.fresh.depth)):
         plan = plan_of(given, formulated, solved, pacer, solve_seconds)
-    KEPT.trim()  # of what has been derived on the way
+    KEPT.measure(formulated.problem, formulated.fresh)
     return with_own_problems(plan)
 
 

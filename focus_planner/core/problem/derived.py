@@ -61,8 +61,8 @@ def _note_arrays(value: Any, sizes: dict[int, int]) -> None:
     if isinstance(value, np.ndarray):
         sizes[id(value)] = value.nbytes
     elif isinstance(value, (tuple, list)):
-        for each in value:
-            if not isinstance(each, (str, Lens)):  # of which there may be thousands
+        if not (value and isinstance(value[0], (str, Lens))):  # of which there may be thousands
+            for each in value:
                 _note_arrays(each, sizes)
     elif isinstance(value, dict):
         _note_arrays(list(value.values()), sizes)

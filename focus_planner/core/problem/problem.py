@@ -296,7 +296,9 @@ def build_problem(
         depth,
         base_cost,
     )
-    lenses = tuple(camera.lens for camera in rig.cameras)
+    kinds: dict[Lens, Lens] = {}
+    # Equal ones are one, so that they are soon seen to be.
+    lenses = tuple(kinds.setdefault(camera.lens, camera.lens) for camera in rig.cameras)
     near, far = _intervals(depth, lenses, camera_index, depth_tolerance)
     return Problem(
         samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
