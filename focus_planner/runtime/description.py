@@ -15,6 +15,7 @@ from __future__ import annotations
 from focus_planner.core.planning.fingerprint import fingerprints
 from focus_planner.core.planning.plan import FocusPlan, SolvedPlan
 from focus_planner.core.planning.sampled_quality import SampledQuality, sampled_quality
+from focus_planner.core.problem.derived import bytes_with_derived
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
 from focus_planner.messages.markers import markers_to_bytes
@@ -23,6 +24,9 @@ from focus_planner.messages.typestore import CLOUD, serialize
 from focus_planner.messages.writing import Stamp
 from focus_planner.runtime.planning_orders import Description, Visuals
 from focus_planner.runtime.status import without_problem
+
+# Bytes that no plan misses: each would take a tenth longer to have them back.
+_LITTLE = 16 * 2**20
 
 
 class ShownPlan:
@@ -43,7 +47,8 @@ class ShownPlan:
 
     def condense(self) -> None:
         """Give back the memory that the next plan may need."""
-        self._evaluated()
+        if self._problem is not None and bytes_with_derived(self._problem) > _LITTLE:
+            self._evaluated()
 
     def visuals(self, stamp: Stamp) -> Visuals:
         """Return the markers and the cloud that show the plan, stamped."""

@@ -19,6 +19,7 @@ from typing import Any
 
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import formulate_problem
+from focus_planner.core.planning.kept import KEPT
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
@@ -134,6 +135,8 @@ class Planner:
             if not self.surface.has_more:
                 break
         if self.rig.in_force and self.rig.in_force is not before:
+            if before and before.value != self.rig.in_force.value:
+                KEPT.forget()  # problems of a rig that is no more; those of a surface go with it
             self._on_rig(self.rig.in_force.value)
 
     def plan(

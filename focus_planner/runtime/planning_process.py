@@ -20,6 +20,7 @@ import math
 import resource
 import time
 import traceback
+from collections.abc import Collection
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -27,7 +28,14 @@ from typing import Any
 
 from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
-from focus_planner.core.planning.precompile import PLANS, precompile
+from focus_planner.core.planning.precompile import (
+    PLANS,
+    Work,
+    missing_kernels,
+    precompile,
+    works_for,
+)
+from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError
@@ -89,11 +97,14 @@ class PlanningProcess:
         self._recorded: SolvedPlan | None = None  # until it has been described
         self._shown: dict[str, ShownPlan] = {}
         self._unlimited_memory = 0
+        self._unloaded: list[Work] = []
 
     def serve(self) -> None:
         """Carry out orders until the connection ends."""
         with suppress(EOFError, ConnectionError):
             while True:
+                while self._unloaded and not self._connection.poll():
+                    self._load_more()
                 order = self._connection.recv()
                 if not isinstance(order, (orders.Stop, orders.GoOn)):  # too late for the last plan
                     self._connection.send(self._carry_out(order))
@@ -120,8 +131,12 @@ class PlanningProcess:
 
     @_do.register
     def _load(self, _: orders.Load) -> orders.Result:
+        works: Collection[Work] = PLANS
+        if not missing_kernels(PLANS):
+            # What most plans run; the rest while there is nothing else to do.
+            works, self._unloaded = works_for(PlanRequest(), clouds=False), list(PLANS)
         compiled = precompile(
-            PLANS, lambda progress: self._connection.send(orders.Compiling(progress))
+            works, lambda progress: self._connection.send(orders.Compiling(progress))
         )
         if compiled.kernels:
             self._connection.send(orders.Compiled(str(compiled), compiled.folder is not None))
@@ -201,6 +216,13 @@ class PlanningProcess:
         if shown and order.visuals_stamp is not None:
             visuals = shown.visuals(order.visuals_stamp)
         return orders.Description(self._fingerprints() if order.for_record else (), visuals)
+
+    def _load_more(self) -> None:
+        """Load what another kind of work runs."""
+        before = _data_bytes()
+        with suppress(Exception):  # plans that run it will tell what is wrong
+            precompile((self._unloaded.pop(0),))
+        self._unlimited_memory += _data_bytes() - before
 
     def _condense(self) -> None:
         """Give back the memory of plans that may be shown; all of it, if there is too little."""

@@ -39,7 +39,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
@@ -322,6 +321,8 @@ def _overlapping(gains: Gains, price: Offsets, most: int) -> kernels.Neighbourho
 
     ``most`` in all.
     """
+    from scipy.sparse import csr_array  # noqa: PLC0415 - takes as long as a plan
+
     cameras = np.repeat(np.arange(gains.camera_count), np.diff(gains.offsets))
     active = gains.gain > (price - (gains.most >> _REACH))[gains.sample]
     holds = csr_array(

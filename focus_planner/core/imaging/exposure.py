@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
@@ -143,6 +142,8 @@ def _chosen(
     strength : float
         Pixels of blur per difference of inverse depths, 1/m.
     """
+    from scipy.ndimage import maximum_filter  # noqa: PLC0415 - takes as long as a plan
+
     farthest = np.empty(tiles.bounds.shape[:2])
     kernels.farthest_off_focus(triangles, tiles, inverse_focus, farthest)
     # Those around a tile count as well: so few blurred edges run between tiles of different rays.

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
@@ -29,6 +30,7 @@ from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.planning.worst import Balanced
+from focus_planner.core.problem.cells import group_by_lens
 from focus_planner.core.problem.problem import Problem, mean_cost, with_depth_tolerance
 from focus_planner.core.problem.shots import (
     most_shots,
@@ -157,10 +159,7 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     taken = focus != kernels.UNTAKEN
     # Where a lens rests whose camera takes no picture.
     neutral = fill_missing_distances(problem, np.where(taken, focus, np.nan))
-    shots = [
-        _shot(lens, float(neutral[c]), int(assigned[c]), int(in_focus[c]))
-        for c, lens in enumerate(problem.lenses)
-    ]
+    shots = _shots(problem.lenses, neutral, assigned, in_focus)
     cameras = []
     for first in range(0, count, problem.shots):
         own = range(first, first + problem.shots)
@@ -169,18 +168,23 @@ def _camera_plans(problem: Problem, focus: FloatArray, best: IntArray) -> tuple[
     return tuple(cameras)
 
 
-def _shot(lens: Lens, distance: float, assigned: int, in_focus: int) -> Shot:
-    focus = np.asarray(distance)
-    near, far = depth_of_field(focus, lens)
-    return Shot(
-        focus_distance=distance,
-        near_limit=float(near),
-        far_limit=float(far),
-        assigned_samples=assigned,
-        in_focus_samples=in_focus,
-        device_value=lens.table.value_at(distance) if lens.table else None,
-        from_sensor=float(distance_from_sensor(focus, lens)),
-    )
+def _shots(
+    lenses: tuple[Lens, ...],
+    focus: FloatArray,
+    assigned: NDArray[np.int64],
+    in_focus: NDArray[np.int64],
+) -> list[Shot]:
+    """Return a shot of every lens, given (C,) focus distances and what they are best for."""
+    near, far, from_sensor = np.empty((3, len(lenses)))
+    for lens, part in group_by_lens(lenses, np.arange(len(lenses))):
+        near[part], far[part] = depth_of_field(focus[part], lens)
+        from_sensor[part] = distance_from_sensor(focus[part], lens)
+    values = [
+        lens.table.value_at(distance) if lens.table else None
+        for lens, distance in zip(lenses, focus.tolist(), strict=True)
+    ]
+    columns = (each.tolist() for each in (focus, near, far, assigned, in_focus))
+    return [Shot(*each) for each in zip(*columns, values, from_sensor.tolist(), strict=True)]
 
 
 def _camera_focus(

@@ -23,6 +23,13 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.formulation import choose_samples, formulate_problem
+from focus_planner.core.planning.kept import (
+    KEPT,
+    KeptProblem,
+    joined_key,
+    notes_key,
+    problem_key,
+)
 from focus_planner.core.planning.observations import observe
 from focus_planner.core.planning.pacer import Pacer
 from focus_planner.core.planning.quality import estimate_quality
@@ -32,9 +39,13 @@ from focus_planner.core.planning.subject_quality import SubjectQuality
 from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.planning.time_budget import FRESH_SHARE, SAMPLES_SHARE
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.problem.derived import keeps_derived
 from focus_planner.core.problem.joined import costs_of_subjects, join_problems, separated
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
+
+# Of the memory that a plan may take, what is kept of others when it begins.
+_KEPT_SHARE = 0.125
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,14 +94,16 @@ def formulate_subjects(
     ]
     of_each = math.ceil(sum(counts) / len(counts))
     limits.check_size(requests[0], of_each, len(rig), len(subjects))
+    KEPT.trim(limits.max_memory * _KEPT_SHARE)
     rays = _Rays(subjects, rig, requests, model, pacer)
     fresh_parts = rays.cast("fresh", 0.0, FRESH_SHARE)
     fresh = _joined(subjects, fresh_parts)
-    limits.check_memory(requests[0], fresh, sum(counts))
+    needed = limits.check_memory(requests[0], fresh, sum(counts))
+    KEPT.trim(limits.max_memory - needed)
     parts = rays.cast("visibility", FRESH_SHARE, SAMPLES_SHARE)
     problem = _joined(subjects, parts)
     limits.check_memory(requests[0], problem, problem.sample_count)
-    notes = () if pacer.callback_stopped else observe(subjects, rig, request, parts, fresh_parts)
+    notes = () if pacer.callback_stopped else _observed(subjects, rig, request, parts, fresh_parts)
     return Formulated(problem, fresh, notes)
 
 
@@ -188,6 +201,27 @@ class _Rays:
         fresh: bool,
         keep_going: Callable[[float], bool] | None,
     ) -> Problem:
+        """Return the problem that is kept, or formulate it.
+
+        The same is asked in both cases, so that plans that are stopped can be made again whatever
+        is kept.
+        """
+        key = problem_key(self.rig, request, self.model, fresh=fresh)
+        kept = KEPT.find([subject.scene], key)
+        asking = None if keep_going is None else _Asking(keep_going)
+        if kept and (asking is None or (kept.shares is not None and all(map(asking, kept.shares)))):
+            return kept.problem
+        if asking:
+            asking.begin_again()
+        problem = self._cast(subject, request, fresh, asking)
+        if asking is None or not asking.stopped:
+            shares = None if asking is None else tuple(asking.shares)
+            KEPT.keep([subject.scene], key, KeptProblem(problem, shares))
+        return problem
+
+    def _cast(
+        self, subject: Subject, request: PlanRequest, fresh: bool, asking: _Asking | None
+    ) -> Problem:
         with _told(self.subjects, subject):
             return formulate_problem(
                 subject.scene,
@@ -195,7 +229,7 @@ class _Rays:
                 request,
                 self.model,
                 fresh=fresh,
-                keep_going=keep_going,
+                keep_going=asking,
                 enough=self.pacer.enough,
             )
 
@@ -203,6 +237,29 @@ class _Rays:
         """Return the question with the share that is done of all subjects."""
         count = len(self.subjects)
         return keep_going if count == 1 else lambda done: keep_going((s + done) / count)
+
+
+class _Asking:
+    """Asks whether to go on, and gives answers again to who begins again."""
+
+    def __init__(self, keep_going: Callable[[float], bool]) -> None:
+        self._keep_going = keep_going
+        self._given: list[bool] = []
+        self.shares: list[float] = []
+        self.stopped = False
+
+    def begin_again(self) -> None:
+        """Have the questions so far answered as before."""
+        self.shares = []
+
+    def __call__(self, share: float) -> bool:
+        """Return whether to go on, now that this share is done."""
+        if len(self.shares) == len(self._given):
+            self._given.append(self._keep_going(share))
+        self.shares.append(share)
+        more = self._given[len(self.shares) - 1]
+        self.stopped = not more
+        return more
 
 
 def _told(subjects: Sequence[Subject], subject: Subject) -> AbstractContextManager[None]:
@@ -213,7 +270,34 @@ def _told(subjects: Sequence[Subject], subject: Subject) -> AbstractContextManag
 def _joined(subjects: Sequence[Subject], parts: Sequence[Problem]) -> Problem:
     if len(parts) == 1:
         return parts[0]
-    return join_problems(parts, [subject.weight for subject in subjects])
+    scenes, key = [subject.scene for subject in subjects], joined_key(subjects, parts)
+    kept = KEPT.find(scenes, key)
+    if kept:
+        return kept.problem
+    joined = join_problems(parts, [subject.weight for subject in subjects])
+    if all(map(keeps_derived, parts)):
+        KEPT.keep(scenes, key, KeptProblem(joined, None))
+    return joined
+
+
+def _observed(
+    subjects: Sequence[Subject],
+    rig: Rig,
+    request: PlanRequest,
+    parts: Sequence[Problem],
+    fresh: Sequence[Problem],
+) -> tuple[Note, ...]:
+    """Return the notes on these problems; those that are kept, if any are."""
+    scenes, key = (
+        [each.scene for each in subjects],
+        notes_key(rig, request, subjects, [*parts, *fresh]),
+    )
+    kept = KEPT.find(scenes, key)
+    if kept is None:
+        kept = observe(subjects, rig, request, parts, fresh)
+        if all(map(keeps_derived, [*parts, *fresh])):
+            KEPT.keep(scenes, key, kept)
+    return kept
 
 
 def _shares(subjects: Sequence[Subject]) -> FloatArray:

@@ -25,6 +25,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +150,8 @@ NOT_KEPT = (
 def works_for(request: PlanRequest, *, clouds: bool) -> tuple[Work, ...]:
     """Return the kinds of work that a plan consists of.
 
+    Where others have compiled all of it, what such a plan itself runs has yet to be loaded.
+
     Parameters
     ----------
     request : PlanRequest
@@ -162,7 +165,9 @@ def works_for(request: PlanRequest, *, clouds: bool) -> tuple[Work, ...]:
         works.append(PROOFS)
     if request.images:
         works.append(BUDGETS)
-    return tuple(works)
+    if clouds or request.method == "optimal" or request.images or _done.issuperset(works):
+        return tuple(works)
+    return tuple(works) if missing_kernels(works) else (_plan_alike(_little(request)),)
 
 
 def precompile(
@@ -191,7 +196,7 @@ def precompile(
     works = ALL if works is None else works
     stage = _Stage(works, on_progress)
     with kernels.listening(stage):
-        for work in ALL:
+        for work in (*(each for each in works if each not in ALL), *ALL):
             if work in works and work not in _done:
                 work.do()
                 _done.add(work)
@@ -309,6 +314,32 @@ def _plan() -> None:
     for method in ("closest", "average", "em"):
         solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
     solve(Scene(ball), rig, PlanRequest("em", _SAMPLES, views=2, shots=2))
+
+
+def _little(request: PlanRequest) -> PlanRequest:
+    """Return a request that runs the same on little."""
+    return PlanRequest(
+        request.method,
+        samples=_SAMPLES,
+        k=request.k,
+        scope=request.scope,
+        tuples=request.tuples,
+        shots=min(request.shots, 2),
+        views=min(request.views, 2),
+        fresh_samples=_SAMPLES,
+        bound=request.bound,
+    )
+
+
+@cache
+def _plan_alike(request: PlanRequest) -> Work:
+    """Return the work of a plan on little."""
+    tuples = [TUPLES_OF_CAMERAS.modules] if request.method == "k_view" else []
+    return Work(PLANNING.modules.union(*tuples), lambda: _plan_on_ball(request))
+
+
+def _plan_on_ball(request: PlanRequest) -> None:
+    solve(Scene(_ball()), _rig(), request)
 
 
 def _prepare_clouds() -> None:

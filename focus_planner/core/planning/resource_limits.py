@@ -80,8 +80,8 @@ class ResourceLimits:
                     "take fewer, or raise the parameter",
                 )
 
-    def check_memory(self, request: PlanRequest, problem: Problem, samples: int) -> None:
-        """Raise ``InputError`` if planning would take too much memory.
+    def check_memory(self, request: PlanRequest, problem: Problem, samples: int) -> float:
+        """Return the bytes that planning takes, about; raise ``InputError`` if that is too much.
 
         Parameters
         ----------
@@ -104,6 +104,7 @@ class ResourceLimits:
                 f"{samples // subjects:,}, which would take {needed / _GIGA:.3g} GB",
                 "take fewer, or raise the parameter if there is enough memory",
             )
+        return needed
 
 
 def _bytes_of_pair(request: PlanRequest) -> int:

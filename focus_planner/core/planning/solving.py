@@ -21,6 +21,7 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.planning.formulation import subsample
+from focus_planner.core.planning.kept import KEPT, with_own_problems
 from focus_planner.core.planning.making import Given, plan_of
 from focus_planner.core.planning.many_subjects import formulate_subjects
 from focus_planner.core.planning.methods import picture_limit, proves_itself, solver_of
@@ -88,7 +89,11 @@ def solve(
         stopped = pacer.callback_stopped
         notes = (*notes, fewer_samples(request, problem, formulated.fresh, stopped=stopped))
     formulated = replace(formulated, problem=problem, notes=notes)
-    return plan_of(Given(subjects, rig, request), formulated, solved, pacer, solve_seconds)
+    given = Given(subjects, rig, request)
+    with kernels.threads_for(len(formulated.fresh.depth)):
+        plan = plan_of(given, formulated, solved, pacer, solve_seconds)
+    KEPT.measure(formulated.problem, formulated.fresh)
+    return with_own_problems(plan)
 
 
 def _solved(problem: Problem, request: PlanRequest, options: Options, pacer: Pacer) -> Balanced:

@@ -18,21 +18,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial, wraps
+from functools import wraps
 from typing import NamedTuple, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.camera import Camera
-from focus_planner.core.rig.frames import BODY_FROM_OPTICAL
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
-from focus_planner.core.surface.up_axis import TURNS
 from focus_planner.core.surface.visibility import Visibility, visible_pairs
 
 _TRIAL_SAMPLES = 300
@@ -98,20 +94,6 @@ class Suspicion(NamedTuple):
         return f"with {self.assumption}, {self.sight} would be seen, now {self.now}: {self.meaning}"
 
 
-class _Poses(NamedTuple):
-    """The poses of C cameras: (C, 3) positions, and C orientations."""
-
-    positions: FloatArray
-    orientations: Rotation
-
-
-class _Trial(NamedTuple):
-    code: str
-    assumption: str
-    meaning: str
-    correct: Callable[[_Poses], _Poses]
-
-
 def _remembered(find: Callable[[Scene, Rig], Found]) -> Callable[[Scene, Rig], Found]:
     """Keep what is found for each scene: every plan for it asks."""
     known: WeakKeyDictionary[Scene, tuple[Rig, Found]] = WeakKeyDictionary()
@@ -134,16 +116,16 @@ def suspect_frames(scene: Scene, rig: Rig) -> Suspicion | None:
     scene : Scene
     rig : Rig
     """
+    # Loads SciPy, and most rigs see what they should.
+    from focus_planner.core.planning.pose_trials import poses_of, trials  # noqa: PLC0415
+
     few = _few(rig)
-    poses = _Poses(
-        np.array([camera.position for camera in few]),
-        Rotation.from_quat([camera.orientation for camera in few]),
-    )
+    poses = poses_of(few)
     samples = scene.sample(_TRIAL_SAMPLES, 0)
     now = _sight(scene, few, samples)
     best, least = None, max(_SEEN_ENOUGH, _FAR_BETTER * now.score)
-    for trial in _trials():
-        sight = _sight(scene, _posed(few, trial.correct(poses)), samples)
+    for trial in trials():
+        sight = _sight(scene, _posed(few, *trial.correct(poses).as_lists()), samples)
         if sight.score > least and sight.surface > _MORE * now.surface:
             best = Suspicion(trial.code, trial.assumption, sight, now, trial.meaning)
             least = sight.score
@@ -177,8 +159,9 @@ def _few(rig: Rig) -> tuple[Camera, ...]:
     return rig.cameras[:: math.ceil(len(rig) / _TRIAL_CAMERAS)]
 
 
-def _posed(cameras: Iterable[Camera], poses: _Poses) -> Iterator[Camera]:
-    places, turns = poses.positions.tolist(), poses.orientations.as_quat().tolist()
+def _posed(
+    cameras: Iterable[Camera], places: list[list[float]], turns: list[list[float]]
+) -> Iterator[Camera]:
     for camera, place, turn in zip(cameras, places, turns, strict=True):
         yield replace(camera, position=tuple(place), orientation=tuple(turn))
 
@@ -193,68 +176,3 @@ def _seen(samples: Samples, visibility: Visibility) -> NDArray[np.bool_]:
     seen = np.zeros(len(samples), dtype=np.bool_)
     seen[visibility.sample_index] = True
     return seen
-
-
-def _trials() -> Iterator[_Trial]:
-    """Yield the mistakes, the commonest first: of equals the first is suspected."""
-    yield _up_axis("y")
-    yield _Trial(
-        "quaternion_order",
-        "quaternions read as w, x, y, z",
-        "the orientations are probably written in that order; write them as x, y, z, w",
-        _reordered,
-    )
-    yield _Trial(
-        "camera_axes",
-        "the cameras' frames read as OpenGL's (x right, y up, z backward)",
-        "they probably are; give optical frames (x right, y down, z forward): turn each camera by"
-        " half a turn about its x axis",
-        partial(_turned, turn=Rotation.from_quat([1.0, 0.0, 0.0, 0.0])),
-    )
-    yield _Trial(
-        "camera_axes",
-        "the cameras' frames read as body frames (x forward, y left, z up)",
-        "they probably are; give optical frames (x right, y down, z forward)",
-        partial(_turned, turn=BODY_FROM_OPTICAL.rotation),
-    )
-    yield _Trial(
-        "inverted_poses",
-        "the camera poses inverted",
-        "they probably go from the world to the cameras; give the cameras' positions and"
-        " orientations in the world",
-        _inverted,
-    )
-    for up in ("x", "-z", "-y", "-x"):
-        yield _up_axis(up)
-
-
-def _up_axis(up: str) -> _Trial:
-    option = f"--up={up}" if up.startswith("-") else f"--up {up}"
-    return _Trial(
-        "up_axis",
-        f"the surface's {up} axis up",
-        f"that is probably its up; turn its (x, y, z) to {TURNS[up]}, as focus_planner plan does"
-        f" with {option}",
-        # A turned surface and a rig that is turned the other way look the same.
-        partial(_all_turned, turn=Rotation.from_matrix(TURNS[up].matrix()).inv()),
-    )
-
-
-def _reordered(poses: _Poses) -> _Poses:
-    quaternions = np.roll(poses.orientations.as_quat(), -1, axis=1)
-    return _Poses(poses.positions, Rotation.from_quat(quaternions))
-
-
-def _turned(poses: _Poses, turn: Rotation) -> _Poses:
-    """Turn each camera about its own centre."""
-    return _Poses(poses.positions, poses.orientations * turn)
-
-
-def _inverted(poses: _Poses) -> _Poses:
-    inverse = poses.orientations.inv()
-    return _Poses(-inverse.apply(poses.positions), inverse)
-
-
-def _all_turned(poses: _Poses, turn: Rotation) -> _Poses:
-    """Turn the rig about the origin."""
-    return _Poses(turn.apply(poses.positions), turn * poses.orientations)

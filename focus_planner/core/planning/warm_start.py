@@ -16,12 +16,12 @@ from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from focus_planner.core import kernels
 from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.solvers import Options
+from focus_planner.core.surface.tree import tree_of
 
 
 def warm_options(
@@ -46,7 +46,7 @@ def warm_options(
         start = np.where(np.isfinite(known), known, kernels.UNTAKEN if limited else start)
     if warm_start.prices is None:
         return replace(options, start=start)
-    tree = cKDTree(warm_start.points)
+    tree = tree_of(warm_start.points)
     nearest = tree.query(problem.samples.points, workers=-1)[1]
     return replace(options, start=start, prices=warm_start.prices[nearest])
 

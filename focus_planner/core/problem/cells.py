@@ -108,10 +108,10 @@ def group_by_lens(
     lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]]
 ) -> Iterator[tuple[Lens, NDArray[np.int64] | slice]]:
     """Yield every distinct lens and where it occurs among the cameras, given by index."""
-    kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
-    if len(kinds) == 1:
+    if lenses.count(lenses[0]) == len(lenses):
         yield lenses[0], slice(None)
         return
+    kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
     # One sort of small integers: with a table each, every camera's lens is different.
     number = np.min_scalar_type(len(kinds))
     kind_of_each = np.array([kinds[lens] for lens in lenses], dtype=number)[cameras]

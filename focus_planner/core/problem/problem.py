@@ -35,6 +35,9 @@ from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import Visibility
 
+# Calls of ``keep_going`` while cells are found.
+_QUESTIONS = 3
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -161,8 +164,10 @@ class Problem:
         Parameters
         ----------
         keep_going : callable
-            Called a few times meanwhile; return False to stop.
+            Called a few times meanwhile, as often if they are known; return False to stop.
         """
+        if "cells" in self.__dict__:
+            return all(keep_going() for _ in range(_QUESTIONS))
         cells = _find_cells(self, keep_going)
         if cells is not None:
             self.__dict__["cells"] = cells
@@ -291,7 +296,9 @@ def build_problem(
         depth,
         base_cost,
     )
-    lenses = tuple(camera.lens for camera in rig.cameras)
+    kinds: dict[Lens, Lens] = {}
+    # Equal ones are one, so that they are soon seen to be.
+    lenses = tuple(kinds.setdefault(camera.lens, camera.lens) for camera in rig.cameras)
     near, far = _intervals(depth, lenses, camera_index, depth_tolerance)
     return Problem(
         samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),

@@ -33,7 +33,6 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polymul, polysub, polyval
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
@@ -292,6 +291,8 @@ def _undistort(
 
 def _invert_radial(profile: _RadialProfile, target: FloatArray, end: float) -> FloatArray:
     """Return x, y at depth 1 that the radial part takes to ``target``, at most ``end`` away."""
+    from scipy.optimize import brentq  # noqa: PLC0415 - takes as long as a plan
+
     distance = math.hypot(*target)
     if distance == 0:
         return target

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
@@ -24,6 +24,7 @@ from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.problem.camera_tuples import Abandoned, camera_tuples, tuples_one_by_one
 from focus_planner.core.problem.cells import cost_of_units
+from focus_planner.core.problem.derived import derived
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import em
@@ -164,9 +165,7 @@ class Descent:
         self._stage = STAGES[options.k]
         self._assigned = options.scope == "assigned"
         if tuples is None:
-            tuples = camera_tuples(
-                problem, options.k, options.scope, options.grid, keep_going, options.rings
-            )
+            tuples = _tuples(problem, options, keep_going)
         self._tuples = tuples
         work = _work(problem, self._tuples)
         self._stops = _stops(self._tuples, work)
@@ -268,6 +267,37 @@ class Descent:
                 self._state,
             )
         return int(gain)
+
+
+@dataclass(frozen=True, eq=False)
+class _FoundTuples:
+    """Tuples, and how often it was asked whether to go on while they were found."""
+
+    tuples: kernels.CameraTuples
+    questions: int
+
+
+def _tuples(
+    problem: Problem, options: Options, keep_going: Callable[[], bool]
+) -> kernels.CameraTuples:
+    """Return the tuples that the options call for, asking as often if they are known."""
+    asked = 0
+
+    def ask() -> bool:
+        nonlocal asked
+        asked += 1
+        return keep_going()
+
+    def find() -> _FoundTuples:
+        tuples = camera_tuples(problem, *sought, ask, options.rings)
+        return _FoundTuples(tuples, asked)
+
+    sought = options.k, options.scope, options.grid
+    found = derived(problem, ("tuples", *sought, options.rings), find)
+    while asked < found.questions:
+        if not ask():
+            raise Abandoned
+    return found.tuples
 
 
 def _keep_setting_up(on_progress: ProgressCallback, stage: str, cost: float) -> bool:

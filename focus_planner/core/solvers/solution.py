@@ -125,12 +125,15 @@ def assign_samples(problem: Problem, cell: IntArray) -> tuple[IntArray, int]:
 
 def start_cells(problem: Problem, start: FloatArray) -> IntArray:
     """Return (C,) each camera's cell at or nearest to its focus distance; -1 if it has no cells."""
-    cells = problem.cells
+    cells, counts = problem.cells, np.diff(problem.cells.offsets)
+    able = counts > 0
+    first = cells.offsets[:-1][able]
+    at = np.repeat(start, counts)
+    beyond = np.maximum(cells.near - at, at - cells.far)
+    least = np.repeat(np.minimum.reduceat(beyond, first) if able.any() else first, counts[able])
+    nearest = np.flatnonzero(~(beyond > least))  # all of a camera's, if its start is NaN
     cell = np.full(problem.camera_count, -1, dtype=np.int32)
-    for c in np.flatnonzero(np.diff(cells.offsets) > 0):
-        part = slice(cells.offsets[c], cells.offsets[c + 1])
-        beyond = np.maximum(cells.near[part] - start[c], start[c] - cells.far[part])
-        cell[c] = np.argmin(beyond)
+    cell[able] = nearest[np.searchsorted(nearest, first)] - first
     return cell
 
 
@@ -167,6 +170,8 @@ def fill_missing_distances(problem: Problem, focus: FloatArray) -> FloatArray:
     """
     found = np.isfinite(focus)
     missing = ~found & (focus != kernels.UNTAKEN)
+    if not missing.any():
+        return focus.copy()
     wanted = np.array([lens.hyperfocal_distance for lens in problem.lenses])
     if found.any():
         wanted[:] = np.median(focus[found])

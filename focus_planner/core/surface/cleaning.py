@@ -220,8 +220,9 @@ def _complete_point_normals(
     if missing.all():
         return None, [_no_normals("points", len(points), "estimates from the points")]
     # Here, as they take a second to load: surfaces are also read where nothing is planned.
-    import open3d as o3d  # noqa: PLC0415
     from scipy.spatial import KDTree  # noqa: PLC0415
+
+    from focus_planner.core.surface.open3d import o3d  # noqa: PLC0415
 
     shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points.copy()))
     shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(min(_NEIGHBOURS, len(points))))

@@ -15,13 +15,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.surface.open3d import o3d
 from focus_planner.core.surface.orientation import find_patches, refine_normals
 from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.surface.tree import tree_of
 from focus_planner.core.validation import InputError
 
 # Neighbours from which a point's normal and area are estimated: enough to average out noise, few
@@ -93,7 +93,7 @@ class Neighbours:
 def nearest_neighbours(points: FloatArray) -> Neighbours:
     """Find the neighbours of all points."""
     count = min(NEIGHBOURS, len(points) - 1)
-    distances, index = cKDTree(points).query(points, k=count + 1, workers=-1)
+    distances, index = tree_of(points).query(points, k=count + 1, workers=-1)
     return Neighbours(count, np.asarray(distances)[:, -1], np.asarray(index))
 
 

@@ -24,12 +24,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.surface.cloud_shape import NEIGHBOURS
 from focus_planner.core.surface.point_grid import point_grid
+from focus_planner.core.surface.tree import tree_of
 
 _SEED = 0
 # The scatter does not depend on how many points there are.
@@ -114,7 +114,7 @@ def _places(points: FloatArray, random: np.random.Generator) -> tuple[FloatArray
     """
     some = points[random.choice(len(points), min(_CANDIDATES, len(points)), replace=False)]
     count = min(NEIGHBOURS, len(points) - 1)
-    reach = np.asarray(cKDTree(points).query(some, k=[count + 1], workers=-1)[0])[:, 0]
+    reach = np.asarray(tree_of(points).query(some, k=[count + 1], workers=-1)[0])[:, 0]
     # Strays stand for none.
     areas = np.minimum(reach, 4 * np.median(reach)) ** 2
     if not areas.any():

@@ -21,7 +21,6 @@ from functools import cached_property
 from typing import get_args
 
 import numpy as np
-import open3d as o3d
 from numba import config
 from numpy.typing import NDArray
 
@@ -29,6 +28,7 @@ from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.surface.cloud_shape import surfels
+from focus_planner.core.surface.open3d import o3d
 from focus_planner.core.surface.preparation import PreparedCloud, prepare_cloud
 from focus_planner.core.surface.sampling import (
     Density,

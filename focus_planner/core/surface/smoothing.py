@@ -24,7 +24,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
@@ -39,6 +38,7 @@ from focus_planner.core.surface.noise import Scatter
 from focus_planner.core.surface.orientation import find_patches
 from focus_planner.core.surface.point_grid import cubes, point_grid, runs
 from focus_planner.core.surface.surface import PointCloud
+from focus_planner.core.surface.tree import tree_of
 from focus_planner.core.validation import InputError
 
 #: More points than this tell a plan nothing more.
@@ -249,7 +249,7 @@ def _with_signs(
         signed=False,
     )
     normals = find_patches(places, normals, nearest_neighbours(places).index).normals
-    _, nearest = cKDTree(places).query(averaged.grid.points, workers=-1)
+    _, nearest = tree_of(places).query(averaged.grid.points, workers=-1)
     averages = averaged.averages._replace(normals=normals[nearest])
     return replace(averaged, averages=averages)
 
@@ -261,7 +261,7 @@ def _colours_at(
     if averaged.colours is None:
         return None
     averages, points = averaged.averages, averaged.grid.points
-    away, nearest = cKDTree(places).query(points, workers=-1)
+    away, nearest = tree_of(places).query(points, workers=-1)
     facing = (averages.normals * normals[nearest]).sum(axis=1) > 0
     counts = np.where(facing & (away < radius), averages.counts, 0.0)
     total = np.bincount(nearest, counts, len(places))
@@ -274,7 +274,7 @@ def _colours_at(
     )
     bare = total == 0
     if bare.any():
-        light[bare] = averaged.colours[cKDTree(points).query(places[bare], workers=-1)[1]]
+        light[bare] = averaged.colours[tree_of(points).query(places[bare], workers=-1)[1]]
     return encode(light)
 
 

@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
@@ -145,6 +144,8 @@ def _poses(gltf: Gltf) -> dict[int, FloatArray]:
 def _local_pose(node: dict[str, Any]) -> FloatArray:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - takes as long as a plan
+
     pose = np.eye(4)
     turn = Rotation.from_quat(node.get("rotation", [0.0, 0.0, 0.0, 1.0])).as_matrix()
     pose[:3, :3] = turn * np.array(node.get("scale", [1.0, 1.0, 1.0]), dtype=np.float64)
