@@ -114,8 +114,18 @@ class Mesh:
     @cached_property
     def cross_products(self) -> FloatArray:
         """(T, 3) each triangle's outward normal, of length twice its area."""
-        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
-        return np.cross(b - a, c - a)
+        return _cross_products(self.vertices, self.triangles)
+
+    @cached_property
+    def cumulative_areas(self) -> FloatArray:
+        """(T,) the sums of the triangles' areas up to each, square metres."""
+        return np.cumsum(self.areas)
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """(T,) the triangles' areas, square metres."""
+        areas: FloatArray = np.sqrt(squared_lengths(self.cross_products)) / 2
+        return areas
 
     def colours_of_vertices(self) -> Colours | None:
         """Return (V, 3) the colours of vertices, taken from the texture if they have none.
@@ -240,7 +250,7 @@ def _frozen(array: NDArray[np.int32]) -> IntArray:
 def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     check_finite(argument, vectors, "normal")
     check_reach(argument, vectors, "components")
-    lengths = np.sqrt((vectors**2).sum(axis=1))
+    lengths = np.sqrt(squared_lengths(vectors))
     if not (lengths > _SHORTEST).all():
         zero = np.flatnonzero(~(lengths > _SHORTEST))
         raise InputError(
@@ -312,13 +322,31 @@ def check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> Non
 def have_area(vertices: FloatArray, triangles: NDArray[Any]) -> NDArray[np.bool_]:
     """Return (T,) whether a triangle's area is not negligible beside its longest side."""
     with np.errstate(over="ignore", invalid="ignore"):  # absurd coordinates are refused elsewhere
-        a, b, c = (vertices[triangles[:, i]] for i in range(3))
-        longest = np.maximum(
-            np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
-            ((c - b) ** 2).sum(axis=1),
-        )
-        twice_area = np.sqrt((np.cross(b - a, c - a) ** 2).sum(axis=1))
-        return np.asarray(twice_area > 1e-12 * longest)
+        return _not_degenerate(vertices, triangles, _cross_products(vertices, triangles))
+
+
+def _not_degenerate(
+    vertices: FloatArray, triangles: NDArray[Any], crosses: FloatArray
+) -> NDArray[np.bool_]:
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    longest = np.maximum(
+        np.maximum(squared_lengths(b - a), squared_lengths(c - a)), squared_lengths(c - b)
+    )
+    return np.asarray(np.sqrt(squared_lengths(crosses)) > 1e-12 * longest)
+
+
+def _cross_products(vertices: FloatArray, triangles: NDArray[Any]) -> FloatArray:
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
+    # As np.cross does, in a quarter of the time.
+    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)
+
+
+def squared_lengths(vectors: FloatArray) -> FloatArray:
+    """Return (n,) the squared lengths of (n, 3) vectors; NumPy sums such short rows slowly."""
+    x, y, z = vectors.T
+    squares: FloatArray = x * x + y * y + z * z
+    return squares
 
 
 def have_direction(vectors: FloatArray) -> NDArray[np.bool_]:
@@ -330,7 +358,9 @@ def have_direction(vectors: FloatArray) -> NDArray[np.bool_]:
 
 def _check_areas(mesh: Mesh) -> None:
     """Raise if a triangle's area is negligible compared with its longest side."""
-    degenerate = np.flatnonzero(~have_area(mesh.vertices, mesh.triangles))
+    degenerate = np.flatnonzero(
+        ~_not_degenerate(mesh.vertices, mesh.triangles, mesh.cross_products)
+    )
     if len(degenerate):
         raise InputError(
             "mesh triangles",
