@@ -48,7 +48,13 @@ from focus_planner.core.kernels.camera_tuples import (
     list_shared,
     strongest,
 )
-from focus_planner.core.kernels.cells import cell_ranges, maximal_cells
+from focus_planner.core.kernels.cells import (
+    cell_ranges,
+    costs_in_units,
+    maximal_cells,
+    put,
+    take,
+)
 from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
@@ -182,6 +188,7 @@ __all__ = [
     "colour",
     "confine",
     "cost_of_rankings",
+    "costs_in_units",
     "count_common",
     "count_gains",
     "count_seen",
@@ -215,6 +222,7 @@ __all__ = [
     "near_view",
     "place",
     "project",
+    "put",
     "rank_views",
     "reassign",
     "refine",
@@ -224,6 +232,7 @@ __all__ = [
     "stab",
     "stab_brackets",
     "strongest",
+    "take",
     "thin",
     "threads_for",
     "undistort",

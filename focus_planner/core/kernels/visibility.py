@@ -141,10 +141,8 @@ def _bounds(points, normals):
             along += normals[axis, i] * cone[axis]
             norm += normals[axis, i] ** 2
         radius = max(radius, np.sqrt(away))
-        if norm > 0 and length > 0:
-            cosine = min(cosine, along / (np.sqrt(norm) * length))
-        else:
-            cosine = -1.0
+        told = norm > 0 and length > 0
+        cosine = min(cosine, along / (np.sqrt(norm) * length)) if told else -1.0
     sphere[3] = radius
     cone[:3] /= max(length, 1e-300)
     cone[3] = cosine - _SLACK if cosine > _SLACK else -1.0
@@ -154,7 +152,7 @@ def _bounds(points, normals):
 
 @kernel
 def _may_see(spheres, cones, position, rotation, frustum, facing, may):
-    """Fill ``may`` (n,): False only if :func:`_see` is for every point of the block, after rounding.
+    """Fill ``may`` (n,): False only if none of a block is in view, rounding included.
 
     So it is where the whole sphere lies beyond one side of the frustum, or where all normals of the
     cone point away from the camera from anywhere in the sphere.

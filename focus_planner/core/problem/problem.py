@@ -342,10 +342,23 @@ def _intervals(
 
 def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
     """Return the cells; None if stopped."""
-    offsets, pairs = problem.camera_offsets, problem.camera_pairs
-    starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
+    offsets, pairs, count = problem.camera_offsets, problem.camera_pairs, len(problem.depth)
+    base, focus, unseen = _costs_in_units(problem)
+    starts, ends = np.empty((2, count))
+    seen, seen_base = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.int64)
+    kernels.take(
+        pairs,
+        problem.focus_near,
+        problem.focus_far,
+        base,
+        problem.sample_index,
+        starts,
+        ends,
+        seen_base,
+        seen,
+    )
     sorted_starts, sorted_ends = starts.copy(), ends.copy()
-    for low, high in pairwise(offsets):
+    for low, high in pairwise(offsets.tolist()):
         sorted_starts[low:high].sort()
         sorted_ends[low:high].sort()
     if not keep_going():
@@ -358,13 +371,11 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
     near, far = near[kept], far[kept]
     if not keep_going():
         return None
-    seen_first, seen_last = np.empty((2, len(pairs)), dtype=np.int32)
+    seen_first, seen_last, first, last = np.empty((4, count), dtype=np.int32)
     kernels.cell_ranges(offsets, starts, ends, cell_offsets, near, far, seen_first, seen_last)
-    first, last = np.empty((2, len(pairs)), dtype=np.int32)
-    first[pairs], last[pairs] = seen_first, seen_last
+    kernels.put(pairs, seen_first, seen_last, first, last)
     if not keep_going():
         return None
-    base, focus, unseen = _costs_in_units(problem)
     return Cells(
         lenses=problem.lenses,
         offsets=cell_offsets,
@@ -373,8 +384,8 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
         base=base,
         first=first,
         last=last,
-        seen=problem.sample_index[pairs],
-        seen_base=base[pairs],
+        seen=seen,
+        seen_base=seen_base,
         seen_first=seen_first,
         seen_last=seen_last,
         focus=focus,
@@ -392,5 +403,6 @@ def weigh_cells(problem: Problem, cells: Cells) -> Cells:
 def _costs_in_units(problem: Problem) -> tuple[Offsets, Offsets, Offsets]:
     """Return the weighted costs of pairs in focus, of samples out of focus, and of unseen ones."""
     weights = problem.samples.weights / problem.samples.weights.sum() * UNITS / problem.views
-    base = to_units(weights[problem.sample_index] * problem.base_cost)
+    base = np.empty(len(problem.base_cost), dtype=np.int64)
+    kernels.costs_in_units(problem.sample_offsets, weights, problem.base_cost, base)
     return base, to_units(weights * problem.focus_weight), to_units(weights)

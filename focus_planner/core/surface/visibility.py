@@ -225,7 +225,7 @@ def _spatial_order(samples: Samples, facing: bool) -> NDArray[np.int64]:
     extent = float((samples.points.max(axis=0) - low).max())
     scale = kernels.PLACES / extent if extent > 0 else 0.0
     keys = kernels.block_keys(samples.points, samples.normals, low, scale, facing)
-    return np.argsort(keys)
+    return np.argsort(keys, kind="stable")
 
 
 def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:
