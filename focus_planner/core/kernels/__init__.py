@@ -45,6 +45,8 @@ from focus_planner.core.kernels.camera_tuples import (
     colour,
     count_common,
     count_shared,
+    list_both_ways,
+    list_common,
     list_shared,
     strongest,
 )
@@ -210,7 +212,9 @@ __all__ = [
     "keep_imaged",
     "kept_in",
     "light_corners",
+    "list_both_ways",
     "list_by_tile",
+    "list_common",
     "list_gains",
     "list_in_view",
     "list_seen",
