@@ -22,18 +22,56 @@ NEVER = np.int64(2**44)
 
 
 @parallel_kernel
-def count_common(by_camera, by_sample, low, counts):
-    """Fill ``counts`` (B, C): how many samples camera ``low + row`` and each other both see."""
+def count_common(by_camera, camera_pairs, by_sample, low, counts):
+    """Fill ``counts`` (B, C): how many samples camera ``low + row`` and each later one both see.
+
+    ``camera_pairs`` (P,) are the indices of each camera's pairs among those by sample. Returns (B,)
+    with how many later cameras each shares a sample.
+    """
+    sharing = np.zeros(len(counts), dtype=np.int64)
     camera_offsets, seen, _, _, _ = by_camera
     sample_offsets, camera, _, _, _ = by_sample
     for row in prange(len(counts)):
         c = low + row
         counts[row] = 0
         for j in range(camera_offsets[c], camera_offsets[c + 1]):
-            p = seen[j]
-            for q in range(sample_offsets[p], sample_offsets[p + 1]):
-                counts[row, camera[q]] += 1
-        counts[row, c] = 0
+            pair = camera_pairs[j]
+            for q in range(pair + 1, sample_offsets[seen[j] + 1]):
+                d = camera[q]
+                sharing[row] += counts[row, d] == 0
+                counts[row, d] += 1
+    return sharing
+
+
+@parallel_kernel
+def list_common(low, counts, offsets, cameras, common):
+    """List the later cameras that share samples with camera ``low + row``, and how many.
+
+    ``counts`` are as :func:`count_common` fills them; row r's are written from ``offsets[r]`` on.
+    """
+    for row in prange(len(counts)):
+        at, end = offsets[row], offsets[row + 1]
+        camera = low + row + 1
+        while at < end:
+            cameras[at], common[at] = camera, counts[row, camera]
+            at += counts[row, camera] > 0
+            camera += 1
+
+
+@kernel
+def list_both_ways(later_offsets, later, of_later, offsets, neighbours, common):
+    """List the neighbours of each camera, ascending, given those that come later than it.
+
+    ``of_later`` is what is to be told of each edge; it goes to ``common``.
+    """
+    at = offsets[:-1].copy()
+    for c in range(len(later_offsets) - 1):
+        for j in range(later_offsets[c], later_offsets[c + 1]):
+            d = later[j]
+            neighbours[at[c]], common[at[c]] = d, of_later[j]
+            neighbours[at[d]], common[at[d]] = c, of_later[j]
+            at[c] += 1
+            at[d] += 1
 
 
 @parallel_kernel
@@ -108,24 +146,64 @@ def count_shared(cameras, offsets, seen):
     """
     counts = np.zeros(len(cameras), dtype=np.int64)
     for t in prange(len(cameras)):
-        members = cameras[t]
-        heads = offsets[members]
-        p = _next_sample(members, offsets, seen, heads)
-        while p >= 0:
-            seeing = 0
-            for m in range(len(members)):
-                if heads[m] < offsets[members[m] + 1] and seen[heads[m]] == p:
-                    heads[m] += 1
-                    seeing += 1
-            if seeing > 1:
-                counts[t] += 1
-            p = _next_sample(members, offsets, seen, heads)
+        if cameras.shape[1] == 2:
+            counts[t] = _count_of_pair(cameras[t, 0], cameras[t, 1], offsets, seen)
+        else:
+            counts[t] = _count_of_many(cameras[t], offsets, seen)
     return counts
 
 
 @kernel
-def _list_shared(t, tuples, by_camera):
-    """Fill the shared samples of tuple t."""
+def _count_of_pair(a, b, offsets, seen):
+    """Count what two cameras share, without branches to guess."""
+    i, j, count = offsets[a], offsets[b], 0
+    while i < offsets[a + 1] and j < offsets[b + 1]:
+        p, q = seen[i], seen[j]
+        count += p == q
+        i += p <= q
+        j += q <= p
+    return count
+
+
+@kernel
+def _count_of_many(members, offsets, seen):
+    """Count what at least two of several cameras share."""
+    heads, count = offsets[members], 0
+    p = _next_sample(members, offsets, seen, heads)
+    while p >= 0:
+        seeing = 0
+        for m in range(len(members)):
+            if heads[m] < offsets[members[m] + 1] and seen[heads[m]] == p:
+                heads[m] += 1
+                seeing += 1
+        if seeing > 1:
+            count += 1
+        p = _next_sample(members, offsets, seen, heads)
+    return count
+
+
+@kernel
+def _list_of_pair(t, tuples, by_camera):
+    """Fill the samples that the two cameras of tuple t share, without branches to guess."""
+    offsets, seen, base, first, last = by_camera
+    samples, bases = tuples.samples, tuples.bases
+    firsts, lasts = tuples.firsts, tuples.lasts
+    i, j = offsets[tuples.cameras[t, 0]], offsets[tuples.cameras[t, 1]]
+    at, end = tuples.shared_offsets[t], tuples.shared_offsets[t + 1]
+    while at < end:
+        p, q = seen[i], seen[j]
+        samples[at] = p
+        bases[at, 0], bases[at, 1] = base[i], base[j]
+        firsts[at, 0], firsts[at, 1] = first[i], first[j]
+        lasts[at, 0], lasts[at, 1] = last[i], last[j]
+        at += p == q
+        i += p <= q
+        j += q <= p
+
+
+@kernel
+def _list_of_many(t, tuples, by_camera):
+    """Fill the samples that at least two of the several cameras of tuple t share."""
     offsets, seen, base, first, last = by_camera
     bases, firsts, lasts = tuples.bases, tuples.firsts, tuples.lasts
     members, at = tuples.cameras[t], tuples.shared_offsets[t]
@@ -153,5 +231,9 @@ def list_shared(tuples, low, high, by_camera):
     There are as many as :func:`count_shared` returned. A camera that does not see the sample gets
     the base cost ``NEVER`` and an empty range.
     """
+    pairs = tuples.cameras.shape[1] == 2
     for t in prange(low, high):
-        _list_shared(t, tuples, by_camera)
+        if pairs:
+            _list_of_pair(t, tuples, by_camera)
+        else:
+            _list_of_many(t, tuples, by_camera)

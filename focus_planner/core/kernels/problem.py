@@ -158,6 +158,39 @@ def base_costs(samples, poses, sample_index, camera_index, terms, depth, base_co
         base_cost[q] = area_weight * area + deviation_weight * deviation
 
 
+@parallel_kernel
+def focus_intervals(depth, camera, kind, optics, tolerance, near, far):
+    """Fill ``near`` and ``far`` (n,): the focus distances that hold each depth in focus, metres.
+
+    See :func:`focus_planner.core.rig.optics.focus_interval`. An empty interval is (inf, -inf).
+
+    Parameters
+    ----------
+    depth : (n,) array
+        Metres.
+    camera : (n,) array of int32
+    kind : (C,) array of int32
+        Each camera's kind of lens.
+    optics : (K, 4) array
+        Of each kind: the hyperfocal distance, the focal length, and the least and greatest
+        distance that it can be set to, metres.
+    tolerance : float
+        Metres.
+    """
+    for q in prange(len(depth)):
+        h, f, least, most = optics[kind[camera[q]]]
+        back, front = depth[q] + tolerance, depth[q] - tolerance
+        nearest, farthest = np.inf, -np.inf
+        if front > f:
+            nearest = max(np.divide(back * (h + f), h + back), least)
+            farthest = most
+            if h - front > 0:
+                farthest = min(np.divide(front * (h - f), h - front), most)
+        if not nearest <= farthest:
+            nearest, farthest = np.inf, -np.inf
+        near[q], far[q] = nearest, farthest
+
+
 @kernel
 def sort_by_sample(camera_offsets, sample_index, sample_offsets):
     """Return the camera-by-camera pairs in the order of their samples, cameras ascending.
@@ -174,9 +207,10 @@ def sort_by_sample(camera_offsets, sample_index, sample_offsets):
     for c in range(len(camera_offsets) - 1):
         for j in range(camera_offsets[c], camera_offsets[c + 1]):
             p = sample_index[j]
-            sample[at[p]] = p
             camera[at[p]] = c
             at[p] += 1
+    for p in range(len(sample_offsets) - 1):
+        sample[sample_offsets[p] : sample_offsets[p + 1]] = p
     return sample, camera
 
 

@@ -21,13 +21,17 @@ from focus_planner.core.arrays import FloatArray
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 #: Samples per block. Smaller ones take more tests; larger ones are less often ruled out whole.
-BLOCK = 64
+PER_BLOCK = 64
 #: The last of the cells that an axis is divided into for sorting.
 PLACES = 2**20 - 1
 # More than what rounding does to a test, relative to the distances in it; and what it does to the
 # square root of a difference.
 _SLACK = 1e-9
 _SLACK_OF_ROOT = 1e-6
+_DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)
+_PLACES_OF_BITS = np.empty(64, dtype=np.int64)
+for _place in range(64):
+    _PLACES_OF_BITS[(int(_DE_BRUIJN) << _place) % 2**64 >> 58] = _place
 _SPREADING = (
     (np.uint64(32), np.uint64(0x001F00000000FFFF)),
     (np.uint64(16), np.uint64(0x001F0000FF0000FF)),
@@ -56,37 +60,23 @@ class Views(NamedTuple):
 
 
 class Blocks(NamedTuple):
-    """What bounds ``BLOCK`` samples each.
+    """Samples, ``PER_BLOCK`` at a time, and what bounds each of the B blocks.
 
     Attributes
     ----------
-    spheres : (B, 4) array
+    points, normals : (B, 3, PER_BLOCK) arrays
+        Metres, one row per coordinate; NaN beyond the last sample.
+    spheres : (4, B) array
         Around the points: centre and radius, metres.
-    cones : (B, 5) array
+    cones : (5, B) array
         Around the normals: axis, cosine and sine of the half-angle. The cosine of a half-angle of
         a right angle or more is -1.
     """
 
+    points: FloatArray
+    normals: FloatArray
     spheres: FloatArray
     cones: FloatArray
-
-
-@kernel
-def _sees(point, normal, position, rotation, frustum, facing):
-    """Return whether a point is in view: ``frustum`` is fx, fy, cx, cy, width, height, nearest."""
-    dx, dy, dz = point[0] - position[0], point[1] - position[1], point[2] - position[2]
-    if facing and normal[0] * dx + normal[1] * dy + normal[2] * dz >= 0:
-        return False
-    z = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
-    if z <= frustum[6]:
-        return False
-    x = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
-    u = frustum[0] * x / z + frustum[2]
-    if u < -0.5 or u >= frustum[4] - 0.5:
-        return False
-    y = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
-    v = frustum[1] * y / z + frustum[3]
-    return -0.5 <= v < frustum[5] - 0.5
 
 
 @kernel
@@ -116,142 +106,212 @@ def block_keys(points, normals, low, scale, facing):
 
 
 @parallel_kernel
-def bound_blocks(points, normals):
-    """Return the blocks of the samples in turn."""
-    blocks = (len(points) + BLOCK - 1) // BLOCK
-    spheres, cones = np.empty((blocks, 4)), np.empty((blocks, 5))
-    for b in prange(blocks):
-        low, high = b * BLOCK, min((b + 1) * BLOCK, len(points))
-        for axis in range(3):
-            part = points[low:high, axis]
-            spheres[b, axis] = (part.min() + part.max()) / 2
-            cones[b, axis] = normals[low:high, axis].sum()
-        length = np.sqrt(cones[b, 0] ** 2 + cones[b, 1] ** 2 + cones[b, 2] ** 2)
-        radius, cosine = 0.0, 1.0
-        for p in range(low, high):
-            away, along, norm = 0.0, 0.0, 0.0
+def blocks_of(points, normals, order):
+    """Return the blocks of samples in the given order, (N,) indices."""
+    count = (len(order) + PER_BLOCK - 1) // PER_BLOCK
+    places = np.full((count, 3, PER_BLOCK), np.nan)
+    directions = np.full((count, 3, PER_BLOCK), np.nan)
+    spheres, cones = np.empty((4, count)), np.empty((5, count))
+    for b in prange(count):
+        size = min(PER_BLOCK, len(order) - b * PER_BLOCK)
+        for i in range(size):
+            p = order[b * PER_BLOCK + i]
             for axis in range(3):
-                away += (points[p, axis] - spheres[b, axis]) ** 2
-                along += normals[p, axis] * cones[b, axis]
-                norm += normals[p, axis] ** 2
-            radius = max(radius, np.sqrt(away))
-            if norm > 0 and length > 0:
-                cosine = min(cosine, along / (np.sqrt(norm) * length))
-            else:
-                cosine = -1.0
-        spheres[b, 3] = radius
-        for axis in range(3):
-            cones[b, axis] /= max(length, 1e-300)
-        cones[b, 3] = cosine - _SLACK if cosine > _SLACK else -1.0
-        cones[b, 4] = np.sqrt(max(0.0, 1.0 - cones[b, 3] ** 2))
-    return Blocks(spheres, cones)
+                places[b, axis, i] = points[p, axis]
+                directions[b, axis, i] = normals[p, axis]
+        sphere, cone = _bounds(places[b, :, :size], directions[b, :, :size])
+        spheres[:, b] = sphere
+        cones[:, b] = cone
+    return Blocks(places, directions, spheres, cones)
 
 
 @kernel
-def _may_see(sphere, cone, position, rotation, frustum, facing):
-    """Return False only if :func:`_sees` is False for every point of the block, rounding included.
+def _bounds(points, normals):
+    """Return the sphere and the cone that bound (3, n) points and normals."""
+    sphere, cone = np.empty(4), np.empty(5)
+    for axis in range(3):
+        sphere[axis] = (points[axis].min() + points[axis].max()) / 2
+        cone[axis] = normals[axis].sum()
+    length = np.sqrt(cone[0] ** 2 + cone[1] ** 2 + cone[2] ** 2)
+    radius, cosine = 0.0, 1.0
+    for i in range(points.shape[1]):
+        away, along, norm = 0.0, 0.0, 0.0
+        for axis in range(3):
+            away += (points[axis, i] - sphere[axis]) ** 2
+            along += normals[axis, i] * cone[axis]
+            norm += normals[axis, i] ** 2
+        radius = max(radius, np.sqrt(away))
+        told = norm > 0 and length > 0
+        cosine = min(cosine, along / (np.sqrt(norm) * length)) if told else -1.0
+    sphere[3] = radius
+    cone[:3] /= max(length, 1e-300)
+    cone[3] = cosine - _SLACK if cosine > _SLACK else -1.0
+    cone[4] = np.sqrt(max(0.0, 1.0 - cone[3] ** 2))
+    return sphere, cone
+
+
+@kernel
+def _may_see(spheres, cones, position, rotation, frustum, facing, may):
+    """Fill ``may`` (n,): False only if none of a block is in view, rounding included.
 
     So it is where the whole sphere lies beyond one side of the frustum, or where all normals of the
     cone point away from the camera from anywhere in the sphere.
     """
-    dx, dy, dz = sphere[0] - position[0], sphere[1] - position[1], sphere[2] - position[2]
-    away = np.sqrt(dx * dx + dy * dy + dz * dz)
-    reach = abs(position[0]) + abs(position[1]) + abs(position[2])
-    room = sphere[3] + _SLACK * (away + sphere[3] + reach)
-    if facing and cone[3] > 0:
-        along = cone[0] * dx + cone[1] * dy + cone[2] * dz
+    px, py, pz = position
+    fx, fy, cx, cy, width, height, nearest = frustum
+    left, right = cx + 0.5, cx + 0.5 - width
+    top, bottom = cy + 0.5, cy + 0.5 - height
+    to_left, to_right = np.sqrt(fx * fx + left * left), np.sqrt(fx * fx + right * right)
+    to_top, to_bottom = np.sqrt(fy * fy + top * top), np.sqrt(fy * fy + bottom * bottom)
+    reach = abs(px) + abs(py) + abs(pz)
+    for b in range(len(may)):
+        dx, dy, dz = spheres[0, b] - px, spheres[1, b] - py, spheres[2, b] - pz
+        away = np.sqrt(dx * dx + dy * dy + dz * dz)
+        room = spheres[3, b] + _SLACK * (away + spheres[3, b] + reach)
+        along = cones[0, b] * dx + cones[1, b] * dy + cones[2, b] * dz
         across = np.sqrt(max(0.0, away * away - along * along))
-        if along * cone[3] - across * cone[4] > room + _SLACK_OF_ROOT * away:
-            return False
-    z = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
-    if z + room <= frustum[6]:
-        return False
-    x = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
-    y = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
-    for axis in range(2):
-        side, f = (x if axis == 0 else y), frustum[axis]
-        first, end = frustum[2 + axis] + 0.5, frustum[2 + axis] + 0.5 - frustum[4 + axis]
-        if f * side + first * z < -room * np.sqrt(f * f + first * first):
-            return False
-        if f * side + end * z > room * np.sqrt(f * f + end * end):
-            return False
-    return True
+        averse = (cones[3, b] > 0) & (
+            along * cones[3, b] - across * cones[4, b] > room + _SLACK_OF_ROOT * away
+        )
+        z = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
+        x = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
+        y = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
+        beyond = (fx * x + left * z < -room * to_left) | (fx * x + right * z > room * to_right)
+        beyond |= (fy * y + top * z < -room * to_top) | (fy * y + bottom * z > room * to_bottom)
+        may[b] = (z + room > nearest) & (not beyond) & (not (facing & averse))
 
 
 @parallel_kernel
-def count_near_view(blocks, count, views, facing):
-    """Return (C,) how many of the ``count`` samples lie in blocks that each camera may see."""
-    spheres, cones = blocks
+def near_view(blocks, views, facing):
+    """Return (C, B) whether each camera may see any sample of each block."""
+    _, _, spheres, cones = blocks
     positions, rotations, frustums = views
-    counts = np.zeros(len(positions), dtype=np.int64)
+    may = np.empty((len(positions), spheres.shape[1]), dtype=np.bool_)
     for c in prange(len(positions)):
-        for b in range(len(spheres)):
-            if _may_see(spheres[b], cones[b], positions[c], rotations[c], frustums[c], facing):
-                counts[c] += min(BLOCK, count - b * BLOCK)
-    return counts
+        _may_see(spheres, cones, positions[c], rotations[c], frustums[c], facing, may[c])
+    return may
+
+
+@kernel
+def _see(points, normals, position, rotation, frustum, facing, seen):
+    """Fill ``seen`` (PER_BLOCK,): whether each point of a block is in view.
+
+    ``frustum`` is fx, fy, cx, cy, width, height, nearest. No branches, so that the compiler takes
+    several points at once.
+    """
+    px, py, pz = position
+    fx, fy, cx, cy, width, height, nearest = frustum
+    for i in range(PER_BLOCK):
+        dx, dy, dz = points[0, i] - px, points[1, i] - py, points[2, i] - pz
+        front = normals[0, i] * dx + normals[1, i] * dy + normals[2, i] * dz < 0
+        z = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
+        x = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
+        y = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
+        u, v = np.divide(fx * x, z) + cx, np.divide(fy * y, z) + cy
+        inside = (u >= -0.5) & (u < width - 0.5) & (v >= -0.5) & (v < height - 0.5)
+        seen[i] = (z > nearest) & inside & (front | (not facing))
 
 
 @parallel_kernel
-def list_in_view(points, normals, blocks, views, facing, room, listed):
+def list_in_view(blocks, may, views, facing, room, listed):
     """List the samples in each camera's image, and facing it if ``facing``; return (C,) counts.
 
-    Camera c's samples are written to ``listed`` from ``room[c]`` on, as many at most as
-    :func:`count_near_view` counted.
+    Camera c's are written to ``listed`` from ``room[c]`` on, as places in the order of the blocks:
+    ``PER_BLOCK`` at most for each block that it may see.
     """
-    spheres, cones = blocks
+    points, normals, _, _ = blocks
     positions, rotations, frustums = views
     counts = np.zeros(len(positions), dtype=np.int64)
     for c in prange(len(positions)):
         at = room[c]
-        for b in range(len(spheres)):
-            if _may_see(spheres[b], cones[b], positions[c], rotations[c], frustums[c], facing):
-                for p in range(b * BLOCK, min((b + 1) * BLOCK, len(points))):
-                    if _sees(
-                        points[p], normals[p], positions[c], rotations[c], frustums[c], facing
-                    ):
-                        listed[at] = p
-                        at += 1
+        seen = np.empty(PER_BLOCK, dtype=np.bool_)
+        for b in np.flatnonzero(may[c]):
+            _see(points[b], normals[b], positions[c], rotations[c], frustums[c], facing, seen)
+            for i in range(PER_BLOCK):
+                listed[at] = b * PER_BLOCK + i
+                at += seen[i]
         counts[c] = at - room[c]
     return counts
 
 
+@kernel
+def _fill_rays(points, position, listed, centre, stop_short, rays):
+    """Fill (n, 6) the rays from one camera, at most ``PER_BLOCK`` of them."""
+    x, y, z, share = np.empty((4, PER_BLOCK))
+    ox, oy, oz = position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]
+    for i in range(len(listed)):
+        b, place = listed[i] // PER_BLOCK, listed[i] % PER_BLOCK
+        x[i] = points[b, 0, place] - centre[0] - ox
+        y[i] = points[b, 1, place] - centre[1] - oy
+        z[i] = points[b, 2, place] - centre[2] - oz
+    # All of them, whatever is beyond the last: the compiler takes several at once.
+    for i in range(PER_BLOCK):
+        length = np.sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i])
+        share[i] = np.divide(max(length - stop_short, 0.0), max(length, 1e-300))
+    for i in range(len(listed)):
+        rays[i, 0], rays[i, 1], rays[i, 2] = ox, oy, oz
+        rays[i, 3], rays[i, 4], rays[i, 5] = x[i] * share[i], y[i] * share[i], z[i] * share[i]
+
+
 @parallel_kernel
-def fill_rays(points, positions, room, listed, offsets, centre, stop_short, rays):
+def fill_rays(blocks, positions, room, listed, offsets, centre, stop_short, rays):
     """Fill (n, 6) the rays from each camera to the samples it lists, from ``offsets[c]`` on.
 
     They are relative to ``centre`` and stop ``stop_short``, in metres, short of the sample.
     """
+    points = blocks.points
     for c in prange(len(positions)):
-        ox = positions[c, 0] - centre[0]
-        oy = positions[c, 1] - centre[1]
-        oz = positions[c, 2] - centre[2]
-        for i in range(offsets[c + 1] - offsets[c]):
-            p, ray = listed[room[c] + i], rays[offsets[c] + i]
-            dx = points[p, 0] - centre[0] - ox
-            dy = points[p, 1] - centre[1] - oy
-            dz = points[p, 2] - centre[2] - oz
-            length = np.sqrt(dx * dx + dy * dy + dz * dz)
-            share = max(length - stop_short, 0.0) / max(length, 1e-300)
-            ray[0], ray[1], ray[2] = ox, oy, oz
-            ray[3], ray[4], ray[5] = dx * share, dy * share, dz * share
+        count = offsets[c + 1] - offsets[c]
+        for low in range(0, count, PER_BLOCK):
+            high = min(low + PER_BLOCK, count)
+            _fill_rays(
+                points,
+                positions[c],
+                listed[room[c] + low : room[c] + high],
+                centre,
+                stop_short,
+                rays[offsets[c] + low : offsets[c] + high],
+            )
 
 
 @parallel_kernel
-def keep_seen(room, listed, offsets, hidden, order):
-    """Filter each camera's list, in place, to the samples not hidden; return (C,) their counts.
-
-    Sample p becomes ``order[p]``; the lists are sorted.
-    """
+def count_seen(offsets, hidden):
+    """Return (C,) how many of each camera's rays are not hidden."""
     counts = np.zeros(len(offsets) - 1, dtype=np.int64)
     for c in prange(len(counts)):
-        kept = room[c]
-        for i in range(offsets[c + 1] - offsets[c]):
-            if not hidden[offsets[c] + i]:
-                listed[kept] = order[listed[room[c] + i]]
-                kept += 1
-        listed[room[c] : kept].sort()
-        counts[c] = kept - room[c]
+        for i in range(offsets[c], offsets[c + 1]):
+            counts[c] += not hidden[i]
     return counts
+
+
+@kernel
+def _list_ascending(marked, found):
+    """Fill the numbers of the bits that are set in an array of words, ascending."""
+    at = 0
+    for w in range(len(marked)):
+        word = marked[w]
+        while word:
+            # A de Bruijn sequence tells the lowest bit's place by what is moved to the top.
+            lowest = word & (~word + np.uint64(1))
+            found[at] = 64 * w + _PLACES_OF_BITS[(lowest * _DE_BRUIJN) >> np.uint64(58)]
+            at += 1
+            word ^= lowest
+
+
+@parallel_kernel
+def list_seen(room, listed, offsets, hidden, order, seen_offsets, found):
+    """Fill ``found`` with each camera's samples that are not hidden, ascending.
+
+    Camera c's are written from ``seen_offsets[c]`` on; what it lists as p is sample ``order[p]``.
+    """
+    words = (len(order) + 63) // 64
+    for c in prange(len(offsets) - 1):
+        marked = np.zeros(words, dtype=np.uint64)
+        for i in range(offsets[c + 1] - offsets[c]):
+            p = order[listed[room[c] + i]]
+            seen = np.uint64(not hidden[offsets[c] + i])
+            marked[p >> 6] |= seen << np.uint64(p & 63)
+        _list_ascending(marked, found[seen_offsets[c] : seen_offsets[c + 1]])
 
 
 @parallel_kernel

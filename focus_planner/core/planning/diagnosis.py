@@ -240,7 +240,7 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
     """
     if not len(problem.depth):
         return
-    if not (problem.focus_near <= problem.focus_far).any():
+    if not _some_in_focus(problem):
         depths = f"at depths from {problem.depth.min():.4g} to {problem.depth.max():.4g} m"
         if tolerance and _within_reach(problem):
             raise InputError(
@@ -261,9 +261,7 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
             f"none of it, {depths}",
             "they are probably not in metres",
         )
-    hyperfocal = np.array([lens.hyperfocal_distance for lens in problem.lenses])
-    beyond = problem.depth >= hyperfocal[problem.camera_index]
-    if scene.diagonal >= _LARGE and beyond.all():
+    if scene.diagonal >= _LARGE and _all_beyond_hyperfocal(problem):
         raise InputError(
             "surface and camera poses",
             "metres",
@@ -271,6 +269,18 @@ def check_depths(scene: Scene, problem: Problem, tolerance: float = 0.0) -> None
             "both are probably in millimetres (divide by 1000); if they are not, focus at"
             " infinity holds everything",
         )
+
+
+def _some_in_focus(problem: Problem) -> bool:
+    """Return whether some pair can be in focus: one of the first, as a rule."""
+    near, far = problem.focus_near, problem.focus_far
+    few = slice(_TRIAL_SAMPLES)
+    return bool((near[few] <= far[few]).any() or (near <= far).any())
+
+
+def _all_beyond_hyperfocal(problem: Problem) -> bool:
+    hyperfocal = np.array([lens.hyperfocal_distance for lens in problem.lenses])
+    return bool((problem.depth >= hyperfocal[problem.camera_index]).all())
 
 
 def _within_reach(problem: Problem) -> bool:
@@ -327,7 +337,15 @@ def _scaled(surface: Surface, factor: float) -> Surface:
 
 
 def _enclosed(scene: Scene, positions: FloatArray) -> NDArray[np.bool_]:
-    """Return per position whether nearly every ray from it hits the inside of the surface.
+    """Return per position whether nearly every ray from it hits the inside of the surface."""
+    enclosed = scene.may_enclose(positions)
+    if enclosed.any():
+        enclosed[enclosed] = _surrounded(scene, positions[enclosed])
+    return enclosed
+
+
+def _surrounded(scene: Scene, positions: FloatArray) -> NDArray[np.bool_]:
+    """Return the same of positions where it takes rays to know.
 
     Of a sparse cloud, a camera may stand among what stands in for the surface around its points:
     rays that end there tell nothing.

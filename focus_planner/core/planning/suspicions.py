@@ -144,10 +144,12 @@ def blind_cameras(scene: Scene, rig: Rig) -> NDArray[np.bool_]:
 def seen_from_behind(scene: Scene, rig: Rig) -> float:
     """Return the share of the surface that cameras see from behind, and none from the front."""
     samples = scene.sample(_TRIAL_SAMPLES, 0)
-    turned = replace(samples, normals=-samples.normals)
-    behind = _seen(samples, visible_pairs(scene, rig, turned))
-    behind &= ~_seen(samples, visible_pairs(scene, rig, samples))
-    return float(samples.weights[behind].sum() / samples.weights.sum())
+    unseen = samples.take(np.flatnonzero(~_seen(samples, visible_pairs(scene, rig, samples))))
+    if not len(unseen):
+        return 0.0
+    turned = replace(unseen, normals=-unseen.normals)
+    behind = _seen(turned, visible_pairs(scene, rig, turned))
+    return float(unseen.weights[behind].sum() / samples.weights.sum())
 
 
 def sight(scene: Scene, rig: Rig) -> Sight:

@@ -115,35 +115,54 @@ def tuples_one_by_one(problem: Problem, cameras: IntArray) -> kernels.CameraTupl
 
 def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph, Offsets]:
     """Return the graph of cameras that see a common sample, and for each edge how many they do."""
-    cameras = problem.camera_count
+    cameras, offsets = problem.camera_count, problem.camera_offsets
     seeing = len(problem.camera_index) / problem.sample_count
-    work = np.diff(problem.camera_offsets) * seeing
-    rows, neighbours, common = [], [], []
+    work = np.diff(offsets) * (seeing / 2)
+    rows, later, common = [], [], []
     for low, high in _chunks(work, _PAIRS_BETWEEN_CHECKS, keep_going, _ROWS_AT_ONCE):
         counts = np.empty((high - low, cameras), dtype=np.int32)
-        kernels.count_common(problem.pairs_by_camera, problem.pairs_by_sample, low, counts)
-        row, neighbour = np.nonzero(counts)
-        rows.append(np.count_nonzero(counts, axis=1))
-        neighbours.append(neighbour.astype(np.int32))
-        common.append(counts[row, neighbour].astype(np.int64))
-    offsets = np.concatenate([[0], np.cumsum(np.concatenate(rows))])
-    return _Graph(offsets, np.concatenate(neighbours)), np.concatenate(common)
+        sharing = kernels.count_common(
+            problem.pairs_by_camera, problem.camera_pairs, problem.pairs_by_sample, low, counts
+        )
+        rows.append(sharing)
+        row_offsets = _offsets(sharing)
+        later.append(np.empty(row_offsets[-1], dtype=np.int32))
+        common.append(np.empty(row_offsets[-1], dtype=np.int64))
+        kernels.list_common(low, counts, row_offsets, later[-1], common[-1])
+    return _both_ways(_offsets(np.concatenate(rows)), np.concatenate(later), np.concatenate(common))
+
+
+def _both_ways(
+    later_offsets: Offsets, later: IntArray, of_later: Offsets
+) -> tuple[_Graph, Offsets]:
+    """Return the graph given the neighbours that come later than each camera, and their counts."""
+    degrees = np.diff(later_offsets) + np.bincount(later, minlength=len(later_offsets) - 1)
+    offsets = _offsets(degrees)
+    neighbours, common = np.empty(offsets[-1], dtype=np.int32), np.empty(offsets[-1], np.int64)
+    kernels.list_both_ways(later_offsets, later, of_later, offsets, neighbours, common)
+    return _Graph(offsets, neighbours), common
+
+
+def _offsets(counts: Offsets) -> Offsets:
+    return np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])
 
 
 def _overlap_edges(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64]:
     """Return (E, 2) each of the rig's cameras with those that it shares most samples with."""
-    cameras = (len(overlap.offsets) - 1) // shots
-    a = np.repeat(np.arange(len(overlap.offsets) - 1), np.diff(overlap.offsets))
-    first = (a % shots == 0) & (overlap.neighbours % shots == 0)
-    counts = np.bincount(a[first] // shots, minlength=cameras)
-    found = kernels.strongest(
-        np.concatenate([[0], np.cumsum(counts)]),
-        overlap.neighbours[first] // np.int32(shots),
-        shared[first],
-        _NEIGHBOURS_PER_CAMERA,
-    )
+    if shots > 1:
+        overlap, shared = _of_first_shots(overlap, shared, shots)
+    found = kernels.strongest(overlap.offsets, overlap.neighbours, shared, _NEIGHBOURS_PER_CAMERA)
     camera, place = np.nonzero(found >= 0)
     return np.stack([camera, found[camera, place]], axis=1)
+
+
+def _of_first_shots(overlap: _Graph, shared: Offsets, shots: int) -> tuple[_Graph, Offsets]:
+    """Return the same of the rig's cameras: of the first shot of each."""
+    cameras = len(overlap.offsets) - 1
+    a = np.repeat(np.arange(cameras), np.diff(overlap.offsets))
+    first = (a % shots == 0) & (overlap.neighbours % shots == 0)
+    offsets = _offsets(np.bincount(a[first] // shots, minlength=cameras // shots))
+    return _Graph(offsets, overlap.neighbours[first] // np.int32(shots)), shared[first]
 
 
 def _shot_edges(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[np.int64]:
@@ -173,9 +192,11 @@ def _grid_pairs(grid: Grid, rings: int) -> NDArray[np.int64]:
 def _graph(cameras: int, edges: NDArray[np.int64]) -> _Graph:
     """Return the graph of these edges in both directions, without duplicates and loops."""
     edges = edges[edges[:, 0] != edges[:, 1]]
-    both = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
-    counts = np.bincount(both[:, 0], minlength=cameras)
-    return _Graph(np.concatenate([[0], np.cumsum(counts)]), both[:, 1].astype(np.int32))
+    a, b = edges.T
+    camera, neighbour = np.divmod(
+        np.unique(np.concatenate([a, b]) * cameras + np.concatenate([b, a])), cameras
+    )
+    return _Graph(_offsets(np.bincount(camera, minlength=cameras)), neighbour.astype(np.int32))
 
 
 def _triples(graph: _Graph) -> NDArray[np.int64]:
@@ -195,16 +216,16 @@ def _chunks(
     most: int | None = None,
 ) -> Iterator[tuple[int, int]]:
     """Yield ranges of items with at most ``most_work`` in all; call ``keep_going`` in between."""
-    low, done = 0, 0.0
-    for at, each in enumerate(work.tolist()):
-        if at > low and (done + each > most_work or at - low == most):
-            yield low, at
-            if not keep_going():
-                raise Abandoned
-            low, done = at, 0.0
-        done += each
-    if low < len(work):
-        yield low, len(work)
+    until = np.cumsum(work)
+    low = 0
+    while low < len(work):
+        before = until[low - 1] if low else 0.0
+        high = max(low + 1, int(np.searchsorted(until, before + most_work, side="right")))
+        high = min(high, low + most) if most else high
+        yield low, high
+        low = high
+        if low < len(work) and not keep_going():
+            raise Abandoned
 
 
 def _with_shared_samples(

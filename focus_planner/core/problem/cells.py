@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -108,17 +109,40 @@ def group_by_lens(
     lenses: tuple[Lens, ...], cameras: NDArray[np.integer[Any]]
 ) -> Iterator[tuple[Lens, NDArray[np.int64] | slice]]:
     """Yield every distinct lens and where it occurs among the cameras, given by index."""
-    if lenses.count(lenses[0]) == len(lenses):
+    kinds, kind = lens_kinds(lenses)
+    if len(kinds) == 1:
         yield lenses[0], slice(None)
         return
-    kinds = {lens: kind for kind, lens in enumerate(dict.fromkeys(lenses))}
     # One sort of small integers: with a table each, every camera's lens is different.
-    number = np.min_scalar_type(len(kinds))
-    kind_of_each = np.array([kinds[lens] for lens in lenses], dtype=number)[cameras]
+    kind_of_each = kind.astype(np.min_scalar_type(len(kinds)))[cameras]
     order = np.argsort(kind_of_each, kind="stable")
     ends = np.cumsum(np.bincount(kind_of_each, minlength=len(kinds)))
     for lens, low, high in zip(kinds, [0, *ends[:-1]], ends, strict=True):
         yield lens, order[low:high]
+
+
+def lens_kinds(lenses: tuple[Lens, ...]) -> tuple[tuple[Lens, ...], IntArray]:
+    """Return the distinct lenses, and as (C,) indices into these which one each camera has."""
+    return _kinds_of(_Identity(lenses))
+
+
+@dataclass(frozen=True, eq=False)
+class _Identity:
+    """Lenses that are the same as others only if they are one object: comparing them takes long."""
+
+    lenses: tuple[Lens, ...]
+
+    def __hash__(self) -> int:
+        return id(self.lenses)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Identity) and self.lenses is other.lenses
+
+
+@lru_cache(maxsize=16)
+def _kinds_of(same: _Identity) -> tuple[tuple[Lens, ...], IntArray]:
+    number = {lens: kind for kind, lens in enumerate(dict.fromkeys(same.lenses))}
+    return tuple(number), np.array([number[lens] for lens in same.lenses], dtype=np.int32)
 
 
 def cost_of_units(units: int) -> float:

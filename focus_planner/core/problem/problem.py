@@ -26,11 +26,12 @@ from numpy.typing import NDArray
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.brief import brief_repr
-from focus_planner.core.problem.cells import UNITS, Cells, group_by_lens, to_units
+from focus_planner.core.problem.cells import UNITS, Cells, group_by_lens, lens_kinds, to_units
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
 from focus_planner.core.rig.lens import Lens
-from focus_planner.core.rig.optics import focus_interval
+from focus_planner.core.rig.optics import settable_interval
+from focus_planner.core.rig.remembered import remembered
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import Visibility
@@ -276,34 +277,26 @@ def build_problem(
     Problem
         With one shot per camera.
     """
-    model = model or CostModel()
     sample_offsets = np.zeros(len(samples) + 1, dtype=np.int64)
-    sample_index, camera_index = kernels.sort_by_sample(
-        visibility.camera_offsets, visibility.sample_index, sample_offsets
-    )
-    depth, base_cost = np.empty(len(sample_index)), np.empty(len(sample_index))
-    kernels.base_costs(
-        (samples.points, visibility.normals),
-        (camera_positions(rig), np.ascontiguousarray(camera_rotations(rig))),
-        sample_index,
-        camera_index,
-        kernels.CostTerms(
-            model.projected_area_weight,
-            model.axis_deviation_weight,
-            model.projected_area_scale,
-            model.axis_deviation_limit,
-        ),
-        depth,
-        base_cost,
-    )
-    kinds: dict[Lens, Lens] = {}
-    # Equal ones are one, so that they are soon seen to be.
-    lenses = tuple(kinds.setdefault(camera.lens, camera.lens) for camera in rig.cameras)
-    near, far = _intervals(depth, lenses, camera_index, depth_tolerance)
+    with kernels.threads_for(len(visibility.sample_index)):
+        sample_index, camera_index = kernels.sort_by_sample(
+            visibility.camera_offsets, visibility.sample_index, sample_offsets
+        )
+        depth, base_cost = np.empty(len(sample_index)), np.empty(len(sample_index))
+        kernels.base_costs(
+            (samples.points, visibility.normals),
+            (camera_positions(rig), camera_rotations(rig)),
+            sample_index,
+            camera_index,
+            _cost_terms(model or CostModel()),
+            depth,
+            base_cost,
+        )
+        near, far = _intervals(depth, lenses_of(rig), camera_index, depth_tolerance)
     return Problem(
         samples=Samples(samples.points, visibility.normals, samples.areas, samples.weights),
         names=tuple(camera.name for camera in rig.cameras),
-        lenses=lenses,
+        lenses=lenses_of(rig),
         sample_offsets=sample_offsets,
         sample_index=sample_index,
         camera_index=camera_index,
@@ -311,8 +304,23 @@ def build_problem(
         base_cost=base_cost,
         focus_near=near,
         focus_far=far,
-        focus_weight=model.focus_weight,
+        focus_weight=(model or CostModel()).focus_weight,
     )
+
+
+def _cost_terms(model: CostModel) -> kernels.CostTerms:
+    return kernels.CostTerms(
+        model.projected_area_weight,
+        model.axis_deviation_weight,
+        model.projected_area_scale,
+        model.axis_deviation_limit,
+    )
+
+
+@remembered
+def lenses_of(rig: Rig) -> tuple[Lens, ...]:
+    """Return each camera's lens."""
+    return tuple(camera.lens for camera in rig.cameras)
 
 
 def with_depth_tolerance(problem: Problem, depth_tolerance: float) -> Problem:
@@ -325,18 +333,37 @@ def _intervals(
     depth: FloatArray, lenses: tuple[Lens, ...], camera_index: IntArray, depth_tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the focus distances that hold each pair in focus: from where, to where."""
+    kinds, kind = lens_kinds(lenses)
+    optics = np.array(
+        [(each.hyperfocal_distance, each.focal_length, *each.focus_limits) for each in kinds]
+    )
     near, far = np.empty(len(depth)), np.empty(len(depth))
-    for lens, part in group_by_lens(lenses, camera_index):
-        near[part], far[part] = focus_interval(depth[part], lens, depth_tolerance)
+    kernels.focus_intervals(depth, camera_index, kind, optics, float(depth_tolerance), near, far)
+    if any(each.settable_distances is not None for each in kinds):
+        for lens, part in group_by_lens(lenses, camera_index):
+            near[part], far[part] = settable_interval(near[part], far[part], lens)
     return near, far
 
 
 def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | None:
     """Return the cells; None if stopped."""
-    offsets, pairs = problem.camera_offsets, problem.camera_pairs
-    starts, ends = problem.focus_near[pairs], problem.focus_far[pairs]
+    offsets, pairs, count = problem.camera_offsets, problem.camera_pairs, len(problem.depth)
+    base, focus, unseen = _costs_in_units(problem)
+    starts, ends = np.empty((2, count))
+    seen, seen_base = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.int64)
+    kernels.take(
+        pairs,
+        problem.focus_near,
+        problem.focus_far,
+        base,
+        problem.sample_index,
+        starts,
+        ends,
+        seen_base,
+        seen,
+    )
     sorted_starts, sorted_ends = starts.copy(), ends.copy()
-    for low, high in pairwise(offsets):
+    for low, high in pairwise(offsets.tolist()):
         sorted_starts[low:high].sort()
         sorted_ends[low:high].sort()
     if not keep_going():
@@ -349,13 +376,11 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
     near, far = near[kept], far[kept]
     if not keep_going():
         return None
-    seen_first, seen_last = np.empty((2, len(pairs)), dtype=np.int32)
+    seen_first, seen_last, first, last = np.empty((4, count), dtype=np.int32)
     kernels.cell_ranges(offsets, starts, ends, cell_offsets, near, far, seen_first, seen_last)
-    first, last = np.empty((2, len(pairs)), dtype=np.int32)
-    first[pairs], last[pairs] = seen_first, seen_last
+    kernels.put(pairs, seen_first, seen_last, first, last)
     if not keep_going():
         return None
-    base, focus, unseen = _costs_in_units(problem)
     return Cells(
         lenses=problem.lenses,
         offsets=cell_offsets,
@@ -364,8 +389,8 @@ def _find_cells(problem: Problem, keep_going: Callable[[], bool]) -> Cells | Non
         base=base,
         first=first,
         last=last,
-        seen=problem.sample_index[pairs],
-        seen_base=base[pairs],
+        seen=seen,
+        seen_base=seen_base,
         seen_first=seen_first,
         seen_last=seen_last,
         focus=focus,
@@ -383,5 +408,6 @@ def weigh_cells(problem: Problem, cells: Cells) -> Cells:
 def _costs_in_units(problem: Problem) -> tuple[Offsets, Offsets, Offsets]:
     """Return the weighted costs of pairs in focus, of samples out of focus, and of unseen ones."""
     weights = problem.samples.weights / problem.samples.weights.sum() * UNITS / problem.views
-    base = to_units(weights[problem.sample_index] * problem.base_cost)
+    base = np.empty(len(problem.base_cost), dtype=np.int64)
+    kernels.costs_in_units(problem.sample_offsets, weights, problem.base_cost, base)
     return base, to_units(weights * problem.focus_weight), to_units(weights)

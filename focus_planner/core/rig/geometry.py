@@ -17,6 +17,7 @@ import numpy as np
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.distortion import corner_rays
+from focus_planner.core.rig.remembered import remembered
 from focus_planner.core.rig.rig import Rig
 
 
@@ -31,14 +32,17 @@ def rotation_from_quaternion(quaternion: FloatArray) -> FloatArray:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
+@remembered
 def camera_positions(rig: Rig) -> FloatArray:
     """Return (C, 3) centres of projection in the rig's frame, metres."""
     return np.array([camera.position for camera in rig.cameras])
 
 
+@remembered
 def camera_rotations(rig: Rig) -> FloatArray:
     """Return (C, 3, 3) matrices whose columns are each camera's x, y, z axis in the rig's frame."""
-    return rotation_from_quaternion(np.array([camera.orientation for camera in rig.cameras]))
+    quaternions = np.array([camera.orientation for camera in rig.cameras])
+    return np.ascontiguousarray(rotation_from_quaternion(quaternions))
 
 
 def image_corners(camera: Camera, depth: float) -> FloatArray:

@@ -12,14 +12,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.surface.cloud_shape import CloudShape, normalised, tangents
-from focus_planner.core.surface.surface import Mesh, PointCloud, Samples
+from focus_planner.core.surface.surface import Mesh, PointCloud, Samples, squared_lengths
 
 #: For NumPy's PCG64.
 Seed = int | np.random.SeedSequence
@@ -50,28 +50,36 @@ def sample_mesh(mesh: Mesh, count: int, seed: Seed, by: Density = "importance") 
     """
     random = np.random.default_rng(seed)
     crosses = mesh.cross_products
-    areas = np.sqrt((crosses**2).sum(axis=1)) / 2
     importance = _corner_importance(mesh)
     if importance is None or by == "area":
-        chosen, barycentric, area = _draw_by_area(areas, count, random)
+        chosen, barycentric, area = _draw_by_area(mesh.cumulative_areas, count, random)
         at = 1.0 if importance is None else (barycentric * importance[chosen]).sum(axis=1)
         sample_areas = np.full(count, area / count)
         weights = sample_areas * at
     else:
-        chosen, barycentric, weight = _draw_by_importance(areas, importance, count, random)
+        chosen, barycentric, weight = _draw_by_importance(mesh.areas, importance, count, random)
         at = (barycentric * importance[chosen]).sum(axis=1)
-        sample_areas = _areas_of_equal_weights(at, areas[importance.any(axis=1)].sum())
+        sample_areas = _areas_of_equal_weights(at, mesh.areas[importance.any(axis=1)].sum())
         weights = np.full(count, weight / count)
     corners = mesh.triangles[chosen]
-    points = (barycentric[:, :, None] * mesh.vertices[corners]).sum(axis=1)
+    points = _interpolated(mesh.vertices, corners, barycentric)
     normals = crosses[chosen]
     if mesh.vertex_normals is not None:
-        smooth = (barycentric[:, :, None] * mesh.vertex_normals[corners]).sum(axis=1)
+        smooth = _interpolated(mesh.vertex_normals, corners, barycentric)
         # Opposite vertex normals may cancel; use the triangle's own there.
-        cancelled = (smooth**2).sum(axis=1) < 1e-12
+        cancelled = squared_lengths(smooth) < 1e-12
         normals = np.where(cancelled[:, None], normals, smooth)
-    normals = normals / np.sqrt((normals**2).sum(axis=1))[:, None]
+    normals = normals / np.sqrt(squared_lengths(normals))[:, None]
     return Samples(points, normals, sample_areas, weights)
+
+
+def _interpolated(
+    values: FloatArray, corners: NDArray[np.integer[Any]], barycentric: FloatArray
+) -> FloatArray:
+    """Return (n, 3) what (V, 3) values are at these coordinates of triangles."""
+    a, b, c = (values[corners[:, i]] * barycentric[:, i, None] for i in range(3))
+    between: FloatArray = a + b + c
+    return between
 
 
 def sample_cloud(
@@ -138,10 +146,10 @@ def _draw_points(
     """Return (count,) indices of points drawn with replacement, their areas and weights."""
     importance = shape.importance
     if cloud.importance is None or by == "area":
-        chosen, area = _draw_indices(shape.areas, count, random)
+        chosen, area = _draw_indices(np.cumsum(shape.areas), count, random)
         areas = np.full(count, area / count)
         return chosen, areas, areas * importance[chosen]
-    chosen, weight = _draw_indices(shape.areas * importance, count, random)
+    chosen, weight = _draw_indices(np.cumsum(shape.areas * importance), count, random)
     areas = _areas_of_equal_weights(importance[chosen], shape.areas[importance > 0].sum())
     return chosen, areas, np.full(count, weight / count)
 
@@ -154,20 +162,22 @@ def _corner_importance(mesh: Mesh) -> FloatArray | None:
 
 
 def _draw_indices(
-    shares: FloatArray, count: int, random: np.random.Generator
+    cumulative: FloatArray, count: int, random: np.random.Generator
 ) -> tuple[NDArray[np.int64], float]:
-    """Return (count,) indices drawn in proportion to shares, with replacement, and their sum."""
-    cumulative = np.cumsum(shares)
+    """Return (count,) indices drawn with replacement in proportion to shares, and their sum.
+
+    ``cumulative`` are the sums of the shares up to each.
+    """
     # Less than the last whatever the rounding, so that an index with no share is never drawn.
     drawn = random.random(count) * cumulative[-1]
     return np.searchsorted(cumulative, drawn, side="right"), float(cumulative[-1])
 
 
 def _draw_by_area(
-    areas: FloatArray, count: int, random: np.random.Generator
+    cumulative: FloatArray, count: int, random: np.random.Generator
 ) -> tuple[NDArray[np.int64], FloatArray, float]:
     """Return triangles, barycentric coordinates in them, and the total area."""
-    chosen, area = _draw_indices(areas, count, random)
+    chosen, area = _draw_indices(cumulative, count, random)
     root, v = np.sqrt(random.random(count)), random.random(count)
     return chosen, np.stack([1 - root, root * (1 - v), root * v], axis=1), area
 
@@ -181,7 +191,8 @@ def _draw_by_importance(
     barycentric coordinate: a Dirichlet distribution with parameter 2 for that one and 1 for the
     others.
     """
-    chosen, weight = _draw_indices((areas[:, None] / 3 * importance).ravel(), count, random)
+    shares = (areas[:, None] / 3 * importance).ravel()
+    chosen, weight = _draw_indices(np.cumsum(shares), count, random)
     triangles, corner = np.divmod(chosen, 3)
     # Three cuts of [0, 1] leave four parts, Dirichlet(1, 1, 1, 1); adding two gives (2, 1, 1).
     cuts = np.sort(random.random((count, 3)), axis=1)

@@ -89,15 +89,16 @@ class Scene:
         self.surface = surface
         self._prepared: PreparedCloud | None = None
         if isinstance(surface, Mesh):
-            self._centre, self.diagonal = _extent(surface)
-            crosses = surface.cross_products
-            self.area = float(np.sqrt((crosses**2).sum(axis=1)).sum() / 2)
+            self._centre, self._size = _extent(surface)
+            self.diagonal = _length(self._size)
+            self.area = float(surface.areas.sum())
             self.stop_short = _STOP_SHORT_OF_MESH * self.diagonal
             self.overhang = 0.0
         else:
             self._prepared = prepare_cloud(surface, lambda share: on_progress(0.9 * share))
             cloud, shape = self._prepared.cloud, self._prepared.shape
-            self._centre, self.diagonal = _extent(cloud)
+            self._centre, self._size = _extent(cloud)
+            self.diagonal = _length(self._size)
             self.area = float(shape.areas.sum())
             self.stop_short = _STOP_SHORT_OF_CLOUD * shape.spacing
             self.overhang = _SURFEL_RADIUS * shape.spacing
@@ -258,6 +259,15 @@ class Scene:
         patches: IntArray = np.where(hit, labels[np.where(hit, point, 0)], -1).astype(np.int32)
         return patches
 
+    def may_enclose(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Return (n,) whether each of (n, 3) points is within the box around what rays hit.
+
+        From any other, half of all rays meet nothing.
+        """
+        reach = self._size / 2 + 2 * self.overhang + self.stop_short
+        within: NDArray[np.bool_] = (np.abs(points - self._centre) <= reach).all(axis=1)
+        return within
+
     def first_hits(
         self, origins: FloatArray, directions: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -290,10 +300,17 @@ def _threads() -> int:
     return int(config.NUMBA_NUM_THREADS)
 
 
-def _extent(surface: Surface) -> tuple[FloatArray, float]:
+def _extent(surface: Surface) -> tuple[FloatArray, FloatArray]:
+    """Return the centre and the size of the bounding box."""
     if isinstance(surface, Mesh):
-        points = surface.vertices[np.unique(surface.triangles)]
+        used = np.zeros(len(surface.vertices), dtype=np.bool_)
+        used[surface.triangles] = True
+        points = surface.vertices[used]
     else:
         points = surface.points
     low, high = points.min(axis=0), points.max(axis=0)
-    return (low + high) / 2, float(np.sqrt(((high - low) ** 2).sum()))
+    return (low + high) / 2, high - low
+
+
+def _length(vector: FloatArray) -> float:
+    return float(np.sqrt((vector**2).sum()))

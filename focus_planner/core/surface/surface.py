@@ -114,8 +114,18 @@ class Mesh:
     @cached_property
     def cross_products(self) -> FloatArray:
         """(T, 3) each triangle's outward normal, of length twice its area."""
-        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
-        return np.cross(b - a, c - a)
+        return _crosses_and_longest(self.vertices, self.triangles)[0]
+
+    @cached_property
+    def cumulative_areas(self) -> FloatArray:
+        """(T,) the sums of the triangles' areas up to each, square metres."""
+        return np.cumsum(self.areas)
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """(T,) the triangles' areas, square metres."""
+        areas: FloatArray = np.sqrt(squared_lengths(self.cross_products)) / 2
+        return areas
 
     def colours_of_vertices(self) -> Colours | None:
         """Return (V, 3) the colours of vertices, taken from the texture if they have none.
@@ -240,7 +250,7 @@ def _frozen(array: NDArray[np.int32]) -> IntArray:
 def _unit(argument: str, vectors: FloatArray) -> FloatArray:
     check_finite(argument, vectors, "normal")
     check_reach(argument, vectors, "components")
-    lengths = np.sqrt((vectors**2).sum(axis=1))
+    lengths = np.sqrt(squared_lengths(vectors))
     if not (lengths > _SHORTEST).all():
         zero = np.flatnonzero(~(lengths > _SHORTEST))
         raise InputError(
@@ -312,13 +322,33 @@ def check_reach(argument: str, vectors: FloatArray, what: str = "metres") -> Non
 def have_area(vertices: FloatArray, triangles: NDArray[Any]) -> NDArray[np.bool_]:
     """Return (T,) whether a triangle's area is not negligible beside its longest side."""
     with np.errstate(over="ignore", invalid="ignore"):  # absurd coordinates are refused elsewhere
-        a, b, c = (vertices[triangles[:, i]] for i in range(3))
-        longest = np.maximum(
-            np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1)),
-            ((c - b) ** 2).sum(axis=1),
-        )
-        twice_area = np.sqrt((np.cross(b - a, c - a) ** 2).sum(axis=1))
-        return np.asarray(twice_area > 1e-12 * longest)
+        crosses, longest = _crosses_and_longest(vertices, triangles)
+        return _not_degenerate(crosses, longest)
+
+
+def _not_degenerate(crosses: FloatArray, longest: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray(np.sqrt(squared_lengths(crosses)) > 1e-12 * longest)
+
+
+def _crosses_and_longest(
+    vertices: FloatArray, triangles: NDArray[Any]
+) -> tuple[FloatArray, FloatArray]:
+    """Return (T, 3) cross products of triangles' sides, and (T,) their longest sides' squares."""
+    a, b, c = (np.take(vertices, triangles[:, i], axis=0) for i in range(3))
+    u, v = b - a, c - a
+    longest = np.maximum(squared_lengths(u), squared_lengths(v))
+    longest = np.maximum(longest, squared_lengths(c - b))
+    (ux, uy, uz), (vx, vy, vz) = u.T, v.T
+    # As np.cross does, in a quarter of the time.
+    crosses = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)
+    return crosses, longest
+
+
+def squared_lengths(vectors: FloatArray) -> FloatArray:
+    """Return (n,) the squared lengths of (n, 3) vectors; NumPy sums such short rows slowly."""
+    x, y, z = vectors.T
+    squares: FloatArray = x * x + y * y + z * z
+    return squares
 
 
 def have_direction(vectors: FloatArray) -> NDArray[np.bool_]:
@@ -330,7 +360,9 @@ def have_direction(vectors: FloatArray) -> NDArray[np.bool_]:
 
 def _check_areas(mesh: Mesh) -> None:
     """Raise if a triangle's area is negligible compared with its longest side."""
-    degenerate = np.flatnonzero(~have_area(mesh.vertices, mesh.triangles))
+    crosses, longest = _crosses_and_longest(mesh.vertices, mesh.triangles)
+    mesh.__dict__["cross_products"] = crosses
+    degenerate = np.flatnonzero(~_not_degenerate(crosses, longest))
     if len(degenerate):
         raise InputError(
             "mesh triangles",

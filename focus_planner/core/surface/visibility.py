@@ -25,6 +25,7 @@ from focus_planner.core.brief import brief_repr
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.distortion import frustum_and_projection
 from focus_planner.core.rig.geometry import camera_positions, camera_rotations
+from focus_planner.core.rig.remembered import remembered
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
@@ -142,11 +143,12 @@ def _leading_parts(parts: list[Visibility], enough: float) -> list[Visibility]:
     return [part for part, count in zip(parts, before, strict=True) if count < enough]
 
 
+@remembered
 def _views(rig: Rig) -> _Views:
     frustums = [(*_frustum(camera.intrinsics), camera.lens.focal_length) for camera in rig.cameras]
     views = kernels.Views(
         camera_positions(rig),
-        np.ascontiguousarray(camera_rotations(rig)),
+        camera_rotations(rig),
         np.array(frustums, dtype=np.float64),
     )
     return _Views(views, _projections(rig))
@@ -182,20 +184,18 @@ def _find_visible(
     """
     samples = all_samples.take(taken)
     order = _spatial_order(samples, facing)
-    near = samples.take(order)
-    blocks = kernels.bound_blocks(near.points, near.normals)
-    most = kernels.count_near_view(blocks, len(near), views.views, facing)
+    blocks = kernels.blocks_of(samples.points, samples.normals, order)
+    may = kernels.near_view(blocks, views.views, facing)
+    most = np.count_nonzero(may, axis=1) * kernels.PER_BLOCK
     counts, found, cast = [], [], 0
     for cameras in _camera_blocks(most):
         view = views.part(cameras)
         room = _offsets(most[cameras])
         listed = np.empty(room[-1], dtype=np.int32)
-        in_view = kernels.list_in_view(
-            near.points, near.normals, blocks, view, facing, room, listed
-        )
+        in_view = kernels.list_in_view(blocks, may[cameras], view, facing, room, listed)
         if views.projections is not None:
             in_view = kernels.keep_imaged(
-                near.points,
+                samples.points[order],
                 view.positions,
                 view.rotations,
                 views.projections[cameras],
@@ -206,12 +206,13 @@ def _find_visible(
         offsets = _offsets(in_view)
         rays = np.empty((offsets[-1], 6), dtype=np.float32)
         kernels.fill_rays(
-            near.points, view.positions, room, listed, offsets, scene.centre, scene.stop_short, rays
+            blocks, view.positions, room, listed, offsets, scene.centre, scene.stop_short, rays
         )
         hidden = scene.occluded(rays)
-        seen = kernels.keep_seen(room, listed, offsets, hidden, order)
-        counts.append(seen)
-        found.append(_gather(room[None, :-1], seen[None], listed, np.zeros(1, dtype=np.int64)))
+        counts.append(kernels.count_seen(offsets, hidden))
+        seen_offsets = _offsets(counts[-1])
+        found.append(np.empty(seen_offsets[-1], dtype=np.int32))
+        kernels.list_seen(room, listed, offsets, hidden, order, seen_offsets, found[-1])
         cast += len(rays)
     seen_from = _offsets(np.concatenate(counts))
     visibility = Visibility(seen_from, np.concatenate(found), samples.normals, taken)

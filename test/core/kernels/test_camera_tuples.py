@@ -63,13 +63,39 @@ def test_common_samples_are_counted(cameras, share):
     problem = random_problem(3, 30, cameras, share=share)
     counts = np.full((cameras, cameras), -1, dtype=np.int32)
     middle = cameras // 2  # rows come in blocks
-    for rows, low in ((counts[:middle], 0), (counts[middle:], middle)):
-        kernels.count_common(problem.pairs_by_camera, problem.pairs_by_sample, low, rows)
     expected = np.zeros((cameras, cameras))
     for seen in reference.table(problem).seen:
-        for c, d in itertools.permutations(seen, 2):
+        for c, d in itertools.combinations(sorted(seen), 2):
             expected[c, d] += 1
+    for rows, low in ((counts[:middle], 0), (counts[middle:], middle)):
+        sharing = kernels.count_common(
+            problem.pairs_by_camera, problem.camera_pairs, problem.pairs_by_sample, low, rows
+        )
+        np.testing.assert_array_equal(sharing, np.count_nonzero(rows, axis=1))
+        offsets = np.concatenate([[0], np.cumsum(sharing)])
+        later, common = np.empty(offsets[-1], np.int32), np.empty(offsets[-1], np.int64)
+        kernels.list_common(low, rows, offsets, later, common)
+        row, column = np.nonzero(rows)
+        np.testing.assert_array_equal(later, column)
+        np.testing.assert_array_equal(common, rows[row, column])
     np.testing.assert_array_equal(counts, expected)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.7])
+def test_edges_are_listed_both_ways_in_order(share):
+    random = np.random.default_rng(5)
+    upper = np.triu(random.integers(1, 9, (9, 9)) * (random.random((9, 9)) < share), 1)
+    both = upper + upper.T
+    row, later = np.nonzero(upper)
+    later_offsets = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=9))])
+    offsets = np.concatenate([[0], np.cumsum(np.count_nonzero(both, axis=1))])
+    neighbours, common = np.empty(offsets[-1], np.int32), np.empty(offsets[-1], np.int64)
+    kernels.list_both_ways(
+        later_offsets, later.astype(np.int32), upper[row, later], offsets, neighbours, common
+    )
+    row, column = np.nonzero(both)
+    np.testing.assert_array_equal(neighbours, column)
+    np.testing.assert_array_equal(common, both[row, column])
 
 
 @pytest.mark.parametrize("k", [2, 3])

@@ -97,6 +97,21 @@ def test_ranges_are_the_cells_that_an_interval_contains(part):
         assert bool(expected) == (near <= far)
 
 
+@pytest.mark.parametrize("spread", [0.0, 1.0, 12.0], ids=["alike", "even", "over magnitudes"])
+def test_ranges_of_many_are_those_that_a_search_finds(spread):
+    random = np.random.default_rng(6)
+    near = np.unique(10 ** (spread * random.random(300)))
+    far = np.concatenate([near[1:], [np.inf]])
+    starts = np.concatenate([near, 10 ** (spread * random.random(500)), [0.0, np.inf]])
+    ends = np.concatenate([far, 10 ** (spread * random.random(500)), [np.inf, -np.inf]])
+    starts, ends = starts[-len(ends) :], ends[-len(starts) :]
+    offsets, cells = np.array([0, len(starts)]), np.array([0, len(near)])
+    first, last = np.empty((2, len(starts)), dtype=np.int32)
+    kernels.cell_ranges(offsets, starts, ends, cells, near, far, first, last)
+    np.testing.assert_array_equal(first, np.searchsorted(near, starts, side="left"))
+    np.testing.assert_array_equal(last, np.searchsorted(far, ends, side="right") - 1)
+
+
 def test_what_cannot_be_held_makes_no_cell_of_what_is_held_without_end():
     assert cells_of([[(1.0, np.inf), EMPTY]]) == [[(1.0, np.inf)]]
 
