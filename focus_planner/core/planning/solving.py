@@ -21,6 +21,7 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.planning.formulation import subsample
+from focus_planner.core.planning.holding import Held
 from focus_planner.core.planning.making import Given, plan_of
 from focus_planner.core.planning.many_subjects import formulate_subjects
 from focus_planner.core.planning.methods import picture_limit, proves_itself, solver_of
@@ -56,6 +57,7 @@ def solve(
     warm_start: WarmStart | None = None,
     stop_log: StopLog | None = None,
     *,
+    min_change: float = 0.0,
     limits: ResourceLimits | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> SolvedPlan:
@@ -88,7 +90,8 @@ def solve(
         stopped = pacer.callback_stopped
         notes = (*notes, fewer_samples(request, problem, formulated.fresh, stopped=stopped))
     formulated = replace(formulated, problem=problem, notes=notes)
-    return plan_of(Given(subjects, rig, request), formulated, solved, pacer, solve_seconds)
+    given = Given(subjects, rig, request, Held(warm_start, min_change))
+    return plan_of(given, formulated, solved, pacer, solve_seconds)
 
 
 def _solved(problem: Problem, request: PlanRequest, options: Options, pacer: Pacer) -> Balanced:
