@@ -402,7 +402,7 @@ DECLARATIONS = (
     Declaration(
         "replan_rate",
         10.0,
-        "With replan rate: how often a second to plan at most, by a steady clock, whatever"
+        "With replan rate: the most plans in a second, in hertz, by a steady clock, whatever"
         " use_sim_time says. A change applies from the next surface on.",
         low=0.001,
         high=1000.0,
