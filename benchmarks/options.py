@@ -32,6 +32,6 @@ def options() -> argparse.Namespace:
         "--seed", type=int, default=1, help="with fuzz and soak: of what is random (default: 1)"
     )
     parser.add_argument(
-        "--minutes", type=float, default=15.0, help="with soak (default: %(default)g)"
+        "--minutes", type=float, help="with soak (default: 15) and live (default: 1)"
     )
     return parser.parse_args()

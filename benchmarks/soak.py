@@ -41,6 +41,7 @@ from testing.malformed import RIG, absurd, ball, broken
 from testing.ros.recorded import moved, whole
 
 # Beginnings of runs that are left.
+_MINUTES = 15.0
 _MOST_LEFT = 10
 _MAX_RUNS, _MAX_BYTES = 1000, 400_000_000
 _PATIENCE = 120.0
@@ -83,7 +84,7 @@ _REQUESTS: dict[str, tuple[Any, ...]] = {
 def run(console: Console) -> bool:
     """Print the table; return whether all guarantees held."""
     with own_graph() as folder:
-        minutes = options().minutes
+        minutes = options().minutes or _MINUTES
         title = f"Soak of {minutes:g} minutes"
         return report(console, title, [partial(_soak, folder, 60 * minutes)])
 

@@ -148,11 +148,14 @@ def _shifted(scene: Scene) -> tuple[Scene, Rig]:
 
 
 def _breathing(scene: Scene) -> tuple[Scene, Rig]:
-    return _reshaped(scene, _breathe), rig()
+    return _reshaped(scene, breathing), rig()
 
 
-def _breathe(mesh: Mesh) -> FloatArray:
-    """Return the vertices, moved along their normals by waves of up to 3 mm and half a metre."""
+def breathing(mesh: Mesh, phase: float = 1.0) -> FloatArray:
+    """Return the vertices, moved along their normals by waves of up to 3 mm and half a metre.
+
+    ``phase`` is by which part of that, from -1 to 1.
+    """
     corners = mesh.vertices[mesh.triangles]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.zeros_like(mesh.vertices)
@@ -160,7 +163,7 @@ def _breathe(mesh: Mesh) -> FloatArray:
         np.add.at(normals, mesh.triangles[:, corner], facing)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     waves = np.sin(4 * math.pi * mesh.vertices).prod(axis=1, keepdims=True)
-    return mesh.vertices + 0.003 * waves * normals
+    return mesh.vertices + phase * 0.003 * waves * normals
 
 
 def _reshaped(scene: Scene, vertices: Callable[[Mesh], FloatArray]) -> Scene:

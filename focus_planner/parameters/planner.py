@@ -37,6 +37,9 @@ _MAX_COUNT = 2**31 - 1
 #: What happens to a goal that arrives while other requests are being planned or waiting.
 OVERLAPS = ("queue", "preempt", "refuse")
 
+#: When to plan without being asked.
+REPLANS = ("never", "on_surface", "rate")
+
 #: Who may read what is recorded.
 ACCESSES = ("owner", "group", "all")
 
@@ -151,6 +154,15 @@ DECLARATIONS = (
         "Whether to start from the last plan and its prices: faster after small changes of the"
         " surface or of the camera poses, but the same request need not give the same plan."
         + _NEXT_CALL,
+    ),
+    Declaration(
+        "min_change",
+        0.0,
+        "Of plans that start from the last one: a lens whose focus would change by at most this"
+        " fraction of its depth of field, both in dioptres, stays where it is, and the plan is one"
+        " with it there; 0 for every change. For plans by replan such a lens is not told again."
+        + _NEXT_CALL,
+        high=1,
     ),
     Declaration(
         "image.width", _IMAGE.width, "Image width, in pixels." + _POSES, low=1, high=_MAX_COUNT
@@ -334,6 +346,14 @@ DECLARATIONS = (
         plans=False,
     ),
     Declaration(
+        "record_replan_period",
+        10.0,
+        "Of plans by replan, time from one that is recorded to the next, in seconds, so that a"
+        " stream of surfaces does not fill the disk; 0 to record all. After a restart the last"
+        " recorded one is in force again." + _NEXT_CALL,
+        plans=False,
+    ),
+    Declaration(
         "data_directories",
         "",
         "Folders, separated by colons, within which lens_tables and record_directory may be changed"
@@ -366,6 +386,26 @@ DECLARATIONS = (
         " waiting. queue: it waits for its turn. preempt: the goals before it end with their best"
         " plan so far, which is returned but not published. refuse: it is rejected. Calls of"
         " ~/plan_focus always wait for their turn. " + one_of(OVERLAPS) + _NEXT_CALL,
+        plans=False,
+    ),
+    Declaration(
+        "replan",
+        REPLANS[0],
+        "Whether to plan without being asked, for each new surface, with the defaults of requests"
+        " and from the last plan on, as with warm_start. never: only requests are planned."
+        " on_surface: a surface is planned for as soon as it arrives; while a plan is being made"
+        " the newest waits, and takes the place of older ones. rate: the same, at most replan_rate"
+        " times a second. Requests come first. " + one_of(REPLANS) + " A change applies from the"
+        " next surface on.",
+        plans=False,
+    ),
+    Declaration(
+        "replan_rate",
+        10.0,
+        "With replan rate: the most plans in a second, in hertz, by a steady clock, whatever"
+        " use_sim_time says. A change applies from the next surface on.",
+        low=0.001,
+        high=1000.0,
         plans=False,
     ),
     Declaration(

@@ -32,7 +32,7 @@ from focus_planner.messages.requests import request_from_values
 from focus_planner.messages.untold import lacks_circle
 from focus_planner.parameters.camera_frames import CameraFrames
 from focus_planner.parameters.declaration import Value, group, with_defaults
-from focus_planner.parameters.planner import ACCESSES, ANY_DISTANCE, DECLARATIONS, OVERLAPS
+from focus_planner.parameters.planner import ACCESSES, ANY_DISTANCE, DECLARATIONS, OVERLAPS, REPLANS
 
 # Parameters have no place for a table: it is in a file.
 _NO_TABLE = SimpleNamespace(unit="", whole=False, distances=(), values=())
@@ -52,6 +52,8 @@ class Recording:
         How many runs to keep, and of what total size; 0 for no limit.
     access : {"owner", "group", "all"}
         Who may read runs.
+    replan_period : float
+        Seconds from one recorded plan that nobody asked for to the next.
     """
 
     directory: Path | None = None
@@ -59,9 +61,38 @@ class Recording:
     max_runs: int = 0
     max_bytes: int = 0
     access: str = ACCESSES[0]
+    replan_period: float = 10.0
 
     def __post_init__(self) -> None:
         check_choice("record_access", self.access, ACCESSES)
+
+
+@dataclass(frozen=True)
+class Replan:
+    """When to plan without being asked.
+
+    Attributes
+    ----------
+    mode : {"never", "on_surface", "rate"}
+    rate : float
+        With ``"rate"``, how often a second at most.
+    """
+
+    mode: str = REPLANS[0]
+    rate: float = 10.0
+
+    def __post_init__(self) -> None:
+        check_choice("replan", self.mode, REPLANS)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether to plan for new surfaces at all."""
+        return self.mode != REPLANS[0]
+
+    @property
+    def period(self) -> float:
+        """Shortest time from one plan to the next, seconds."""
+        return 1.0 / self.rate if self.mode == "rate" else 0.0
 
 
 @dataclass(frozen=True)
@@ -120,6 +151,8 @@ class Settings:
         How many of the newest surfaces are planned for together.
     warm_start : bool
         Whether a plan starts from the last one.
+    min_change : float
+        A plan that does so moves a lens for more than this fraction of its depth of field.
     optics : Optics
         The defaults of what a camera leaves out: image, lens, lens table.
     model : CostModel
@@ -131,6 +164,7 @@ class Settings:
         Of a rig that is put together from frames.
     recording : Recording
     serving : Serving
+    replan : Replan
     values : tuple
         The parameters that these settings were made from: names and values, in the order of their
         declarations.
@@ -141,6 +175,7 @@ class Settings:
     request: PlanRequest
     subjects: int
     warm_start: bool
+    min_change: float
     optics: Optics
     model: CostModel
     limits: Limits
@@ -148,6 +183,7 @@ class Settings:
     camera_frames: CameraFrames
     recording: Recording
     serving: Serving
+    replan: Replan
     values: tuple[tuple[str, Value], ...]
 
     @classmethod
@@ -184,6 +220,7 @@ class Settings:
             request=request_from_values(values),
             subjects=values["subjects"],
             warm_start=values["warm_start"],
+            min_change=values["min_change"],
             optics=_optics(values, lens_tables_of(values["lens_tables"], lens_tables)),
             model=CostModel(**group(values, "cost.")),
             limits=Limits(
@@ -201,7 +238,9 @@ class Settings:
                 max_runs=values["record_max_runs"],
                 max_bytes=values["record_max_bytes"],
                 access=values["record_access"],
+                replan_period=values["record_replan_period"],
             ),
+            replan=Replan(mode=values["replan"], rate=values["replan_rate"]),
             serving=Serving(
                 autostart=values["autostart"],
                 overlap=values["overlap"],

@@ -107,6 +107,7 @@ def plan_run(
             settings.model,
             record_step,
             warm_start=beginning.warm_start is not None,
+            min_change=settings.min_change,
             stop_log=stop_log,
             limits=run.resources,
             known_as=beginning.subjects,

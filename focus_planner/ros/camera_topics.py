@@ -12,7 +12,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -34,6 +34,7 @@ class CameraTopics:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._publishers: dict[str, Any] = {}
+        self._told: dict[str, CameraFocus] = {}
 
     @cached_property
     def longest_name(self) -> int:
@@ -54,20 +55,38 @@ class CameraTopics:
         """Create missing publishers, and destroy those of cameras no longer in the rig."""
         for name in set(self._publishers).difference(names):
             self._node.destroy_publisher(self._publishers.pop(name))
+            self._told.pop(name, None)
         for name in names:
             if name not in self._publishers:
                 self._publishers[name] = self._node.create_publisher(
                     CameraFocus, _topic(name), LATCHED, event_callbacks=_NO_EVENTS
                 )
 
-    def publish(self, plan: FocusPlan) -> None:
-        """Publish each camera's part of the plan."""
+    def changed(self, plan: FocusPlan) -> set[str]:
+        """Return the cameras that a plan has other orders for than they were last told."""
+        return {
+            focus.name
+            for focus in plan.cameras
+            if focus.name not in self._told or _order(focus) != _order(self._told[focus.name])
+        }
+
+    def publish(self, plan: FocusPlan, told: Collection[str] | None = None) -> None:
+        """Publish each camera's part of the plan; by default all cameras'."""
         for focus in plan.cameras:
-            self._publishers[focus.name].publish(focus)
+            if told is None or focus.name in told:
+                self._publishers[focus.name].publish(focus)
+                self._told[focus.name] = focus
 
     def clear(self) -> None:
         """Destroy all publishers."""
         self.follow(())
+
+
+def _order(focus: CameraFocus) -> tuple[object, ...]:
+    """Return what a lens and its camera are to do."""
+    unit = focus.device_unit  # without one the values are NaN, which equal nothing
+    values = (focus.device_value, *focus.device_bracket) if unit else ()
+    return focus.focus_distance, tuple(focus.bracket), unit, values
 
 
 def _topic(name: str) -> str:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from threading import Lock
 from typing import Protocol
@@ -43,8 +43,10 @@ _MAX_TOLD = 20
 class PlanObserver(Protocol):
     """Is notified of a plan before it is published."""
 
-    def __call__(self, plan: FocusPlan, *, from_record: bool) -> None:
-        """Take note of a plan that is about to be published."""
+    def __call__(
+        self, plan: FocusPlan, *, from_record: bool = False, told: Collection[str] | None = None
+    ) -> None:
+        """Take note of a plan that is about to be published, and of which cameras are told it."""
 
 
 class PlanPublisher:
@@ -100,6 +102,14 @@ class PlanPublisher:
             self._on_plan(plan, from_record=from_record)
             self._send(plan)
 
+    def publish_changes(self, plan: FocusPlan) -> None:
+        """Put a plan in force, and tell only the cameras that have something else to do."""
+        with self._lock:
+            self._repeats.clear()
+            told = self._cameras.changed(plan)
+            self._on_plan(plan, told=told)
+            self._send(plan, told)
+
     def restore(self, directory: Path) -> None:
         """Put the last plan that this planner recorded below a directory in force again.
 
@@ -153,7 +163,7 @@ class PlanPublisher:
             if self._repeats and self._repeats[0][0] <= time.monotonic():
                 self._send(self._repeats.popleft()[1])
 
-    def _send(self, plan: FocusPlan) -> None:
+    def _send(self, plan: FocusPlan, told: Collection[str] | None = None) -> None:
         if self._publisher:
             self._publisher.publish(plan)
-        self._cameras.publish(plan)
+        self._cameras.publish(plan, told)

@@ -41,6 +41,7 @@ from focus_planner.ros.plan_publisher import PlanPublisher
 from focus_planner.ros.plan_server import PlanServer
 from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.process import run
+from focus_planner.ros.replanner import Replanner
 from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.steps import Steps
@@ -51,6 +52,7 @@ from focus_planner.runtime.diagnostics import Diagnosis, diagnose
 from focus_planner.runtime.fork_server import ForkedProcess, ForkServer, ForkServerEnded
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied
+from focus_planner.runtime.replanning import Replanned
 from focus_planner.runtime.status import PlannerReport, Snapshot
 from focus_planner.runtime.stop_signals import StopSignals
 
@@ -145,6 +147,7 @@ class PlannerNode(ManagedNode):
         )
         self._planning: PlanningThread | None = None
         self._inputs: Subscriptions | None = None
+        self._replanner: Replanner | None = None
         self._lens_states = LensStates(self, self._status, self._current_settings)
         self._publishers_checked = 0.0
         self._stopping = threading.Event()
@@ -216,6 +219,8 @@ class PlannerNode(ManagedNode):
         self._receiving.is_open = True
         if self._planning:
             self._planning.resume()
+        if self._replanner:
+            self._replanner.plan_if_due()
         self._wake_executor()
         self.get_logger().info("ready")
 
@@ -260,6 +265,7 @@ class PlannerNode(ManagedNode):
                 now=lambda: self.get_clock().now().seconds_nanoseconds(),
                 on_rig=lambda rig: self._plans.follow(rig.names),
                 publish=self._plans.publish,
+                publish_changes=self._plans.publish_changes,
                 start=self._fork,
                 give_up=self._fail,
                 is_watched=lambda: self._visuals.is_watched,
@@ -274,13 +280,14 @@ class PlannerNode(ManagedNode):
     def _open(self) -> None:
         """Create input topics, service and action."""
         assert self._planning is not None
+        self._replanner = Replanner(self, self._planning, self._current_settings)
         self._inputs = Subscriptions(
             self,
             self._receiving,
             self._current_settings,
             self._cameras.longest_name,
-            self._planning.receive_surface,
-            self._planning.receive_rig,
+            self._replanner.receive_surface,
+            self._replanner.receive_rig,
             self._planning.note_unheard,
         )
         self._lens_states.open(self._receiving)
@@ -293,6 +300,9 @@ class PlannerNode(ManagedNode):
             return True
         if self._inputs:
             self._inputs.destroy()
+        if self._replanner:
+            self._replanner.destroy()
+        self._replanner = None
         self._lens_states.close()
         self._inputs = None
         self._server.close_when_answered()
@@ -309,6 +319,8 @@ class PlannerNode(ManagedNode):
         self._server.requests.reject_overdue()
         if self._inputs:
             self._inputs.look_if_due()
+        if self._planning:
+            self._planning.show_if_due()
         period = self._settings.current.serving.status_period
         self._check_publishers_if_due(period)
         self._status.publish_if_due(self._report(), period)
@@ -332,7 +344,7 @@ class PlannerNode(ManagedNode):
         planned = requests.planned
         return PlannerReport(
             state=self.state,
-            planning=planned.plan_id if planned else "",
+            planning=planned.plan_id if planned else planning.replanning if planning else "",
             waiting=requests.waiting,
             snapshot=planning.snapshot if planning else Snapshot(),
             recording_failure=planning.recording_failure if planning else "",
@@ -340,6 +352,7 @@ class PlannerNode(ManagedNode):
             planning_pid=planning.pid if planning else None,
             skipped_runs=self._plans.skipped,
             compiling=planning.compiling if planning else "",
+            replanned=planning.replanned if planning else Replanned(),
         )
 
     def _diagnose(self) -> Iterator[Diagnosis]:

@@ -21,6 +21,7 @@ from focus_planner.core.progress import Standing
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.typestore import RIG, serialize
+from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.software import software
 from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
 from focus_planner.runtime.feedback import Teller
@@ -28,7 +29,8 @@ from focus_planner.runtime.inputs import Arrival, Unheard
 from focus_planner.runtime.log import Log, log_exception
 from focus_planner.runtime.reason import Reason
 from focus_planner.runtime.remote_planner import PlanningDied, PlanningEnded, Wish
-from focus_planner.runtime.requests import Request, Turns
+from focus_planner.runtime.replanning import Replanned
+from focus_planner.runtime.requests import NewestOnly, Request, Turns, unasked
 from focus_planner.runtime.status import Snapshot
 
 
@@ -48,6 +50,7 @@ class PlanningThread:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._jobs: set[Job[None]] = set()
         self._turns = Turns()
+        self._replans = NewestOnly()
         self._is_warm = False
         #: How far compiling is, in words; empty while nothing is compiled.
         self.compiling = ""
@@ -58,10 +61,13 @@ class PlanningThread:
         wait(self._jobs.copy())
         return self._is_warm
 
-    def receive_surface(self, arrival: Arrival[Surface]) -> None:
-        """Keep a surface, and queue its parsing."""
+    def receive_surface(self, arrival: Arrival[Surface], *, to_replan: bool = False) -> None:
+        """Keep a surface; queue its parsing, or leave that to :meth:`replan`."""
         self._requests.planner.surface.receive(arrival)
-        self._enqueue(self._digest)
+        if to_replan:
+            self._requests.surfaces.receive(arrival.number)
+        else:
+            self._enqueue(self._digest)
 
     def receive_rig(self, arrival: Arrival[Rig]) -> None:
         """Keep a rig, and queue its parsing."""
@@ -81,9 +87,38 @@ class PlanningThread:
         if not self._enqueue(self._answer_next):
             request.abort(Reason.SHUTTING_DOWN)
 
+    def replan(self, request: Request) -> None:
+        """Queue a plan for the newest surface, in place of one that waits, after requests."""
+        if self._replans.put(request):
+            self._enqueue(self._replan)
+
+    def give_way(self) -> None:
+        """End a plan that nobody asked for, as somebody asks for one."""
+        self._replans.stop(Reason.PREEMPTED)
+
+    @property
+    def replanning(self) -> str:
+        """The name of the plan being made that nobody asked for; empty if there is none."""
+        return self._replans.planned
+
+    @property
+    def replanned(self) -> Replanned:
+        """What became of the surfaces that were to be planned for."""
+        return self._requests.surfaces.counts
+
+    @property
+    def surfaces_wait(self) -> bool:
+        """Whether a surface waits that was to be planned for."""
+        return self._requests.surfaces.are_waiting
+
     def show(self) -> None:
         """Queue showing the plan in force to who has begun to watch, after waiting requests."""
         self._enqueue(self._show)
+
+    def show_if_due(self) -> None:
+        """Show the plan in force if that was put off; to be called now and then."""
+        if self._requests.is_to_show:
+            self.show()
 
     def resume(self) -> None:
         """Work, after :meth:`pause`."""
@@ -93,11 +128,13 @@ class PlanningThread:
 
     def pause(self) -> None:
         """End what is being done within a second; inputs are kept."""
+        self._replans.clear(Reason.INACTIVE)
         if self._wished is Wish.GO_ON:
             self._wished = Wish.STOP
 
     def stop(self) -> None:
         """Drop queued jobs, and end the planning process."""
+        self._replans.clear(Reason.SHUTTING_DOWN)
         self._wished = Wish.END
         self._thread.shutdown(wait=False, cancel_futures=True)
 
@@ -154,6 +191,20 @@ class PlanningThread:
         request = self._turns.next()
         if request is not None:
             self._requests.answer(request)
+
+    def _replan(self) -> None:
+        if self._turns.waiting():
+            self._enqueue(self._replan)  # each of those has its job before it
+            return
+        request = self._replans.take()
+        if request is None or self._wished is not Wish.GO_ON:
+            return
+        try:
+            outcome = self._requests.replan(request)
+        finally:
+            self._replans.done()
+        if outcome is not None and outcome.reason is Reason.PREEMPTED:
+            self.replan(unasked(request.settings, new_run_id()))
 
     def _show(self) -> None:
         if self._turns.waiting():

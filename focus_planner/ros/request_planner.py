@@ -50,7 +50,9 @@ from focus_planner.runtime.remote_planner import (
     Wish,
     Worker,
 )
+from focus_planner.runtime.replanning import Surfaces
 from focus_planner.runtime.requests import ENDED_MESSAGES, MESSAGES, Outcome, Request
+from focus_planner.runtime.seldom import Seldom
 from focus_planner.runtime.status import LastRun, Snapshot, plan_input_to_fields
 
 _PREFIXES = {
@@ -58,7 +60,14 @@ _PREFIXES = {
     Reason.PREEMPTED: "preempted by a newer goal, the best plan found by then, not published",
     Reason.TIME_LIMIT: "ended by parameter max_planning_time, the best plan found by then",
 }
+_REPLANNED = Note(
+    "replanned",
+    "made without being asked, for a new surface and from the plan before (parameter replan)",
+)
 _GIGA = 1e9
+# Of plans that nobody asked for, of which there may be many a second.
+_SECONDS_BETWEEN_ENTRIES = 10.0
+_SECONDS_SHOWN = 1.0
 
 
 class NoPlan(Exception):  # noqa: N818 - mostly the caller's doing
@@ -87,6 +96,8 @@ class PlanningHost:
         Called with every rig that comes into force.
     publish : callable
         Puts a plan in force.
+    publish_changes : callable
+        Does the same, and tells only the lenses that it moves.
     start : callable
         Starts a planning process.
     give_up : callable
@@ -106,6 +117,7 @@ class PlanningHost:
     on_rig: Callable[[orders.RigInForce], None]
     publish: Callable[[FocusPlan], None]
     start: Callable[[], Worker]
+    publish_changes: Callable[[FocusPlan], None] = lambda _: None
     give_up: Callable[[str], None] = lambda _: None
     is_watched: Callable[[], bool] = lambda: False
     show: Callable[[orders.Visuals], None] = lambda _: None
@@ -121,11 +133,14 @@ class _InForce:
     plan_id : str
     stamp : tuple of int
     is_shown : bool
+    shows_later : bool
+        Whether it is to be shown once the plan before it was shown for a while.
     """
 
     plan_id: str = ""
     stamp: Stamp = (0, 0)
     is_shown: bool = False
+    shows_later: bool = False
 
 
 class RequestPlanner:
@@ -146,6 +161,8 @@ class RequestPlanner:
     ----------
     planner : RemotePlanner
     recorder : Recorder
+    surfaces : Surfaces
+        Those that are to be planned for without being asked.
     snapshot : Snapshot
         Replaced as a whole whenever something changes, so any thread may read it.
     """
@@ -158,6 +175,9 @@ class RequestPlanner:
         self._host = host
         self._wish = wish
         self._warm_start: WarmStart | None = None
+        self.surfaces = Surfaces()
+        self._surface_waits = False
+        self._seldom = Seldom()
         self._logged_notes: tuple[Note, ...] = ()
         self._in_force = _InForce()
 
@@ -193,14 +213,26 @@ class RequestPlanner:
 
     def answer(self, request: Request) -> None:
         """Plan, publish and record as a request asks, unless it has been answered already."""
-        if request.is_answered:
-            return
+        if not request.is_answered:
+            self._answer(request)
+
+    def replan(self, request: Request) -> Outcome | None:
+        """Do the same for a request that nobody made, if a surface waits for a plan.
+
+        Return how it ended, or None if there was none to plan for.
+        """
+        outcome = self._answer(request)
+        if outcome is not None:
+            outcome.on_sent()
+        return outcome
+
+    def _answer(self, request: Request) -> Outcome | None:
         run = None
         description: Future[orders.Description] = Future()
         try:
             self._digest(request.settings, partial(self._tell_reading, request))
-            if not request.begin():
-                return
+            if not (self._is_due(request) and request.begin()):
+                return None
             run = self._begin_recording(request)
             outcome = self._plan(request, run, description)
         except NoPlan as error:
@@ -215,14 +247,28 @@ class RequestPlanner:
         except Exception as error:  # noqa: BLE001 - answered; the log has the details
             log_exception(self._host.get_logger())
             outcome = self._failure(request, Reason.INTERNAL, _internal(error), run)
-        if not request.finish(outcome):
+        if not request.finish(outcome) and request.is_asked:
             outcome.on_sent()
+        self._account_for(request, outcome)
         if outcome.plan is not None:
-            self._describe(outcome.plan, run, description)
+            self._describe(outcome.plan, run, description, at_once=request.is_asked)
+        return outcome
+
+    def _is_due(self, request: Request) -> bool:
+        """Return whether to plan: as somebody asks, or for a surface that waits, before a rig."""
+        return request.is_asked or (self._surface_waits and self.planner.rig.in_force is not None)
+
+    def _account_for(self, request: Request, outcome: Outcome) -> None:
+        """Note that the surfaces in force were planned for, or why there is no plan."""
+        surfaces = {each.number for each in self.planner.surface.all_in_force}
+        if outcome.plan is not None and outcome.reason is not Reason.PREEMPTED:
+            self.surfaces.end(surfaces)
+        elif not request.is_asked and outcome.reason not in MESSAGES:
+            self.surfaces.end(surfaces, outcome.message)
 
     def show(self) -> None:
         """Show the plan in force to who has begun to watch, unless it is shown."""
-        plan = self._in_force
+        plan = self._in_force = replace(self._in_force, shows_later=False)
         if not plan.plan_id or plan.is_shown or not self._host.is_watched():
             return
         visuals, why = None, "the planning process that made it has gone"
@@ -236,6 +282,11 @@ class RequestPlanner:
             text = f"{plan.plan_id} is not shown in 3D: {why}; the next plan will be"
             self._host.get_logger().warning(text)
         self._show(visuals)
+
+    @property
+    def is_to_show(self) -> bool:
+        """Whether the plan in force is still to be shown, and it is time for that."""
+        return self._in_force.shows_later and self._seldom.is_due("show", _SECONDS_SHOWN)
 
     def _show(self, visuals: orders.Visuals | None) -> None:
         """Show the plan in force, or nothing rather than the plan before it."""
@@ -264,6 +315,8 @@ class RequestPlanner:
             )
         finally:
             self.take_snapshot()
+        surfaces = {each.number for each in self.planner.surface.all_in_force}
+        self._surface_waits = self.surfaces.read(surfaces, self.planner.surface.refused)
 
     @staticmethod
     def _tell_reading(request: Request, standing: Standing) -> None:
@@ -279,6 +332,9 @@ class RequestPlanner:
         settings = request.settings
         if settings.recording.directory is None:
             return None
+        period = 0.0 if request.is_asked else settings.recording.replan_period
+        if not self._seldom.take("record", period):
+            return None
         beginning = Beginning(
             run_id=request.plan_id,
             planner=self._host.name,
@@ -286,15 +342,16 @@ class RequestPlanner:
             asked=request.asked,
             at=request.at,
             software=software(),
-            warm_start=self._warm_start if settings.warm_start else None,
+            warm_start=self._warm_start if request.starts_warm else None,
         )
-        return self.recorder.begin(settings.recording, self._inputs(), beginning)
+        inputs = self._inputs(refused=request.is_asked)
+        return self.recorder.begin(settings.recording, inputs, beginning)
 
     def _failure(
         self, request: Request, reason: Reason, message: str, run: RunRecorder | None
     ) -> Outcome:
         told = with_unheard(message, self._unheard())
-        self._host.get_logger().info(f"no plan: {told}")
+        self._log(request, f"no plan: {told}")
         self._note_last_run(request, told)
         if run is None:
             return Outcome(reason, told)
@@ -312,7 +369,7 @@ class RequestPlanner:
         self, request: Request, reason: Reason, why: str, run: RunRecorder | None
     ) -> Outcome:
         """Return the answer to a caller who gets no plan; its record stays partial."""
-        self._host.get_logger().info(f"{request.plan_id}: {why}")
+        self._log(request, f"{request.plan_id}: {why}")
         self._note_last_run(request, why)
         if run is None:
             return Outcome(reason, why)
@@ -345,16 +402,17 @@ class RequestPlanner:
             plan_request,
             settings.model,
             settings.resources,
-            self._warm_start if settings.warm_start else None,
-            keep_warm=settings.warm_start,
+            self._warm_start if request.starts_warm else None,
+            keep_warm=request.keeps_warm,
             is_recorded=run is not None,
             plan_id=request.plan_id,
             in_force=self._in_force.plan_id,
+            min_change=settings.min_change,
+            was_asked_for=request.is_asked,
         )
         on_step = run.wrap_callback(go_on) if run else go_on
         result = self.planner.plan(order, on_step, teller.note, wish)
         planned = self._planned(result, settings)
-        self._warm_start = planned.warm_start
         reason = request.commit()
         if self._wish() is Wish.END:
             # It may have been stopped before the request has been aborted.
@@ -397,6 +455,9 @@ class RequestPlanner:
     ) -> Outcome:
         """Publish a plan, and return the answer to its caller."""
         plan = planned.plan
+        self._log_notes(plan.notes)
+        if not request.is_asked:
+            plan = replace(plan, notes=(*plan.notes, _REPLANNED))
         stamp = self._host.now()
         inputs = self._plan_inputs()
         fields = plan_to_fields(plan, self.planner.frame_id, stamp, request.plan_id, inputs)
@@ -405,15 +466,17 @@ class RequestPlanner:
         if run:
             run.keep_plan(serialize_message(message), published=published)
         if published:
-            self._host.publish(message)
+            self._warm_start = planned.warm_start
+            sparing = not request.is_asked and request.settings.min_change > 0
+            (self._host.publish_changes if sparing else self._host.publish)(message)
             self._in_force = _InForce(request.plan_id, stamp)
             if not self._host.is_watched():
                 self._show(None)
         failure = f"not recorded: {run.failure}" if run and run.failure else ""
-        parts = [_PREFIXES.get(reason, ""), plan.summary(), planned.reminder, failure]
+        parts = [self._origin(request), _PREFIXES.get(reason, ""), plan.summary()]
+        parts += [planned.reminder if request.is_asked else "", failure]
         summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
-        self._host.get_logger().info(f"{request.plan_id}: {summary}")
-        self._log_notes(plan.notes)
+        self._log(request, f"{request.plan_id}: {summary}")
         self._note_last_run(request, summary, plan)
         if run is None:
             return Outcome(reason, summary, message)
@@ -428,11 +491,24 @@ class RequestPlanner:
         )
         return Outcome(reason, summary, message, finish)
 
+    def _origin(self, request: Request) -> str:
+        """Return what a plan was made for that nobody asked for."""
+        return (
+            "" if request.is_asked else f"replanned on the surface {self.planner.surface.in_force}"
+        )
+
     def _describe(
-        self, plan: FocusPlan, run: RunRecorder | None, description: Future[orders.Description]
+        self,
+        plan: FocusPlan,
+        run: RunRecorder | None,
+        description: Future[orders.Description],
+        *,
+        at_once: bool,
     ) -> None:
         """Have a plan described for its record and for who watches, after it has been returned."""
         watched = plan.plan_id == self._in_force.plan_id and self._host.is_watched()
+        if watched and not self._seldom.take("show", 0.0 if at_once else _SECONDS_SHOWN):
+            watched, self._in_force = False, replace(self._in_force, shows_later=True)
         if run is None and not watched:
             return
         visual = watched or (run is not None and run.with_visuals)
@@ -455,6 +531,11 @@ class RequestPlanner:
         if time.monotonic() - began > request.settings.serving.max_planning_time:
             request.stop(Reason.TIME_LIMIT)
         return Wish.STOP if request.stop_requested else Wish.GO_ON
+
+    def _log(self, request: Request, text: str) -> None:
+        """Log how a request ended; of those that nobody made, now and then."""
+        if self._seldom.take("log", 0.0 if request.is_asked else _SECONDS_BETWEEN_ENTRIES):
+            self._host.get_logger().info(text)
 
     def _unheard(self) -> str:
         inboxes = self.planner.surface, self.planner.rig
@@ -488,9 +569,12 @@ class RequestPlanner:
         surfaces = self.planner.surface.states
         self.snapshot = Snapshot(surface, rig, last_run or self.snapshot.last_run, surfaces)
 
-    def _inputs(self) -> list[BagMessage]:
-        name = self._host.name
-        return [each for one in self.planner.arrivals for each in input_messages(name, one)]
+    def _inputs(self, *, refused: bool = True) -> list[BagMessage]:
+        """Return the messages that an answer depends on, maybe with those that it tells of."""
+        planner, name = self.planner, self._host.name
+        in_force = (*planner.surface.all_in_force, planner.rig.in_force)
+        arrivals = [each for each in planner.arrivals if refused or each in in_force]
+        return [each for one in arrivals for each in input_messages(name, one)]
 
 
 def _internal(error: Exception) -> str:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import datetime, timezone
 from threading import Lock
 
@@ -71,11 +71,22 @@ class StatusPublisher:
         self._has_changed = True
         self._published = 0.0
 
-    def planned(self, plan: FocusPlan, *, from_record: bool = False) -> None:
-        """Note the plan now in force; its lenses have not reported yet."""
-        lenses = [_unreported(plan, camera) for camera in plan.cameras]
+    def planned(
+        self, plan: FocusPlan, *, from_record: bool = False, told: Collection[str] | None = None
+    ) -> None:
+        """Note the plan now in force, and which cameras are told it; by default all.
+
+        Their lenses have not reported yet. What was reported of the others is still so: they were
+        told the same by an earlier plan, whose name their states have.
+        """
         with self._lock:
             self._has_changed, message = True, self._message
+            lenses = [
+                _unreported(plan, camera)
+                if told is None or camera.name in told
+                else message.lenses[self._places[camera.name]]
+                for camera in plan.cameras
+            ]
             message.plan_id, message.planned_at = plan.plan_id, plan.header.stamp
             message.from_record = from_record
             message.plan_surface, message.plan_rig = plan.surface, plan.rig
@@ -85,7 +96,7 @@ class StatusPublisher:
             self._refused, self._refusal = 0, ""
 
     def reported(self, state: Message, tolerance: float, tables: LensTables | None = None) -> bool:
-        """Note the state of a lens; return False if it is about another plan.
+        """Note the state of a lens; return False if it is about another plan than it was told.
 
         Parameters
         ----------
@@ -103,11 +114,13 @@ class StatusPublisher:
         """
         with self._lock:
             message = self._message
-            if not message.plan_id or state.plan_id != message.plan_id:
-                return False
             place = self._places.get(state.name)
             if place is None:
+                if not message.plan_id or state.plan_id != message.plan_id:
+                    return False
                 raise InputError("name", "a camera of the plan in force", repr(state.name))
+            if state.plan_id != message.lenses[place].plan_id:
+                return False
             table = tables.table_of(state.name) if tables else None
             check_claim(state, self._cameras[place], tolerance, table)
             state.unit, state.message = without_long_texts(state)

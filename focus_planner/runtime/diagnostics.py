@@ -26,8 +26,9 @@ from focus_planner.core.text import printable
 from focus_planner.core.validation import first_few
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.writing import Fields
-from focus_planner.parameters.planner_settings import Settings
+from focus_planner.parameters.planner_settings import Replan, Settings
 from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.replanning import Replanned
 from focus_planner.runtime.status import LastRun, LensSummary, PlannerReport, age_of
 
 # As a part of all memory: near what is left when Linux begins to kill processes.
@@ -106,6 +107,7 @@ def diagnose(
         report.skipped_runs,
     )
     yield diagnose_memory(report.planning_pid)
+    yield diagnose_replanning(settings.replan, report.replanned)
 
 
 def diagnose_planner(state: str, planning: str, waiting: int, compiling: str = "") -> Diagnosis:
@@ -161,6 +163,19 @@ def diagnose_last_run(run: LastRun | None) -> Diagnosis:
         **{f"note: {note.code}": note.text for note in plan.notes},
     }
     return Diagnosis("last run", Level.OK, run.message, values)
+
+
+def diagnose_replanning(replan: Replan, replanned: Replanned) -> Diagnosis:
+    """Return what became of the surfaces that were to be planned for without being asked."""
+    counts = {name: value for name, value in vars(replanned).items() if name != "failure"}
+    values = {"replan": replan.mode, **{name: str(count) for name, count in counts.items()}}
+    if not replan.is_on:
+        return Diagnosis("replanning", Level.OK, "off (parameter replan)", values)
+    if replanned.failure:
+        bad = f"no plan for the newest surface: {replanned.failure}"
+        return Diagnosis("replanning", Level.WARN, bad, values)
+    told = ", ".join(f"{name} {count}" for name, count in counts.items())
+    return Diagnosis("replanning", Level.OK, f"surfaces: {told}", values)
 
 
 def diagnose_cameras(run: LastRun | None, lenses: Counter[int]) -> Diagnosis:

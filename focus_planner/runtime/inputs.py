@@ -210,6 +210,7 @@ class InputSlot(Generic[Content, Value]):
         self._inbox: deque[Arrival[Content]] = deque(maxlen=BACKLOG)
         self._refused: tuple[Arrival[Content], InputError] | None = None
         self._objected = False
+        self._refused_since: set[int] = set()
         self._unusable: Arrival[Content] | None = None
 
     @property
@@ -254,11 +255,17 @@ class InputSlot(Generic[Content, Value]):
     def refuse(self, arrival: Arrival[Content], error: InputError) -> None:
         """Log why a message is not used, and keep the reason for :meth:`objection`."""
         self._throttled_log.warning(f"refused the {self.name} {arrival}: {error}", arrival.at)
+        self._refused_since.add(arrival.number)
         if self._refused is None or arrival.at >= self._refused[0].at:
             self._refused = arrival, error
             self._objected = False
         if self.in_force is None and (self._unusable is None or arrival.at >= self._unusable.at):
             self._unusable = arrival
+
+    def take_refused(self) -> tuple[int, ...]:
+        """Return the numbers of the messages that were refused since the last call."""
+        refused, self._refused_since = self._refused_since, set()
+        return tuple(sorted(refused))
 
     def put_in_force(self, accepted: AcceptedInput[Content, Value]) -> None:
         """Plan with this from now on, and forget refusals of older messages."""

@@ -146,6 +146,8 @@ class Planner:
         on_progress: ProgressCallback = never_stop,
         *,
         warm_start: bool = False,
+        min_change: float = 0.0,
+        was_asked_for: bool = True,
         stop_log: StopLog | None = None,
         limits: ResourceLimits | None = None,
         known_as: Sequence[KnownSubject] = (),
@@ -154,7 +156,9 @@ class Planner:
 
         What has been received since :meth:`digest` does not count. The reminder says which input is
         not the newest, because that was refused. With ``warm_start`` the plan starts from the last
-        one, if there was one. With ``stop_log`` it is made again, as
+        one, if there was one, and ``min_change`` is as
+        :func:`focus_planner.core.planning.plan_focus` says. Who did not ask for the plan is told of
+        no refusal, which then still waits for who does. With ``stop_log`` it is made again, as
         :func:`focus_planner.core.planning.plan_focus` says. Of several surfaces, ``known_as`` tells
         what they are called and how much they count; else they are called by topic and number.
 
@@ -165,9 +169,10 @@ class Planner:
         InputError
             As :func:`focus_planner.core.planning.plan_focus`.
         """
-        objections = [self.surface.objection(), self.rig.objection()]
-        if any(objections):
-            raise NotReady(". ".join(text for text in objections if text))
+        if was_asked_for:
+            objections = [self.surface.objection(), self.rig.objection()]
+            if any(objections):
+                raise NotReady(". ".join(text for text in objections if text))
         assert self.surface.in_force is not None
         assert self.rig.in_force is not None
         rig = self.rig.in_force.value
@@ -180,6 +185,7 @@ class Planner:
             on_progress,
             start,
             stop_log,
+            min_change=min_change,
             limits=limits,
         )
         self.warm_start = plan.warm_start if warm_start else None

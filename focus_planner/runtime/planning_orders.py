@@ -83,6 +83,10 @@ class Plan:
     in_force : str
         The name of the plan in force, which may still be described until the next is; all others
         are forgotten.
+    min_change : float
+        With a warm start, what a lens moves for: more than this fraction of its depth of field.
+    was_asked_for : bool
+        Whether somebody waits for the plan who is to be told which input was refused.
     """
 
     request: PlanRequest
@@ -93,6 +97,8 @@ class Plan:
     is_recorded: bool
     plan_id: str
     in_force: str
+    min_change: float = 0.0
+    was_asked_for: bool = True
 
 
 @dataclass(frozen=True)
@@ -219,6 +225,8 @@ class Digested:
         The numbers of all inputs that may matter later on.
     new_rig : RigInForce or None
         The rig, if another has come into force.
+    refused_surfaces : tuple of int
+        The numbers of the surfaces that were refused meanwhile.
     """
 
     surface: InputState
@@ -229,6 +237,7 @@ class Digested:
     needed: tuple[int, ...]
     kept: tuple[int, ...]
     new_rig: RigInForce | None
+    refused_surfaces: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

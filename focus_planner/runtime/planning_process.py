@@ -168,6 +168,7 @@ class PlanningProcess:
             needed=tuple(arrival.number for arrival in planner.arrivals()),
             kept=tuple(arrival.number for arrival in planner.kept()),
             new_rig=None if rig is None else _what_a_node_needs(rig),
+            refused_surfaces=planner.surface.take_refused(),
         )
 
     @_do.register
@@ -198,6 +199,8 @@ class PlanningProcess:
             order.model,
             on_progress,
             warm_start=order.keep_warm,
+            min_change=order.min_change,
+            was_asked_for=order.was_asked_for,
             limits=order.limits,
         )
         self._shown[order.plan_id] = ShownPlan(plan, rig)

@@ -93,6 +93,8 @@ class Inbox:
     states : tuple of InputState
     all_in_force : tuple of Arrival
         The same of all that were in force, the oldest first.
+    refused : tuple of int
+        The numbers of those that the last digest refused; of surfaces only.
     """
 
     kind: str
@@ -100,6 +102,7 @@ class Inbox:
     in_force: Arrival[Any] | None = None
 
     def __post_init__(self) -> None:
+        self.refused: tuple[int, ...] = ()
         self.state = InputState(self.kind)
         self.states: tuple[InputState, ...] = ()
         self.all_in_force: tuple[Arrival[Any], ...] = ()
@@ -402,6 +405,7 @@ class RemotePlanner:
         self.surface.in_force = None if surface is None else self.surface.known[surface]
         self.rig.in_force = None if rig is None else self.rig.known[rig]
         self.surface.states = digested.surfaces
+        self.surface.refused = digested.refused_surfaces
         self.surface.all_in_force = tuple(self.surface.known[each] for each in digested.subjects)
         known = self.surface.known | self.rig.known
         self.arrivals = [known[number] for number in digested.needed]

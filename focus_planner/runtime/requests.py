@@ -92,6 +92,8 @@ class Request:
         Called on the planning thread with the fields of a feedback message.
     caller : bytes
         Who sent it; empty if that is not known.
+    is_asked : bool
+        Whether somebody asked for it, rather than a surface having arrived.
 
     Attributes
     ----------
@@ -108,6 +110,7 @@ class Request:
     waits_until: float = math.inf
     send_feedback: Callable[[Fields], None] = _do_nothing
     caller: bytes = b""
+    is_asked: bool = True
     arrived: float = field(default_factory=time.perf_counter)
     at: int = field(default_factory=time.time_ns)
     _stop_reason: Reason = Reason.NONE
@@ -135,6 +138,16 @@ class Request:
     def is_answered(self) -> bool:
         """Whether it has been answered."""
         return self._is_answered
+
+    @property
+    def starts_warm(self) -> bool:
+        """Whether it is planned from the last plan on."""
+        return self.settings.warm_start or not self.is_asked
+
+    @property
+    def keeps_warm(self) -> bool:
+        """Whether the next plan may be planned from this one on."""
+        return self.starts_warm or self.settings.replan.is_on
 
     def begin(self) -> bool:
         """Begin planning; return False if the request has been answered already."""
@@ -266,6 +279,60 @@ class Requests:
             f"busy: {what}, other requests waiting: {others}; call again later, or"
             " send a goal to ~/plan, which waits for its turn"
         )
+
+
+def unasked(settings: Settings, plan_id: str) -> Request:
+    """Return a request that nobody made, for a plan with the defaults of requests."""
+    return Request({}, settings, plan_id, _do_nothing, is_asked=False)
+
+
+class NewestOnly:
+    """A request that waits until it is taken, or a newer one takes its place; and the one taken.
+
+    Any thread may call.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: Request | None = None
+        self._taken: Request | None = None
+        self._lock = Lock()
+
+    def put(self, request: Request) -> bool:
+        """Let a request wait; return whether none did before."""
+        with self._lock:
+            is_first = self._waiting is None
+            self._waiting = request
+            return is_first
+
+    def take(self) -> Request | None:
+        """Take the one that waits."""
+        with self._lock:
+            self._taken, self._waiting = self._waiting, None
+            return self._taken
+
+    def done(self) -> None:
+        """Forget the one that was taken."""
+        self._taken = None
+
+    @property
+    def planned(self) -> str:
+        """The name of the one being planned; empty if there is none."""
+        taken = self._taken
+        return taken.plan_id if taken and taken.has_begun and not taken.is_answered else ""
+
+    def stop(self, reason: Reason) -> None:
+        """End the one being planned, at the next step; leave one that waits."""
+        taken = self._taken
+        if taken and taken.has_begun:
+            taken.stop(reason)
+
+    def clear(self, reason: Reason) -> None:
+        """End both, without a plan."""
+        with self._lock:
+            self._waiting = None
+            taken = self._taken
+        if taken:
+            taken.abort(reason)
 
 
 class Turns:

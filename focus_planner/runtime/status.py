@@ -21,8 +21,10 @@ from typing import Any
 from focus_planner.core.planning.plan import CameraStatus, FocusPlan
 from focus_planner.messages.writing import Fields, datetime_stamp, time_to_fields
 from focus_planner.runtime.inputs import Arrival, InputState
+from focus_planner.runtime.replanning import Replanned
 
 _NO_SURFACE, _NO_RIG = InputState("surface"), InputState("rig")
+_NONE_REPLANNED = Replanned()
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,8 @@ class PlannerReport:
         Recorded runs that were skipped in the search for the last plan, and why: names and texts.
     compiling : str
         How far compiling is; empty while nothing is compiled.
+    replanned : Replanned
+        What became of the surfaces that were to be planned for without being asked.
     """
 
     state: str
@@ -126,6 +130,7 @@ class PlannerReport:
     planning_pid: int | None = None
     skipped_runs: tuple[tuple[str, str], ...] = ()
     compiling: str = ""
+    replanned: Replanned = _NONE_REPLANNED
 
 
 def without_problem(plan: FocusPlan) -> FocusPlan:

@@ -38,7 +38,7 @@ FROM_ZERO = [d for d in DECLARATIONS if type(d.default) in {int, float} and d.lo
 # A unit, or what makes the number one without.
 UNIT = re.compile(
     r"\b(metres|seconds|pixels|mm per pixel|bytes|number of|dioptres|1/m\^2|unit|seed|weight|"
-    r"fraction of|"
+    r"fraction of|hertz|"
     r"focal length over aperture diameter)\b",
     re.IGNORECASE,
 )

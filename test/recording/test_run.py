@@ -292,6 +292,7 @@ def other_than_default(declaration):
         return not default
     return {
         "overlap": "refuse",
+        "replan": "rate",
         "record_access": "group",
         "data_directories": "/tables:/runs",
         "camera_frames": "left_optical_frame cam*_link",

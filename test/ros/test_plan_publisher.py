@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -56,8 +57,9 @@ class Bench:
         self.cameras = CameraTopics(node)
         self.plans = PlanPublisher(node, self.cameras, self._on_plan)
 
-    def _on_plan(self, plan, *, from_record):
-        self.events.append(("noted", plan.plan_id, from_record))
+    def _on_plan(self, plan, *, from_record=False, told=None):
+        names = () if told is None else tuple(sorted(told))
+        self.events.append(("noted", plan.plan_id, from_record, *names))
 
     def taken(self):
         """The events since the last call."""
@@ -96,6 +98,32 @@ def test_a_plan_is_known_before_it_is_published(bench):
     bench.plans.follow([camera.name for camera in RIG.cameras])
     bench.plans.publish(plan())
     assert bench.taken() == [("noted", "a plan", False), *TOPICS]
+
+
+def test_only_cameras_that_have_something_else_to_do_are_told_of_changes(bench):
+    def plan_at(*distances, plan_id="a plan", **values):
+        cameras = [
+            CameraFocus(name=name, focus_distance=distance, bracket=[distance], **values)
+            for name, distance in zip(NAMES, distances, strict=True)
+        ]
+        return FocusPlan(plan_id=plan_id, cameras=cameras)
+
+    everything, first, second = TOPICS
+    bench.plans.follow(NAMES)
+    bench.plans.publish_changes(plan_at(0.5, 0.6))
+    assert bench.taken() == [("noted", "a plan", False, *NAMES), *TOPICS]
+    bench.plans.publish_changes(plan_at(0.5, 0.7, assigned_samples=3))
+    assert bench.taken() == [("noted", "a plan", False, NAMES[1]), everything, second]
+    bench.plans.publish_changes(plan_at(0.5, 0.7, device_value=math.nan))
+    assert bench.taken() == [("noted", "a plan", False), everything]
+    bench.plans.publish_changes(plan_at(0.5, 0.7, device_unit="steps", device_bracket=[7.0]))
+    assert bench.taken() == [("noted", "a plan", False, *NAMES), *TOPICS]
+    bench.plans.publish(plan_at(0.5, 0.7))  # somebody asked for it
+    assert bench.taken() == [("noted", "a plan", False), *TOPICS]
+    bench.plans.follow(NAMES[1:])
+    bench.plans.follow(NAMES)  # its topic is new, and has nothing yet
+    bench.plans.publish_changes(plan_at(0.5, 0.7))
+    assert bench.taken() == [("noted", "a plan", False, NAMES[0]), everything, first]
 
 
 def test_the_last_plan_is_restored_once_subscribers_have_been_discovered(bench, tmp_path, clock):

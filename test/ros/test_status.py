@@ -37,7 +37,10 @@ from testing.ros.planner_process import PATIENCE
 pytestmark = pytest.mark.processes
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-NAMES = ["planner", "surface", "rig", "last run", "cameras", "lens states", "recorder", "memory"]
+NAMES = [
+    *("planner", "surface", "rig", "last run", "cameras"),
+    *("lens states", "recorder", "memory", "replanning"),
+]
 DRIVERS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -130,6 +133,7 @@ def test_without_inputs_monitors_are_warned(client, planner):
         "last run": (OK, "none yet"),
         "cameras": (OK, "no plan yet"),
         "recorder": (OK, "off (parameter record_directory)"),
+        "replanning": (OK, "off (parameter replan)"),
     }.items():
         assert (by_name[name].level, without_unheard(by_name[name].message)) == (level, message)
         assert by_name[name].name == f"{planner.name[1:]}: {name}"

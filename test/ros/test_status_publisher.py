@@ -285,3 +285,31 @@ def test_diagnostics_are_published_periodically(make_node, clock, published):
         "here: rig",
         "none yet",
     )
+
+
+# --- lenses that stay where they are -------------------------------------------------------------
+
+
+def test_of_lenses_that_are_not_told_what_was_reported_is_still_so(publisher, published, clock):
+    publisher.planned(plan())
+    publisher.reported(report_of("cam_1"), TOLERANCE)
+    publisher.planned(plan("a newer one"), told={"cam_0"})
+    message = newest(publisher, published, clock)
+    assert message.plan_id == "a newer one"
+    assert [lens.plan_id for lens in message.lenses] == ["a newer one", "a plan", "a plan"]
+    statuses = [LensStatus.UNREPORTED, LensStatus.VERIFIED, LensStatus.UNREPORTED]
+    assert [lens.status for lens in message.lenses] == statuses
+    assert (message.unreported, message.verified) == (2, 1)
+
+
+def test_what_lenses_report_that_are_not_told_still_counts(publisher, published, clock):
+    publisher.planned(plan())
+    publisher.planned(plan("a newer one"), told={"cam_0"})
+    assert publisher.reported(report_of("cam_1"), TOLERANCE)
+    assert publisher.reported(report_of("cam_0", "a newer one"), TOLERANCE)
+    assert not publisher.reported(report_of("cam_0"), TOLERANCE)
+    assert not publisher.reported(report_of("cam_2", "a newer one"), TOLERANCE)
+    assert newest(publisher, published, clock).verified == 2
+    publisher.planned(plan("the newest"))
+    assert not publisher.reported(report_of("cam_1"), TOLERANCE)
+    assert newest(publisher, published, clock).unreported == 3

@@ -26,7 +26,7 @@ from focus_planner.core.planning.plan import CameraStatus
 from focus_planner.core.text import MAX_LINE
 from focus_planner.lenses.driver import LensStatus
 from focus_planner.messages.typestore import deserialize, serialize
-from focus_planner.parameters.planner_settings import Settings
+from focus_planner.parameters.planner_settings import Replan, Settings
 from focus_planner.runtime import diagnostics as module
 from focus_planner.runtime.diagnostics import (
     Diagnosis,
@@ -39,8 +39,10 @@ from focus_planner.runtime.diagnostics import (
     diagnose_memory,
     diagnose_planner,
     diagnose_recorder,
+    diagnose_replanning,
 )
 from focus_planner.runtime.inputs import InputState
+from focus_planner.runtime.replanning import Replanned
 from focus_planner.runtime.status import LastRun, LensSummary, PlannerReport, Snapshot
 from testing.made_up_runs import ending
 
@@ -326,6 +328,20 @@ def test_nobody_publishes_states_of_lenses():
     assert reported(named) == (Level.OK, "published by /a")
 
 
+def test_what_became_of_surfaces_is_told_once_they_are_to_be_planned_for():
+    replanned = Replanned(planned=3, stale=2, refused=1, waiting=1)
+    off = diagnose_replanning(Replan(), replanned)
+    assert reported(off) == (Level.OK, "off (parameter replan)")
+    on = diagnose_replanning(Replan("rate", 5.0), replanned)
+    told = "surfaces: planned 3, stale 2, refused 1, failed 0, waiting 1"
+    assert reported(on) == (Level.OK, told)
+    assert on.values["replan"] == "rate"
+    assert on.values["stale"] == "2"
+    failing = replace(replanned, failed=1, failure="too many samples")
+    bad = diagnose_replanning(Replan("on_surface"), failing)
+    assert reported(bad) == (Level.WARN, "no plan for the newest surface: too many samples")
+
+
 def test_a_diagnosis_fits_the_message():
     diagnosis = diagnose_cameras(run(seeing_nothing(0)), NONE)
     fields = diagnosis.to_fields("/planner") | {"level": diagnosis.level}
@@ -350,6 +366,7 @@ def test_every_part_of_a_planner_is_diagnosed(tmp_path):
         "lens states",
         "recorder",
         "memory",
+        "replanning",
     ]
     messages = [reported(diagnosis) for diagnosis in found]
     assert messages[:7] == [

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
+from focus_planner.core.planning.holding import Held, held_distances
 from focus_planner.core.planning.many_subjects import Formulated, judge_subjects, mean_area
 from focus_planner.core.planning.methods import proves_itself
 from focus_planner.core.planning.observations import cost_of_tolerance
@@ -46,11 +47,12 @@ from focus_planner.core.solvers.solution import fill_missing_distances
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """What a plan was asked for."""
+    """What a plan was asked for, and which lenses are to stay where they are."""
 
     subjects: tuple[Subject, ...]
     rig: Rig
     request: PlanRequest
+    held: Held
 
 
 def plan_of(
@@ -69,7 +71,9 @@ def plan_of(
     solve_seconds : float
     """
     solution, request = solved.solution, given.request
-    problem, fresh, focus = _with_shots_taken(formulated, solution.focus_distances)
+    problem, fresh, found = _with_shots_taken(formulated, solution.focus_distances)
+    focus = held_distances(problem, found, given.held)
+    stay = int(np.count_nonzero(focus != found))
     costs, best = problem.assign(focus)
     quality = estimate_quality(fresh, focus, given.rig)
     cost, fresh_cost = mean_cost(problem.samples.weights, costs), quality.cost
@@ -86,7 +90,7 @@ def plan_of(
     bound = None if bound is None else min(bound, cost)
     converged = solution.converged and not pacer.samples_left_out
     proven = proves_itself(formulated.problem, request) and not is_for_worst
-    if not proven and request.method == "optimal" and bound is not None:
+    if (stay or not proven) and request.method == "optimal" and bound is not None:
         converged = converged and cost - bound <= request.gap * cost
     return SolvedPlan(
         method=request.method,
@@ -110,7 +114,11 @@ def plan_of(
         resolution=quality.resolution,
         solve_seconds=solve_seconds,
         total_seconds=pacer.budget.elapsed(),
-        notes=(*formulated.notes, *_tolerated(given, fresh, focus, quality)),
+        notes=(
+            *formulated.notes,
+            *_tolerated(given, fresh, focus, quality),
+            *([given.held.note] if stay else ()),
+        ),
         cameras=_camera_plans(problem, focus, best),
         subjects=of_subjects,
         problem=problem,

@@ -37,6 +37,7 @@ def plan_focus(
     warm_start: WarmStart | None = None,
     stop_log: StopLog | None = None,
     *,
+    min_change: float = 0.0,
     limits: ResourceLimits | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> SolvedPlan:
@@ -73,6 +74,10 @@ def plan_focus(
     stop_log : StopLog, optional
         Of a plan that a time budget or a callback ended, to make it again, bit for bit; the time
         budget is not looked at.
+    min_change : float, optional
+        With a warm start: a lens whose focus would change by at most this fraction of its depth of
+        field stays where the earlier plan has it; see
+        :func:`focus_planner.core.planning.holding.held_distances`. 0 for none.
     limits : ResourceLimits, optional
         What the plan may take; by default whatever it needs.
     clock : callable, optional
@@ -106,6 +111,7 @@ def plan_focus(
         (lambda _: False) if is_stopped else on_progress,
         warm_start,
         stop_log,
+        min_change=min_change,
         limits=limits,
         clock=clock,
     )

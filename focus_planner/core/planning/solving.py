@@ -21,6 +21,7 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.planning.formulation import subsample
+from focus_planner.core.planning.holding import Held
 from focus_planner.core.planning.kept import KEPT, with_own_problems
 from focus_planner.core.planning.making import Given, plan_of
 from focus_planner.core.planning.many_subjects import formulate_subjects
@@ -57,6 +58,7 @@ def solve(
     warm_start: WarmStart | None = None,
     stop_log: StopLog | None = None,
     *,
+    min_change: float = 0.0,
     limits: ResourceLimits | None = None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> SolvedPlan:
@@ -89,7 +91,7 @@ def solve(
         stopped = pacer.callback_stopped
         notes = (*notes, fewer_samples(request, problem, formulated.fresh, stopped=stopped))
     formulated = replace(formulated, problem=problem, notes=notes)
-    given = Given(subjects, rig, request)
+    given = Given(subjects, rig, request, Held(warm_start, min_change))
     with kernels.threads_for(len(formulated.fresh.depth)):
         plan = plan_of(given, formulated, solved, pacer, solve_seconds)
     KEPT.measure(formulated.problem, formulated.fresh)

@@ -18,6 +18,7 @@ from itertools import groupby
 import numpy as np
 
 from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray
 from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.solvers import Options
@@ -38,17 +39,34 @@ def warm_options(
     start = options.start
     if start is None:
         start = np.full(problem.camera_count, np.nan)
-    shots = _numbered(problem.names)
-    distances = dict(zip(_numbered(warm_start.names), warm_start.focus_distances, strict=True))
-    same_shots = len(warm_start.names) == problem.shots * len(set(warm_start.names))
-    if limited or same_shots:
-        known = [distances.get(shot, np.nan) for shot in shots]
+    if limited or _same_shots(warm_start, problem):
+        known = _distances(warm_start, problem)
         start = np.where(np.isfinite(known), known, kernels.UNTAKEN if limited else start)
     if warm_start.prices is None:
         return replace(options, start=start)
     tree = tree_of(warm_start.points)
     nearest = tree.query(problem.samples.points, workers=-1)[1]
     return replace(options, start=start, prices=warm_start.prices[nearest])
+
+
+def earlier_distances(warm_start: WarmStart, problem: Problem) -> FloatArray:
+    """Return (C,) where an earlier plan has the cameras of a problem, metres.
+
+    NaN for new cameras, and for all if the number of shots has changed; not finite either for shots
+    that the earlier plan does not take.
+    """
+    if not _same_shots(warm_start, problem):
+        return np.full(problem.camera_count, np.nan)
+    return _distances(warm_start, problem)
+
+
+def _same_shots(warm_start: WarmStart, problem: Problem) -> bool:
+    return len(warm_start.names) == problem.shots * len(set(warm_start.names))
+
+
+def _distances(warm_start: WarmStart, problem: Problem) -> FloatArray:
+    distances = dict(zip(_numbered(warm_start.names), warm_start.focus_distances, strict=True))
+    return np.array([distances.get(shot, np.nan) for shot in _numbered(problem.names)])
 
 
 def _numbered(names: tuple[str, ...]) -> list[tuple[str, int]]:
