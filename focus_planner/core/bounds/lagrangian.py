@@ -48,7 +48,7 @@ _REACH_FIRST, _REACH = 16, 64
 _STEPS_FIRST = 100
 _STEPS_LEFT_OUT = 50
 # Threads synchronise four times a step, which pays on large problems only.
-_THREADED = 10
+_THREADED = 2
 _WORK = 8_000_000  # pairs, samples and cells visited in one call of descend
 _NONE = 2.0**62  # more than any bound
 # When the hope is this part of the gap, further steps hardly lower the bound.
@@ -121,7 +121,7 @@ class Prices:
         state.floor[:] = 0
         active_pairs = (self._active.gains, self._active.blurred, self._seen)
         for pairs, active in zip(self._pairs, active_pairs, strict=True):
-            kernels.activate(pairs, state.price, reach, active, state.floor)
+            kernels.activate(pairs, state.price, reach, active, state.floor, len(state.served))
         work = int(self._active.gains.offsets[-1]) + len(gains.most) + int(gains.cell_offsets[-1])
         with kernels.threads_for(len(gains.gain) // _THREADED):
             self.steps += kernels.descend(

@@ -84,30 +84,39 @@ class PriceDescent(NamedTuple):
 
 
 @kernel
-def _count_active(c, gains, price, reach):
-    """Return how many of camera c's pairs gain more than ``price - reach``."""
-    offsets, sample, gain, _, _ = gains
-    count = 0
-    for j in range(offsets[c], offsets[c + 1]):
-        if gain[j] > price[sample[j]] - reach[sample[j]]:
-            count += 1
-    return count
+def _even_parts(offsets, others, parts):
+    """Return (W + 1,) where W parts of neighbouring cameras begin that are about as much work.
 
-
-@parallel_kernel
-def activate(gains, price, reach, active, floor):
-    """List the pairs that gain more than ``price - reach``; raise floors to what the others gain.
-
-    At prices above ``floor`` (N,) the others add nothing to the bound.
+    ``offsets`` and ``others`` are (C + 1,): what there is to do for each camera.
     """
+    cameras = len(offsets) - 1
+    begins = np.full(parts + 1, cameras, dtype=np.int64)
+    total = offsets[cameras] + others[cameras]
+    part = 0
+    for c in range(cameras):
+        while part < parts and (offsets[c] + others[c]) * parts >= part * total:
+            begins[part] = c
+            part += 1
+    return begins
+
+
+@kernel
+def _count_active(low, high, gains, price, reach, counts):
+    """Fill how many pairs of cameras ``low`` to ``high`` gain more than ``price - reach``."""
+    offsets, sample, gain, _, _ = gains
+    for c in range(low, high):
+        count = 0
+        for j in range(offsets[c], offsets[c + 1]):
+            count += gain[j] > price[sample[j]] - reach[sample[j]]
+        counts[c] = count
+
+
+@kernel
+def _list_active(low, high, gains, price, reach, active, floor):
+    """List those pairs; raise floors to what the others gain."""
     offsets, sample, gain, first, last = gains
     active_offsets, active_sample, active_gain, active_first, active_last = active
-    for c in prange(len(offsets) - 1):
-        active_offsets[c + 1] = _count_active(c, gains, price, reach)
-    active_offsets[0] = 0
-    for c in range(len(offsets) - 1):
-        active_offsets[c + 1] += active_offsets[c]
-    for c in range(len(offsets) - 1):
+    for c in range(low, high):
         at = active_offsets[c]
         for j in range(offsets[c], offsets[c + 1]):
             p = sample[j]
@@ -119,27 +128,67 @@ def activate(gains, price, reach, active, floor):
                 floor[p] = gain[j]
 
 
+@parallel_kernel
+def activate(gains, price, reach, active, floor, parts):
+    """List the pairs that gain more than ``price - reach``; raise floors to what the others gain.
+
+    At prices above ``floor`` (N,) the others add nothing to the bound. ``parts`` of the cameras
+    are listed at once.
+    """
+    offsets, active_offsets = gains.offsets, active.offsets
+    begins = _even_parts(offsets, offsets, parts)
+    floors = np.zeros((parts, len(floor)), dtype=np.int64)
+    active_offsets[0] = 0
+    for part in prange(parts):
+        _count_active(begins[part], begins[part + 1], gains, price, reach, active_offsets[1:])
+    for c in range(len(offsets) - 1):
+        active_offsets[c + 1] += active_offsets[c]
+    for part in prange(parts):
+        _list_active(begins[part], begins[part + 1], gains, price, reach, active, floors[part])
+    for p in prange(len(floor)):
+        for part in range(parts):
+            floor[p] = max(floor[p], floors[part, p])
+
+
 @kernel
-def _best_cell(c, gains, blurred, price, steps):
-    """Return the most that one cell of camera c takes above the prices, and that cell."""
-    offsets, sample, gain, first, last = gains
+def _list_above(c, gains, price, which, above):
+    """List camera c's pairs that gain more than their prices, and how much more; return how many.
+
+    A branch would be mispredicted half the time.
+    """
+    offsets, sample, gain, _, _ = gains
+    count = 0
+    for j in range(offsets[c], offsets[c + 1]):
+        more = gain[j] - price[sample[j]]
+        which[count], above[count] = j, more
+        count += more > 0
+    return count
+
+
+@kernel
+def _take_best_cell(c, gains, blurred, price, steps, served):
+    """Count which samples the cell of camera c takes that takes most; return how much, and it."""
+    room = gains.offsets[c + 1] - gains.offsets[c] + blurred.offsets[c + 1] - blurred.offsets[c]
+    which, above = np.empty(room + 1, dtype=np.int64), np.empty(room + 1, dtype=np.int64)
+    count = _list_above(c, gains, price, which, above)
     steps[:] = 0
-    for j in range(offsets[c], offsets[c + 1]):
-        # What is not above the price adds 0; a branch would be mispredicted half the time.
-        above = max(gain[j] - price[sample[j]], 0)
-        steps[first[j]] += above
-        steps[last[j] + 1] -= above
-    offsets, sample, gain, first, last = blurred
-    for j in range(offsets[c], offsets[c + 1]):
-        above = max(gain[j] - price[sample[j]], 0)
-        steps[first[j]] -= above
-        steps[last[j] + 1] += above
-    best, where, total = np.int64(-1), 0, np.int64(0)
+    for i in range(count):
+        steps[gains.first[which[i]]] += above[i]
+        steps[gains.last[which[i]] + 1] -= above[i]
+    less = _list_above(c, blurred, price, which[count:], above[count:])
+    for i in range(count, count + less):
+        steps[blurred.first[which[i]]] -= above[i]
+        steps[blurred.last[which[i]] + 1] += above[i]
+    best, cell, total = np.int64(-1), 0, np.int64(0)
     for i in range(len(steps) - 1):
         total += steps[i]
         if total > best:
-            best, where = total, i
-    return best, where
+            best, cell = total, i
+    for j in which[:count]:
+        served[gains.sample[j]] += (gains.first[j] <= cell) & (cell <= gains.last[j])
+    for j in which[count : count + less]:
+        served[blurred.sample[j]] -= (blurred.first[j] <= cell) & (cell <= blurred.last[j])
+    return best, cell
 
 
 @kernel
@@ -174,10 +223,11 @@ def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps,
             continue
         if shots == 1:
             own = steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
-            values[view], cells[0] = _best_cell(c, gains, blurred, price, own)
-        else:
-            count = cell_offsets[c + 1] - cell_offsets[c]
-            values[view] = _best_of_view(c, gains, blurred, count, price, cells)
+            values[view], cell = _take_best_cell(c, gains, blurred, price, own, served)
+            chosen[cell_offsets[c] + cell] += 1
+            continue
+        count = cell_offsets[c + 1] - cell_offsets[c]
+        values[view] = _best_of_view(c, gains, blurred, count, price, cells)
         before = -1
         for shot in range(shots):
             cell = cells[shot]
@@ -272,9 +322,11 @@ def _turn(low, high, views, blurred_views, price, served, direction):
 
 
 @kernel
-def _move(low, high, step, direction, floor, most, price):
-    """Move the prices of some samples by a step against the direction."""
+def _move(low, high, better, step, direction, floor, most, price, best_price):
+    """Keep some samples' prices if they are better; move them by a step against the direction."""
     for p in range(low, high):
+        if better:
+            best_price[p] = price[p]
         moved = price[p] - np.int64(np.rint(step * direction[p]))
         price[p] = min(max(moved, floor[p]), most[p])
 
@@ -345,9 +397,10 @@ def descend(
     pictures = np.empty(limited, dtype=np.int32)
     sums, squares = np.empty(_PARTS, dtype=np.int64), np.empty(_PARTS, dtype=np.float64)
     size = (samples + _PARTS - 1) // _PARTS
+    begins = _even_parts(gains.offsets[::shots], cell_offsets[::shots], parts)
     for iteration in range(iterations):
         for part in prange(parts):
-            low, high = part * cameras // parts, (part + 1) * cameras // parts
+            low, high = begins[part], begins[part + 1]
             if images >= 0:
                 _offer(low, high, gains, blurred, seen, cell_offsets, price, offers, cells)
             else:
@@ -367,7 +420,7 @@ def descend(
         if images >= 0:
             _accept(offers, images, values, pictures)
             for part in prange(parts):
-                low, high = part * cameras // parts, (part + 1) * cameras // parts
+                low, high = begins[part], begins[part + 1]
                 _serve_accepted(
                     low,
                     high,
@@ -387,21 +440,20 @@ def descend(
                 low, high, views, blurred_views, price, served, direction
             )
         bound = float(values.sum() + sums.sum())
-        if bound < progress[0]:
-            progress[0] = bound
-            for part in prange(_PARTS):
-                for p in range(part * size, min((part + 1) * size, samples)):
-                    best_price[p] = price[p]
+        better = bound < progress[0]
+        progress[0] = min(bound, progress[0])
         hope = _adapt_hope(progress, goal)
-        if progress[0] <= goal:
-            return iteration + 1
-        if progress[3] >= _PATIENCE:
-            _restart(hope, descent)
-            continue
-        step = (bound - progress[0] + hope) / max(squares.sum(), 1e-9)
+        reached, stuck = progress[0] <= goal, progress[3] >= _PATIENCE
+        step = 0.0
+        if not (reached or stuck):
+            step = (bound - progress[0] + hope) / max(squares.sum(), 1e-9)
         for part in prange(_PARTS):
             low, high = part * size, min((part + 1) * size, samples)
-            _move(low, high, step, direction, floor, most, price)
+            _move(low, high, better, step, direction, floor, most, price, best_price)
+        if reached:
+            return iteration + 1
+        if stuck:
+            _restart(hope, descent)
     return iterations
 
 

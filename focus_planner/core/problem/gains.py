@@ -126,10 +126,18 @@ def gains_of(problem: Problem, images: int | None = None) -> Gains:
     kernels.most_gains(
         problem.pairs_by_sample, cells.focus, cells.unseen, views, shots, limited, out, most, total
     )
-    # With one view no camera out of focus costs less than the best of them.
-    gained, blurred = _list(problem, out), _list(problem, out - cells.focus)
+    gained, blurred, seen = _list(problem, out), _no_pairs(problem), _no_pairs(problem)
+    blurred_views = kernels.BlurredViews(
+        np.zeros(problem.sample_count + 1, dtype=np.int64), np.empty(0, dtype=np.int64)
+    )
     below = out - cells.focus
-    none = np.full_like(below, -1)
+    # With one view no camera out of focus costs less than the best of them.
+    if views > 1 or limited:
+        blurred = _list(problem, below)
+    if limited:
+        seen = _seen(problem, below, shots)
+    elif views > 1:
+        blurred_views = _blurred_views(problem, below, shots)
     return Gains(
         *gained,
         cell_offsets=cells.offsets,
@@ -139,10 +147,16 @@ def gains_of(problem: Problem, images: int | None = None) -> Gains:
         views=views,
         shots=shots,
         blurred=blurred,
-        blurred_views=_blurred_views(problem, none if limited else below, shots),
-        seen=_seen(problem, below if limited else none, shots),
+        blurred_views=blurred_views,
+        seen=seen,
         images=-1 if images is None else images,
     )
+
+
+def _no_pairs(problem: Problem) -> kernels.GainsByCamera:
+    sample, first, last = np.empty((3, 0), dtype=np.int32)
+    offsets = np.zeros(problem.camera_count + 1, dtype=np.int64)
+    return kernels.GainsByCamera(offsets, sample, np.empty(0, dtype=np.int64), first, last)
 
 
 def _seen(problem: Problem, out: Offsets, shots: int) -> kernels.GainsByCamera:
