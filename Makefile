@@ -44,7 +44,7 @@ docs: setup  ## build the site in docs/_build/html; check its links and run its 
 	@echo "docs/_build/html/index.html"
 
 bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
-	@BODIES="$(BODIES)" $(BIN)/python -m benchmarks $(ARGS)
+	@BODIES="$(BODIES)" REV="$(REV)" $(BIN)/python -m benchmarks $(ARGS)
 
 # All that the page says is in its folder: with what is there, only what is missing is measured.
 paper: setup  ## run the paper's experiments, and more, on data/bodies, for docs/results/paper.md

@@ -34,4 +34,22 @@ def options() -> argparse.Namespace:
     parser.add_argument(
         "--minutes", type=float, help="with soak (default: 15) and live (default: 1)"
     )
+    parser.add_argument(
+        "--rev",
+        default=os.environ.get("REV", ""),
+        help="with versus: the revision to compare with (default: REV)",
+    )
+    parser.add_argument(
+        "--rounds", type=int, help="with versus: turns of each stage (default: 9, 5 of long ones)"
+    )
+    parser.add_argument(
+        "--samples",
+        type=int,
+        nargs="+",
+        metavar="N",
+        help="with versus (default: 1000 65536) and peers (1000 8192)",
+    )
+    parser.add_argument(
+        "--seconds", type=float, default=30.0, help="with peers, of each (default: %(default)g)"
+    )
     return parser.parse_args()

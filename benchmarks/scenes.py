@@ -33,12 +33,16 @@ def rig() -> Rig:
     return cylinder_rig()
 
 
-@cache
-def body_scenes() -> dict[str, Scene]:
+def body_paths() -> list[Path]:
     """Return the bodies in the folder of environment variable BODIES, else the shipped ones."""
     folder = os.environ.get("BODIES")
-    paths = sorted(Path(folder).glob("*.ply")) if folder else bodies()
-    return {path.stem: Scene(load_surface(path)) for path in paths}
+    return sorted(Path(folder).glob("*.ply")) if folder else list(bodies())
+
+
+@cache
+def body_scenes() -> dict[str, Scene]:
+    """Return the same bodies as scenes, by name."""
+    return {path.stem: Scene(load_surface(path)) for path in body_paths()}
 
 
 def three_body_scenes() -> dict[str, Scene]:
