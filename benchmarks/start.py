@@ -26,6 +26,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.scenes import rig
+from focus_planner.core.arrays import FloatArray
 from focus_planner.io.bodies import bodies
 from focus_planner.io.rigs import save_rig
 from focus_planner.ros.client import PlannerClient
@@ -49,7 +50,7 @@ def run(console: Console) -> None:
     console.print(f"focus_planner plan / the plan within: {ratio:.1f} (median)")
 
 
-def _figures(seconds: np.ndarray) -> tuple[str, str]:
+def _figures(seconds: FloatArray) -> tuple[str, str]:
     return f"{np.median(seconds):.2f}", f"{seconds.min():.2f}"
 
 
