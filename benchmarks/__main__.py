@@ -10,11 +10,8 @@
 
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
-The default ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones are ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale``, ``cancelling``,
-``many_lenses``, ``live``, ``tolerance``, ``subjects``, ``views``, ``budget``, ``preview``,
-``evaluation``, ``peers``, beside other solvers, ``versus``, beside the revision that ``REV`` names,
-and ``report``, which takes Chromium.
+Those that take minutes are in ``_LONG``; of these, ``peers`` compares with other solvers, ``versus``
+with the revision that ``REV`` names, and ``report`` takes Chromium.
 ``load``, ``endurance``, ``fuzz``, ``faults``, ``limits``, ``attacks`` and ``soak`` test the node's
 guarantees under load, faults and attacks; the exit status is 1 if one is violated. Of ``fuzz`` and
 ``attacks`` there are parts, such as ``fuzz.requests`` and ``attacks.race``.
@@ -29,10 +26,34 @@ from rich.console import Console
 
 from benchmarks.options import options
 
-_DEFAULT = ("speed", "memory", "service", "recording", "quality", "clouds")
+_DEFAULT = (
+    "speed",
+    "memory",
+    "start",
+    "service",
+    "recording",
+    "quality",
+    "clouds",
+)
 _LONG = (
-    *("optimum", "deadlines", "warm", "growth", "scale", "cancelling", "many_lenses", "live"),
-    *("tolerance", "subjects", "views", "budget", "preview", "evaluation", "peers", "versus"),
+    "optimum",
+    "proof",
+    "deadlines",
+    "warm",
+    "growth",
+    "scale",
+    "large",
+    "cancelling",
+    "many_lenses",
+    "live",
+    "tolerance",
+    "subjects",
+    "views",
+    "budget",
+    "preview",
+    "evaluation",
+    "peers",
+    "versus",
     "report",
 )
 _GUARANTEES = ("load", "endurance", "fuzz", "faults", "limits", "attacks", "soak")

@@ -12,13 +12,16 @@
 
 from __future__ import annotations
 
+import gc
 import re
+import weakref
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
 
+from focus_planner.core.planning.kept import KEPT
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.rig.camera import CameraIntrinsics
@@ -554,3 +557,28 @@ def test_surfaces_that_do_not_fit_a_new_rig_are_no_longer_planned_for():
     bench.surface(FAR_BOX)
     assert bench.in_force == [FAR_BOX]
     assert any("does not fit the new rig" in line for line in bench.log.warnings)
+
+
+def kept_problems(bench):
+    bench.plan()
+    return [weakref.ref(entry.value.problem) for _, entry in KEPT._all() if entry.bytes]
+
+
+def test_problems_are_kept_from_plan_to_plan_and_go_with_their_inputs(bench):
+    KEPT.forget()
+    bench.rig(RIG)
+    bench.surface(BOX)
+    first = kept_problems(bench)
+    assert len(first) == 2
+    bench.rig(replace(RIG, cameras=tuple(map(replace, RIG.cameras))))  # of the same values
+    bench.surface(box(0.3), payload=str(id(BOX)).encode())  # the same bytes
+    assert kept_problems(bench) == first
+    bench.rig(replace(RIG, cameras=RIG.cameras[1:], grid=None))
+    gc.collect()
+    assert not any(each() for each in first)
+    second = kept_problems(bench)
+    assert len(second) == 2
+    bench.surface(OTHER)
+    bench.plan()
+    gc.collect()
+    assert not any(each() for each in second)

@@ -524,6 +524,7 @@ def test_a_process_compiles_what_plans_run_and_no_pictures(monkeypatch, folder):
         on_progress(Progress("compiling", 1, math.nan))
         return Compiled({}, 1, 2.0, folder)
 
+    monkeypatch.setattr("focus_planner.runtime.planning_process.missing_kernels", len)
     monkeypatch.setattr("focus_planner.runtime.planning_process.precompile", compiles)
     ours, theirs = Pipe()
     assert PlanningProcess(theirs)._do(orders.Load()) == orders.Done()
@@ -531,3 +532,27 @@ def test_a_process_compiles_what_plans_run_and_no_pictures(monkeypatch, folder):
         Progress("compiling", 1, pytest.approx(math.nan, nan_ok=True))
     )
     assert ours.recv() == orders.Compiled(str(Compiled({}, 1, 2.0, folder)), folder is not None)
+
+
+def test_what_others_have_compiled_is_loaded_while_there_is_nothing_to_do(monkeypatch):
+    loaded = []
+
+    def loads(works, _=None):
+        loaded.append(tuple(works))
+        return Compiled({}, 0, 0.0, None)
+
+    monkeypatch.setattr("focus_planner.runtime.planning_process.missing_kernels", lambda _: {})
+    monkeypatch.setattr("focus_planner.runtime.planning_process.precompile", loads)
+    ours, theirs = Pipe()
+    process = PlanningProcess(theirs)
+    ours.send(orders.Load())
+    thread = threading.Thread(target=process.serve)
+    thread.start()
+    assert ours.recv() == orders.Done()
+    until = time.monotonic() + 60.0
+    while process._unloaded and time.monotonic() < until:
+        time.sleep(0.01)
+    ours.close()
+    thread.join()
+    assert loaded[0] != PLANS
+    assert loaded[1:] == [(work,) for work in PLANS]

@@ -218,8 +218,9 @@ def _own(problem: Problem) -> Problem:
 
 
 def _copied(data: Data) -> Data:
-    values = {each.name: getattr(data, each.name) for each in fields(data)}
-    return replace(data, **{k: v.copy() for k, v in values.items() if isinstance(v, np.ndarray)})
+    values: dict[str, Any] = {each.name: getattr(data, each.name) for each in fields(data)}
+    copies = {name: v.copy() for name, v in values.items() if isinstance(v, np.ndarray)}
+    return type(data)(**(values | copies))
 
 
 def _are(kept: Sequence[ref[Scene]], scenes: Sequence[Scene]) -> bool:

@@ -207,7 +207,7 @@ class _Rays:
         is kept.
         """
         key = problem_key(self.rig, request, self.model, fresh=fresh)
-        kept = KEPT.find([subject.scene], key)
+        kept: KeptProblem | None = KEPT.find([subject.scene], key)
         asking = None if keep_going is None else _Asking(keep_going)
         if kept and (asking is None or (kept.shares is not None and all(map(asking, kept.shares)))):
             return kept.problem
@@ -271,7 +271,7 @@ def _joined(subjects: Sequence[Subject], parts: Sequence[Problem]) -> Problem:
     if len(parts) == 1:
         return parts[0]
     scenes, key = [subject.scene for subject in subjects], joined_key(subjects, parts)
-    kept = KEPT.find(scenes, key)
+    kept: KeptProblem | None = KEPT.find(scenes, key)
     if kept:
         return kept.problem
     joined = join_problems(parts, [subject.weight for subject in subjects])
@@ -292,7 +292,7 @@ def _observed(
         [each.scene for each in subjects],
         notes_key(rig, request, subjects, [*parts, *fresh]),
     )
-    kept = KEPT.find(scenes, key)
+    kept: tuple[Note, ...] | None = KEPT.find(scenes, key)
     if kept is None:
         kept = observe(subjects, rig, request, parts, fresh)
         if all(map(keeps_derived, [*parts, *fresh])):

@@ -12,7 +12,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -31,10 +32,6 @@ class Poses(NamedTuple):
     positions: FloatArray
     orientations: Rotation
 
-    def as_lists(self) -> tuple[list[list[float]], list[list[float]]]:
-        """Return the positions, and the orientations as quaternions x, y, z, w."""
-        return self.positions.tolist(), self.orientations.as_quat().tolist()
-
 
 class Trial(NamedTuple):
     """A mistake that may have been made, and what corrects it."""
@@ -51,6 +48,13 @@ def poses_of(cameras: Sequence[Camera]) -> Poses:
         np.array([camera.position for camera in cameras]),
         Rotation.from_quat([camera.orientation for camera in cameras]),
     )
+
+
+def posed(cameras: Iterable[Camera], poses: Poses) -> Iterator[Camera]:
+    """Yield the cameras at other poses."""
+    places, turns = poses.positions.tolist(), poses.orientations.as_quat().tolist()
+    for camera, place, turn in zip(cameras, places, turns, strict=True):
+        yield replace(camera, position=tuple(place), orientation=tuple(turn))
 
 
 def trials() -> Iterator[Trial]:

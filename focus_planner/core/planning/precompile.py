@@ -15,7 +15,8 @@ kind of work is done once, on a small ball: that compiles what it runs, or loads
 process has compiled, which takes a second. Only if something turns out to be missing is there a
 stage to show. What it will take is then known: the kernels of each kind of work are those of some
 modules, and how long each of these takes to compile was measured. As kernels get done, the machine
-itself tells how much slower or faster it is.
+itself tells how much slower or faster it is. Where nothing is missing, one plan of the same kind
+loads what is needed.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ Each is tried on some samples: if the rig would see far more without it, it is s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import wraps
 from typing import NamedTuple, TypeVar
@@ -117,7 +117,7 @@ def suspect_frames(scene: Scene, rig: Rig) -> Suspicion | None:
     rig : Rig
     """
     # Loads SciPy, and most rigs see what they should.
-    from focus_planner.core.planning.pose_trials import poses_of, trials  # noqa: PLC0415
+    from focus_planner.core.planning.pose_trials import posed, poses_of, trials  # noqa: PLC0415
 
     few = _few(rig)
     poses = poses_of(few)
@@ -125,7 +125,7 @@ def suspect_frames(scene: Scene, rig: Rig) -> Suspicion | None:
     now = _sight(scene, few, samples)
     best, least = None, max(_SEEN_ENOUGH, _FAR_BETTER * now.score)
     for trial in trials():
-        sight = _sight(scene, _posed(few, *trial.correct(poses).as_lists()), samples)
+        sight = _sight(scene, posed(few, trial.correct(poses)), samples)
         if sight.score > least and sight.surface > _MORE * now.surface:
             best = Suspicion(trial.code, trial.assumption, sight, now, trial.meaning)
             least = sight.score
@@ -159,13 +159,6 @@ def sight(scene: Scene, rig: Rig) -> Sight:
 
 def _few(rig: Rig) -> tuple[Camera, ...]:
     return rig.cameras[:: math.ceil(len(rig) / _TRIAL_CAMERAS)]
-
-
-def _posed(
-    cameras: Iterable[Camera], places: list[list[float]], turns: list[list[float]]
-) -> Iterator[Camera]:
-    for camera, place, turn in zip(cameras, places, turns, strict=True):
-        yield replace(camera, position=tuple(place), orientation=tuple(turn))
 
 
 def _sight(scene: Scene, cameras: Iterable[Camera], samples: Samples) -> Sight:

@@ -289,11 +289,11 @@ def _tuples(
         return keep_going()
 
     def find() -> _FoundTuples:
-        tuples = camera_tuples(problem, *sought, ask, options.rings)
+        tuples = camera_tuples(problem, options.k, options.scope, options.grid, ask, options.rings)
         return _FoundTuples(tuples, asked)
 
-    sought = options.k, options.scope, options.grid
-    found = derived(problem, ("tuples", *sought, options.rings), find)
+    key = ("tuples", options.k, options.scope, options.grid, options.rings)
+    found = derived(problem, key, find)
     while asked < found.questions:
         if not ask():
             raise Abandoned
