@@ -28,6 +28,7 @@ from benchmarks.options import options
 
 _DEFAULT = (
     "speed",
+    "rays",
     "memory",
     "start",
     "service",

@@ -26,11 +26,14 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.scenes import body_scenes, rig
-from focus_planner import Mesh
+from focus_planner import Mesh, Scene
+from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.ros.client import PlannerClient
 
 _CALLS = 50
 _CASES = (("k_view", 1000), ("k_view", 4096), ("em", 1000))
+_MESHES = 15
+_GROWTH = 1e-4  # from mesh to mesh, by which the plan for one is told from that for the last
 
 
 def run(console: Console) -> None:
@@ -98,6 +101,29 @@ def _measure(console: Console, client: PlannerClient) -> None:
             f"{np.min(waits) / np.min(empty):.0f}",
         )
     console.print(table)
+    client.plan(method="k_view", samples=1000)
+    waits = [_wait_for_new(client, _grown(surface, i + 1)) for i in range(_MESHES)]
+    console.print(
+        f"From publishing a new mesh of {len(surface.triangles):,} triangles to the answer:"
+        f" median {np.median(waits):.3f} s, least {min(waits):.3f} s, {_MESHES} meshes\n"
+    )
+
+
+def _grown(mesh: Mesh, times: int) -> Mesh:
+    return Mesh(mesh.vertices * (1 + times * _GROWTH), mesh.triangles)
+
+
+def _wait_for_new(client: PlannerClient, mesh: Mesh) -> float:
+    """Return the seconds from publishing a mesh to having a plan for that one."""
+    area = Scene(mesh).area
+    message = mesh_to_bytes(mesh)
+    began = time.perf_counter()
+    client.publish("mesh", message)
+    while True:
+        response = client.plan(method="k_view", samples=1000)
+        assert response.success, response.message
+        if abs(response.plan.surface_area / area - 1) < _GROWTH / 2:
+            return time.perf_counter() - began
 
 
 def _wait(client: PlannerClient, method: str, samples: int) -> float:

@@ -311,7 +311,8 @@ def _plan() -> None:
     rig, ball = _rig(), _ball()
     image_corners(rig.cameras[0], 1.0)
     smooth = Mesh(ball.vertices, ball.triangles, ball.vertices)
-    solve(Scene(smooth), rig, PlanRequest("closest", _SAMPLES))
+    # What may be stopped finds in parts what cameras see, and puts these together.
+    solve(Scene(smooth), rig, PlanRequest("closest", _SAMPLES), on_progress=lambda _: True)
     for method in ("closest", "average", "em"):
         solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
     solve(Scene(ball), rig, PlanRequest("em", _SAMPLES, views=2, shots=2))

@@ -77,7 +77,7 @@ def _interpolated(
     values: FloatArray, corners: NDArray[np.integer[Any]], barycentric: FloatArray
 ) -> FloatArray:
     """Return (n, 3) what (V, 3) values are at these coordinates of triangles."""
-    a, b, c = (values[corners[:, i]] * barycentric[:, i, None] for i in range(3))
+    a, b, c = (np.take(values, corners[:, i], axis=0) * barycentric[:, i, None] for i in range(3))
     between: FloatArray = a + b + c
     return between
 

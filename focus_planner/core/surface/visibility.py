@@ -119,13 +119,16 @@ def visible_pairs(
     """
     views = _views(rig)
     samples = _turned(scene, views, samples)
+    in_order = order is None
     order = np.arange(len(samples)) if order is None else order
     parts = []
     low, size = 0, len(samples) if keep_going is None else _FIRST_SAMPLES
     while True:
         taken = order[low : low + size]
         with kernels.threads_for(len(taken) * len(rig) // _PAIRS_PER_VISIBLE):
-            part, rays = _find_visible(scene, views, samples, taken, facing=True)
+            whole = len(taken) == len(samples) and in_order
+            those = samples if whole else samples.take(taken)
+            part, rays = _find_visible(scene, views, those, taken, facing=True)
         parts.append(part)
         low += size
         if low >= len(samples) or (keep_going is not None and not keep_going(low / len(samples))):
@@ -175,14 +178,13 @@ def _projections(rig: Rig) -> FloatArray | None:
 
 
 def _find_visible(
-    scene: Scene, views: _Views, all_samples: Samples, taken: NDArray[np.int64], *, facing: bool
+    scene: Scene, views: _Views, samples: Samples, taken: NDArray[np.int64], *, facing: bool
 ) -> tuple[Visibility, int]:
-    """Return the visible pairs of the samples taken, and how many rays were cast.
+    """Return the visible pairs of samples, those ``taken`` of all, and how many rays were cast.
 
     Samples are sorted into blocks of neighbours; each block is tested as a whole before its
     samples are tested one by one.
     """
-    samples = all_samples.take(taken)
     order = _spatial_order(samples, facing)
     blocks = kernels.blocks_of(samples.points, samples.normals, order)
     may = kernels.near_view(blocks, views.views, facing)
