@@ -181,7 +181,7 @@ def _find_visible(
     samples are tested one by one.
     """
     samples = all_samples.take(taken)
-    order = _spatial_order(samples, facing)
+    order = spatial_order(samples, facing=facing)
     near = samples.take(order)
     blocks = kernels.bound_blocks(near.points, near.normals)
     most = kernels.count_near_view(blocks, len(near), views.views, facing)
@@ -218,8 +218,11 @@ def _find_visible(
     return visibility, cast
 
 
-def _spatial_order(samples: Samples, facing: bool) -> NDArray[np.int64]:
-    """Return (N,) an order that puts samples with similar positions and normals next to another."""
+def spatial_order(samples: Samples, *, facing: bool = False) -> NDArray[np.int64]:
+    """Return (N,) an order that puts neighbouring samples next to one another.
+
+    If ``facing``, those whose normals are in the same octant.
+    """
     low = samples.points.min(axis=0)
     extent = float((samples.points.max(axis=0) - low).max())
     scale = kernels.PLACES / extent if extent > 0 else 0.0
