@@ -40,6 +40,8 @@ from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.ranking import (
     NO_CHOICE,
+    VIEW,
+    VIEW_BITS,
     held_by_another,
     least_beside,
     rerank,
@@ -120,11 +122,34 @@ def _alone(p, c, base, first, last, focus, views, state):
 
 
 @kernel
+def _is_plain(views, state):
+    """Return whether one view is enough, each camera is one, and samples may go to any."""
+    return (
+        views.needed == 1 and len(views.offsets) == len(views.number) + 1 and len(state.ranking) > 0
+    )
+
+
+@kernel
+def _alone_in_one_view(p, c, base, focus, ranking):
+    """Return what :func:`_alone` does where :func:`_is_plain`."""
+    first = ranking[p, 0]
+    other = ranking[p, 1] if first & VIEW == c else first
+    return max(min(other >> VIEW_BITS, base + focus) - base, np.int64(0))
+
+
+@kernel
 def _sum_steps(c, by_camera, focus, views, cell_offsets, state):
     """Fill camera c's ``steps`` from its pairs."""
     offsets, seen, base, first, last = by_camera
     steps = state.steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
     steps[:] = 0
+    if _is_plain(views, state):
+        for j in range(offsets[c], offsets[c + 1]):
+            if first[j] <= last[j]:
+                gain = _alone_in_one_view(seen[j], c, base[j], focus[seen[j]], state.ranking)
+                steps[first[j]] += gain
+                steps[last[j] + 1] -= gain
+        return
     for j in range(offsets[c], offsets[c + 1]):
         if first[j] <= last[j]:
             p = seen[j]
@@ -235,8 +260,13 @@ def _solve(t, tuples, focus, views, cell_offsets, state, move):
         tuples.samples[part], tuples.bases[part], tuples.firsts[part], tuples.lasts[part]
     )
     step, now = _copy_steps(members, len(shared.samples), cell_offsets, state)
-    now += _correct_steps(members, shared, focus, views, state, step)
-    count, thirds = _list_rectangles(shared, step)
+    thirds = 0
+    if len(members) == 2 and _is_plain(views, state):
+        change, count = _correct_pair(members, shared, focus, state, step)
+        now += change
+    else:
+        now += _correct_steps(members, shared, focus, views, state, step)
+        count, thirds = _list_rectangles(shared, step)
     start_a, start_b = np.int64(state.cell[members[0]]), np.int64(state.cell[members[1]])
     if len(members) == 3:
         return _best_triple(shared, step, count, thirds, start_a, start_b, now, move) - now
@@ -336,6 +366,64 @@ def _correct_steps(members, shared, focus, views, state, step):
                 steps[begin[m] + last + 1] -= more
         change += costs[e, 0] - costs[e, held]
     return change
+
+
+@kernel
+def _correct_pair(members, shared, focus, state, step):
+    """Do what :func:`_correct_steps` and :func:`_list_rectangles` do for two where it is plain.
+
+    Then a sample costs the least of one camera outside the pair and the two in it. Returns the
+    change of what the pair gains now, and the number of rectangles.
+    """
+    ranking, cell = state.ranking, state.cell
+    samples, bases, firsts, lasts = shared
+    steps, begin = step.steps, step.begin
+    rectangles, weights = step.rectangles, step.weights
+    a, b = members[0], members[1]
+    cell_a, cell_b, begin_a, begin_b = cell[a], cell[b], begin[0], begin[1]
+    change, count = np.int64(0), 0
+    for e in range(len(samples)):
+        p = samples[e]
+        sharp_a, sharp_b = bases[e, 0], bases[e, 1]
+        first_a, last_a, first_b, last_b = firsts[e, 0], lasts[e, 0], firsts[e, 1], lasts[e, 1]
+        blurred_a, blurred_b = sharp_a + focus[p], sharp_b + focus[p]
+        best = ranking[p, 0] & VIEW
+        outside, needed = ranking[p, 0], best in (a, b)
+        if needed:
+            second = ranking[p, 1] & VIEW
+            outside = ranking[p, 2] if second in (a, b) else ranking[p, 1]
+        other = outside >> VIEW_BITS
+        none = min(other, blurred_a, blurred_b)
+        only_a = min(other, sharp_a, blurred_b)
+        only_b = min(other, blurred_a, sharp_b)
+        both = min(other, sharp_a, sharp_b)
+        can_a, can_b = first_a <= last_a, first_b <= last_b
+        if needed:
+            now = none
+            if can_a:
+                alone = _alone_in_one_view(p, a, sharp_a, focus[p], ranking)
+                more = none - only_a - alone
+                steps[begin_a + first_a] += more
+                steps[begin_a + last_a + 1] -= more
+                if first_a <= cell_a <= last_a:
+                    change -= alone
+                    now = only_a
+            if can_b:
+                alone = _alone_in_one_view(p, b, sharp_b, focus[p], ranking)
+                more = none - only_b - alone
+                steps[begin_b + first_b] += more
+                steps[begin_b + last_b + 1] -= more
+                if first_b <= cell_b <= last_b:
+                    change -= alone
+                    now = both if can_a and first_a <= cell_a <= last_a else only_b
+            change += none - now
+        weight = none - only_a - only_b + both
+        if weight > 0 and can_a and can_b:
+            rectangles[count, 0], rectangles[count, 1] = first_a, last_a
+            rectangles[count, 2], rectangles[count, 3] = first_b, last_b
+            weights[count] = weight
+            count += 1
+    return change, count
 
 
 @kernel

@@ -301,22 +301,23 @@ def _serve_accepted(
 
 @kernel
 def _turn(low, high, views, blurred_views, price, served, direction):
-    """Turn the direction of some samples to the present subgradient.
+    """Turn the direction of some samples to the present subgradient; add up who takes them.
 
     Returns the sum of what they add to the bound and of the direction's squares.
     """
     offsets, blurred = blurred_views
+    for other in range(1, len(served)):
+        served[0, low:high] += served[other, low:high]
     total, square = np.int64(0), 0.0
     for p in range(low, high):
         total += views * price[p]
-        slope = float(views)
-        for b in range(offsets[p], offsets[p + 1]):
-            if blurred[b] > price[p]:
-                total += blurred[b] - price[p]
-                slope -= 1.0
-        for other in range(len(served)):
-            slope -= served[other, p]
-        direction[p] += (1.0 - _MOMENTUM) * (slope - direction[p])
+        left = views - served[0, p]
+        if len(blurred) > 0:
+            for b in range(offsets[p], offsets[p + 1]):
+                if blurred[b] > price[p]:
+                    total += blurred[b] - price[p]
+                    left -= 1
+        direction[p] += (1.0 - _MOMENTUM) * (left - direction[p])
         square += direction[p] * direction[p]
     return total, square
 
@@ -324,9 +325,9 @@ def _turn(low, high, views, blurred_views, price, served, direction):
 @kernel
 def _move(low, high, better, step, direction, floor, most, price, best_price):
     """Keep some samples' prices if they are better; move them by a step against the direction."""
+    if better:
+        best_price[low:high] = price[low:high]
     for p in range(low, high):
-        if better:
-            best_price[p] = price[p]
         moved = price[p] - np.int64(np.rint(step * direction[p]))
         price[p] = min(max(moved, floor[p]), most[p])
 

@@ -25,7 +25,7 @@ from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 #: A ranking's keys hold the view's number in so many bits.
 VIEW_BITS = 18
-_VIEW = 2**VIEW_BITS - 1
+VIEW = 2**VIEW_BITS - 1
 #: More than any sum of costs: that of a choice there is not.
 NO_CHOICE = np.int64(2**50)
 #: The cell of a picture that is not taken.
@@ -45,7 +45,7 @@ def rank(p, by_sample, focus, views, cell, ranking):
     offsets, camera, base, first, last = by_sample
     ranks = ranking.shape[1]
     for i in range(ranks):
-        ranking[p, i] = (views.missing[p] << VIEW_BITS) | _VIEW
+        ranking[p, i] = (views.missing[p] << VIEW_BITS) | VIEW
     q, high = offsets[p], offsets[p + 1]
     while q < high:
         view, cost = views.number[camera[q]], NEVER
@@ -74,7 +74,7 @@ def rerank(p, view, cost, by_sample, focus, views, cell, ranking):
     key = (cost << VIEW_BITS) | view
     worst = ranking[p, ranks - 1]
     at = 0
-    while at < ranks and ranking[p, at] & _VIEW != view:
+    while at < ranks and ranking[p, at] & VIEW != view:
         at += 1
     if at == ranks:
         if key >= worst:
@@ -97,7 +97,7 @@ def rerank(p, view, cost, by_sample, focus, views, cell, ranking):
 def least_beside(p, view, views, ranking):
     """Return what the last of sample p's views costs, as many as it needs, without this one."""
     for i in range(views.needed):
-        if ranking[p, i] & _VIEW == view:
+        if ranking[p, i] & VIEW == view:
             return ranking[p, views.needed] >> VIEW_BITS
     return ranking[p, views.needed - 1] >> VIEW_BITS
 
@@ -115,7 +115,7 @@ def sums_beside(p, own, views, ranking, sums):
     while left > 0:
         if left < len(sums):
             sums[left] = total
-        view, outside = ranking[p, i] & _VIEW, True
+        view, outside = ranking[p, i] & VIEW, True
         for each in own:
             if each == view:
                 outside = False

@@ -22,10 +22,24 @@ from focus_planner.core.kernels.problem import UNSEEN
 @kernel
 def is_assigned(p, c, best):
     """Return whether camera c is one of those that sample p is assigned to."""
-    assigned = False
-    for i in range(best.shape[1]):
+    assigned = best[p, 0] == c
+    for i in range(1, best.shape[1]):
         assigned |= best[p, i] == c
     return assigned
+
+
+@kernel
+def _cheapest_one(p, by_sample, focus, cell, best):
+    """Fill sample p's cheapest camera of all; return its cost in units, 0 if there is none."""
+    offsets, camera, base, first, last = by_sample
+    least, which = np.int64(2**62), UNSEEN
+    for q in range(offsets[p], offsets[p + 1]):
+        at = cell[camera[q]]
+        cost = base[q] + (0 if first[q] <= at <= last[q] else focus[p])
+        if cost < least:
+            least, which = cost, camera[q]
+    best[0] = which
+    return np.int64(0) if which == UNSEEN else least
 
 
 @kernel
@@ -70,6 +84,10 @@ def assign(by_sample, focus, views, cell, best):
     units.
     """
     total = np.int64(0)
+    if views.needed == 1:
+        for p in prange(len(best)):
+            total += _cheapest_one(p, by_sample, focus, cell, best[p])
+        return total
     for p in prange(len(best)):
         least = np.empty(best.shape[1], dtype=np.int64)
         total += _cheapest(p, by_sample, focus, views, cell, best[p], least)

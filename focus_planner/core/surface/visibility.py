@@ -185,7 +185,7 @@ def _find_visible(
     Samples are sorted into blocks of neighbours; each block is tested as a whole before its
     samples are tested one by one.
     """
-    order = _spatial_order(samples, facing)
+    order = spatial_order(samples, facing=facing)
     blocks = kernels.blocks_of(samples.points, samples.normals, order)
     may = kernels.near_view(blocks, views.views, facing)
     most = np.count_nonzero(may, axis=1) * kernels.PER_BLOCK
@@ -221,8 +221,11 @@ def _find_visible(
     return visibility, cast
 
 
-def _spatial_order(samples: Samples, facing: bool) -> NDArray[np.int64]:
-    """Return (N,) an order that puts samples with similar positions and normals next to another."""
+def spatial_order(samples: Samples, *, facing: bool = False) -> NDArray[np.int64]:
+    """Return (N,) an order that puts neighbouring samples next to one another.
+
+    If ``facing``, those whose normals are in the same octant.
+    """
     low = samples.points.min(axis=0)
     extent = float((samples.points.max(axis=0) - low).max())
     scale = kernels.PLACES / extent if extent > 0 else 0.0
