@@ -239,10 +239,11 @@ class FocusPlan:
     @property
     def slots(self) -> tuple[Shot | None, ...]:
         """(C · shots,) the shots of all cameras, None after those of a camera that takes fewer."""
+        shots = self.shots
         return tuple(
             shot
             for camera in self.cameras
-            for shot in (*camera.shots, *(self.shots - len(camera.shots)) * (None,))
+            for shot in (*camera.shots, *(shots - len(camera.shots)) * (None,))
         )
 
     @property
