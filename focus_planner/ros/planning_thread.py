@@ -83,8 +83,9 @@ class PlanningThread:
             self._enqueue(self._digest)
 
     def plan(self, request: Request) -> None:
-        """Queue a request."""
+        """Queue a request, and end a plan that nobody asked for."""
         self._turns.add(request)
+        self._replans.stop(Reason.PREEMPTED)
         if not self._enqueue(self._answer_next):
             request.abort(Reason.SHUTTING_DOWN)
 
@@ -92,10 +93,6 @@ class PlanningThread:
         """Queue a plan for the newest surface, in place of one that waits, after requests."""
         if self._replans.put(request):
             self._enqueue(self._replan)
-
-    def give_way(self) -> None:
-        """End a plan that nobody asked for, as somebody asks for one."""
-        self._replans.stop(Reason.PREEMPTED)
 
     @property
     def replanning(self) -> str:

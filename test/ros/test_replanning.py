@@ -113,7 +113,6 @@ class Bench:
             lambda outcome: (answers.append(outcome), answered.set()),
         )
         self.planning.plan(request)
-        self.planning.give_way()
         return lambda: answered.wait(240) and answers[0]
 
     def counts(self, **expected):
