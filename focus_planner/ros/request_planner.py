@@ -61,6 +61,7 @@ _PREFIXES = {
     Reason.PREEMPTED: "preempted by a newer goal, the best plan found by then, not published",
     Reason.TIME_LIMIT: "ended by parameter max_planning_time, the best plan found by then",
 }
+_GAVE_WAY = "ended as somebody asked for a plan, the best plan found by then, not published"
 _REPLANNED = Note(
     "replanned",
     "made without being asked, for a new surface and from the plan before (parameter replan)",
@@ -378,7 +379,8 @@ class RequestPlanner:
             (self._host.publish_changes if sparing else self._host.publish)(message)
             self.shown.put_in_force(request.plan_id, stamp)
         failure = f"not recorded: {run.failure}" if run and run.failure else ""
-        parts = [self._origin(request), _PREFIXES.get(reason, ""), plan.summary()]
+        prefix = _PREFIXES.get(reason, "") if request.is_asked or published else _GAVE_WAY
+        parts = [self._origin(request), prefix, plan.summary()]
         parts += [planned.reminder if request.is_asked else "", failure]
         summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
         self._log(request, f"{request.plan_id}: {summary}")
