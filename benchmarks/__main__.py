@@ -10,8 +10,8 @@
 
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
-Those that take minutes are in ``_LONG``; of these, ``peers`` compares with other solvers, ``versus``
-with the revision that ``REV`` names, and ``report`` takes Chromium.
+Those that take minutes are in ``_LONG``: of these, ``peers`` compares with other solvers and
+``versus`` with the revision that ``REV`` names, and ``report`` takes Chromium.
 ``load``, ``endurance``, ``fuzz``, ``faults``, ``limits``, ``attacks`` and ``soak`` test the node's
 guarantees under load, faults and attacks; the exit status is 1 if one is violated. Of ``fuzz`` and
 ``attacks`` there are parts, such as ``fuzz.requests`` and ``attacks.race``.

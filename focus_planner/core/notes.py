@@ -24,8 +24,8 @@ class Note:
     code : str
         What kind of note it is, for programs: ``up_axis``, ``quaternion_order``,
         ``unseen_cameras``, ``winding``, ``default_lens``, ``default_image``, ``importance``,
-        ``budget``, ``noise``, ``left_out``, ``tolerance``, ``resolution``, ``subjects``, ``held`` or
-        ``replanned``; of an evaluation's subjects also ``unit`` and ``placement``.
+        ``budget``, ``noise``, ``left_out``, ``tolerance``, ``resolution``, ``subjects``,
+        ``held`` or ``replanned``; of an evaluation's subjects also ``unit`` and ``placement``.
     text : str
         One line for people: what was seen, what it probably means, and what to do about it.
     """

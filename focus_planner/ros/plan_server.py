@@ -217,7 +217,6 @@ class PlanServer:
         request = Request(asked, self._settings(), new_run_id(), answer_and_wake, **options)
         self._on_change()
         if self.requests.add(request):
-            self._planning.give_way()
             self._planning.plan(request)
         return request
 

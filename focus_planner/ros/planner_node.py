@@ -39,10 +39,10 @@ from focus_planner.ros.lifecycle import ManagedNode
 from focus_planner.ros.node_parameters import Parameters
 from focus_planner.ros.plan_publisher import PlanPublisher
 from focus_planner.ros.plan_server import PlanServer
+from focus_planner.ros.planning_host import PlanningHost
 from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.process import run
 from focus_planner.ros.replanner import Replanner
-from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.ros.status import StatusPublisher
 from focus_planner.ros.steps import Steps
 from focus_planner.ros.subscriptions import Subscriptions

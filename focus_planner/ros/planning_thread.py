@@ -23,7 +23,8 @@ from focus_planner.core.surface.surface import Surface
 from focus_planner.messages.typestore import RIG, serialize
 from focus_planner.recording.naming import new_run_id
 from focus_planner.recording.software import software
-from focus_planner.ros.request_planner import PlanningHost, RequestPlanner
+from focus_planner.ros.planning_host import PlanningHost
+from focus_planner.ros.request_planner import RequestPlanner
 from focus_planner.runtime.feedback import Teller
 from focus_planner.runtime.inputs import Arrival, Unheard
 from focus_planner.runtime.log import Log, log_exception
@@ -82,8 +83,9 @@ class PlanningThread:
             self._enqueue(self._digest)
 
     def plan(self, request: Request) -> None:
-        """Queue a request."""
+        """Queue a request, and end a plan that nobody asked for."""
         self._turns.add(request)
+        self._replans.stop(Reason.PREEMPTED)
         if not self._enqueue(self._answer_next):
             request.abort(Reason.SHUTTING_DOWN)
 
@@ -91,10 +93,6 @@ class PlanningThread:
         """Queue a plan for the newest surface, in place of one that waits, after requests."""
         if self._replans.put(request):
             self._enqueue(self._replan)
-
-    def give_way(self) -> None:
-        """End a plan that nobody asked for, as somebody asks for one."""
-        self._replans.stop(Reason.PREEMPTED)
 
     @property
     def replanning(self) -> str:
@@ -117,7 +115,7 @@ class PlanningThread:
 
     def show_if_due(self) -> None:
         """Show the plan in force if that was put off; to be called now and then."""
-        if self._requests.is_to_show:
+        if self._requests.shown.is_due:
             self.show()
 
     def resume(self) -> None:
@@ -210,7 +208,7 @@ class PlanningThread:
         if self._turns.waiting():
             self.show()
         else:
-            self._requests.show()
+            self._requests.shown.show()
 
     def _warm_up(self) -> None:
         # The first calls take some time.

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -30,7 +30,7 @@ from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.progress import Progress, Standing
 from focus_planner.core.validation import InputError
 from focus_planner.messages.requests import request_from_message
-from focus_planner.messages.writing import Stamp, plan_to_fields
+from focus_planner.messages.writing import plan_to_fields
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.recording.bag import BagMessage
 from focus_planner.recording.recorder import Recorder, RunRecorder
@@ -38,6 +38,8 @@ from focus_planner.recording.run import Beginning
 from focus_planner.recording.run_inputs import input_messages
 from focus_planner.recording.software import software
 from focus_planner.ros.conversions import message_to_ros
+from focus_planner.ros.planning_host import PlanningHost
+from focus_planner.ros.shown_in_force import ShownInForce
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.feedback import Teller, feedback_fields
 from focus_planner.runtime.inputs import with_unheard
@@ -48,7 +50,6 @@ from focus_planner.runtime.remote_planner import (
     PlanningEnded,
     RemotePlanner,
     Wish,
-    Worker,
 )
 from focus_planner.runtime.replanning import Surfaces
 from focus_planner.runtime.requests import ENDED_MESSAGES, MESSAGES, Outcome, Request
@@ -60,6 +61,7 @@ _PREFIXES = {
     Reason.PREEMPTED: "preempted by a newer goal, the best plan found by then, not published",
     Reason.TIME_LIMIT: "ended by parameter max_planning_time, the best plan found by then",
 }
+_GAVE_WAY = "ended as somebody asked for a plan, the best plan found by then, not published"
 _REPLANNED = Note(
     "replanned",
     "made without being asked, for a new surface and from the plan before (parameter replan)",
@@ -67,7 +69,6 @@ _REPLANNED = Note(
 _GIGA = 1e9
 # Of plans that nobody asked for, of which there may be many a second.
 _SECONDS_BETWEEN_ENTRIES = 10.0
-_SECONDS_SHOWN = 1.0
 
 
 class NoPlan(Exception):  # noqa: N818 - mostly the caller's doing
@@ -76,71 +77,6 @@ class NoPlan(Exception):  # noqa: N818 - mostly the caller's doing
     def __init__(self, reason: Reason, why: str) -> None:
         super().__init__(why)
         self.reason = reason
-
-
-@dataclass(frozen=True)
-class PlanningHost:
-    """What planning needs of its node.
-
-    Attributes
-    ----------
-    name : str
-        The node's full name.
-    get_logger : callable
-        Returns the node's logger.
-    settings : callable
-        Returns the current parameters.
-    now : callable
-        Returns the node's time, seconds and nanoseconds.
-    on_rig : callable
-        Called with every rig that comes into force.
-    publish : callable
-        Puts a plan in force.
-    publish_changes : callable
-        Does the same, and tells only the lenses that it moves.
-    start : callable
-        Starts a planning process.
-    give_up : callable
-        Called, with the reason, when none can be started any more.
-    is_watched : callable
-        Returns whether somebody wants to see the plan in force.
-    show : callable
-        Shows the plan in force.
-    hide : callable
-        Shows no plan any more; called with the frame and the stamp of the one in force.
-    """
-
-    name: str
-    get_logger: Callable[[], Any]
-    settings: Callable[[], Settings]
-    now: Callable[[], Stamp]
-    on_rig: Callable[[orders.RigInForce], None]
-    publish: Callable[[FocusPlan], None]
-    start: Callable[[], Worker]
-    publish_changes: Callable[[FocusPlan], None] = lambda _: None
-    give_up: Callable[[str], None] = lambda _: None
-    is_watched: Callable[[], bool] = lambda: False
-    show: Callable[[orders.Visuals], None] = lambda _: None
-    hide: Callable[[str, Stamp], None] = lambda *_: None
-
-
-@dataclass(frozen=True)
-class _InForce:
-    """The plan in force, unless it was restored from a record.
-
-    Attributes
-    ----------
-    plan_id : str
-    stamp : tuple of int
-    is_shown : bool
-    shows_later : bool
-        Whether it is to be shown once the plan before it was shown for a while.
-    """
-
-    plan_id: str = ""
-    stamp: Stamp = (0, 0)
-    is_shown: bool = False
-    shows_later: bool = False
 
 
 class RequestPlanner:
@@ -161,6 +97,8 @@ class RequestPlanner:
     ----------
     planner : RemotePlanner
     recorder : Recorder
+    shown : ShownInForce
+        The plan in force, as it is shown.
     surfaces : Surfaces
         Those that are to be planned for without being asked.
     snapshot : Snapshot
@@ -179,7 +117,7 @@ class RequestPlanner:
         self._surface_waits = False
         self._seldom = Seldom()
         self._logged_notes: tuple[Note, ...] = ()
-        self._in_force = _InForce()
+        self.shown = ShownInForce(self.planner, host)
 
     @property
     def recording_failure(self) -> str:
@@ -251,7 +189,7 @@ class RequestPlanner:
             outcome.on_sent()
         self._account_for(request, outcome)
         if outcome.plan is not None:
-            self._describe(outcome.plan, run, description, at_once=request.is_asked)
+            self.shown.describe(outcome.plan, run, description, at_once=request.is_asked)
         return outcome
 
     def _is_due(self, request: Request) -> bool:
@@ -265,36 +203,6 @@ class RequestPlanner:
             self.surfaces.end(surfaces)
         elif not request.is_asked and outcome.reason not in MESSAGES:
             self.surfaces.end(surfaces, outcome.message)
-
-    def show(self) -> None:
-        """Show the plan in force to who has begun to watch, unless it is shown."""
-        plan = self._in_force = replace(self._in_force, shows_later=False)
-        if not plan.plan_id or plan.is_shown or not self._host.is_watched():
-            return
-        visuals, why = None, "the planning process that made it has gone"
-        if self.planner.pid is not None:
-            order = orders.Describe(plan.plan_id, False, plan.stamp)
-            try:
-                visuals = self.planner.describe(order).visuals
-            except PlanningDied as error:
-                why = str(error)
-        if visuals is None:
-            text = f"{plan.plan_id} is not shown in 3D: {why}; the next plan will be"
-            self._host.get_logger().warning(text)
-        self._show(visuals)
-
-    @property
-    def is_to_show(self) -> bool:
-        """Whether the plan in force is still to be shown, and it is time for that."""
-        return self._in_force.shows_later and self._seldom.is_due("show", _SECONDS_SHOWN)
-
-    def _show(self, visuals: orders.Visuals | None) -> None:
-        """Show the plan in force, or nothing rather than the plan before it."""
-        self._in_force = replace(self._in_force, is_shown=visuals is not None)
-        if visuals is None:
-            self._host.hide(self.planner.frame_id, self._in_force.stamp)
-        else:
-            self._host.show(visuals)
 
     def _digest(
         self, settings: Settings, tell: Callable[[Standing], object] = lambda _: None
@@ -406,7 +314,7 @@ class RequestPlanner:
             keep_warm=request.keeps_warm,
             is_recorded=run is not None,
             plan_id=request.plan_id,
-            in_force=self._in_force.plan_id,
+            in_force=self.shown.plan_id,
             min_change=settings.min_change,
             was_asked_for=request.is_asked,
         )
@@ -469,11 +377,10 @@ class RequestPlanner:
             self._warm_start = planned.warm_start
             sparing = not request.is_asked and request.settings.min_change > 0
             (self._host.publish_changes if sparing else self._host.publish)(message)
-            self._in_force = _InForce(request.plan_id, stamp)
-            if not self._host.is_watched():
-                self._show(None)
+            self.shown.put_in_force(request.plan_id, stamp)
         failure = f"not recorded: {run.failure}" if run and run.failure else ""
-        parts = [self._origin(request), _PREFIXES.get(reason, ""), plan.summary()]
+        prefix = _PREFIXES.get(reason, "") if request.is_asked or published else _GAVE_WAY
+        parts = [self._origin(request), prefix, plan.summary()]
         parts += [planned.reminder if request.is_asked else "", failure]
         summary = with_unheard("; ".join(part for part in parts if part), self._unheard())
         self._log(request, f"{request.plan_id}: {summary}")
@@ -496,32 +403,6 @@ class RequestPlanner:
         return (
             "" if request.is_asked else f"replanned on the surface {self.planner.surface.in_force}"
         )
-
-    def _describe(
-        self,
-        plan: FocusPlan,
-        run: RunRecorder | None,
-        description: Future[orders.Description],
-        *,
-        at_once: bool,
-    ) -> None:
-        """Have a plan described for its record and for who watches, after it has been returned."""
-        watched = plan.plan_id == self._in_force.plan_id and self._host.is_watched()
-        if watched and not self._seldom.take("show", 0.0 if at_once else _SECONDS_SHOWN):
-            watched, self._in_force = False, replace(self._in_force, shows_later=True)
-        if run is None and not watched:
-            return
-        visual = watched or (run is not None and run.with_visuals)
-        stamp = (plan.header.stamp.sec, plan.header.stamp.nanosec) if visual else None
-        order = orders.Describe(plan.plan_id, run is not None, stamp)
-        described = None
-        try:
-            described = self.planner.describe(order)
-            description.set_result(described)
-        except PlanningDied as error:
-            description.set_exception(error)
-        if watched:
-            self._show(described.visuals if described else None)
 
     def _wish_of(self, request: Request, began: float) -> Wish:
         """Return what is wanted of the plan for a request."""

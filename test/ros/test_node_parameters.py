@@ -27,7 +27,13 @@ from focus_planner.core.rig.lens_table import LensTable
 from focus_planner.core.validation import InputError
 from focus_planner.messages.reading import Optics
 from focus_planner.parameters.planner import DECLARATIONS
-from focus_planner.parameters.planner_settings import Recording, Serving, Settings, lens_tables_of
+from focus_planner.parameters.planner_settings import (
+    Recording,
+    Replan,
+    Serving,
+    Settings,
+    lens_tables_of,
+)
 from focus_planner.ros import node_parameters
 from focus_planner.ros.node_parameters import Parameters
 from testing.damaged_files import PRIVATE_KEY, SECRET, aliases
@@ -48,10 +54,11 @@ def change(node, **values):
 def test_the_defaults_are_the_cores(make_node):
     settings = Parameters(make_node()).current
     assert settings == Settings.from_values({})
-    expected = ("world", "importance", PlanRequest(), 1, False, Optics(), CostModel())
-    assert tuple(vars(settings).values())[:7] == expected
+    expected = ("world", "importance", PlanRequest(), 1, False, 0.0, Optics(), CostModel())
+    assert tuple(vars(settings).values())[:8] == expected
     assert settings.recording == Recording()
     assert settings.serving == Serving()
+    assert settings.replan == Replan()
     assert dict(settings.values) == {d.name: d.default for d in DECLARATIONS}
 
 

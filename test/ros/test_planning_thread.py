@@ -23,8 +23,8 @@ from focus_planner.core.progress import STAGES, Progress
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.conversions import fields_from_ros
+from focus_planner.ros.planning_host import PlanningHost
 from focus_planner.ros.planning_thread import PlanningThread
-from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.runtime import feedback
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import Arrival

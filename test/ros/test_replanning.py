@@ -29,9 +29,9 @@ from focus_planner.recording.folders import runs_newest_first
 from focus_planner.recording.run_reading import read_run
 from focus_planner.ros import replanner as module
 from focus_planner.ros.conversions import fields_from_ros
+from focus_planner.ros.planning_host import PlanningHost
 from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.replanner import Replanner
-from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.reason import Reason
@@ -113,7 +113,6 @@ class Bench:
             lambda outcome: (answers.append(outcome), answered.set()),
         )
         self.planning.plan(request)
-        self.planning.give_way()
         return lambda: answered.wait(240) and answers[0]
 
     def counts(self, **expected):

@@ -29,9 +29,9 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.parameters.planner_settings import Settings
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.conversions import fields_from_ros
+from focus_planner.ros.planning_host import PlanningHost
 from focus_planner.ros.planning_thread import PlanningThread
 from focus_planner.ros.qos import LATCHED
-from focus_planner.ros.request_planner import PlanningHost
 from focus_planner.runtime import planning_orders as orders
 from focus_planner.runtime.inputs import Arrival
 from focus_planner.runtime.requests import Request

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
@@ -70,28 +71,33 @@ def held_distances(problem: Problem, focus: FloatArray, held: Held) -> FloatArra
     if held.before is None or held.min_change <= 0:
         return focus
     before = earlier_distances(held.before, problem)
-    kept = np.array(
-        [
-            _is_settable(lens, was) and _change(lens, was, now) <= held.min_change
-            for lens, was, now in zip(problem.lenses, before, focus, strict=True)
-        ]
-    )
-    return sort_shots(problem, np.where(kept, before, focus))
+    stay = np.zeros(problem.camera_count, dtype=np.bool_)
+    for lens, places in _places(problem.lenses).items():
+        stay[places] = _stay(lens, before[places], focus[places], held.min_change)
+    return sort_shots(problem, np.where(stay, before, focus))
 
 
-def _is_settable(lens: Lens, distance: float) -> bool:
-    if not np.isfinite(distance):
-        return False
-    settable = lens.settable_distances
-    if settable is not None:
-        return bool(np.any(settable == distance))
+def _places(lenses: tuple[Lens, ...]) -> dict[Lens, list[int]]:
+    """Return where each lens is: most rigs have one for all cameras."""
+    places: dict[Lens, list[int]] = {}
+    for place, lens in enumerate(lenses):
+        places.setdefault(lens, []).append(place)
+    return places
+
+
+def _stay(
+    lens: Lens, before: FloatArray, focus: FloatArray, min_change: float
+) -> NDArray[np.bool_]:
+    """Return which of a lens's changes are too small, and from where it can still be set to."""
+    can: NDArray[np.bool_] = np.isfinite(focus) & _settable(lens, before)
+    was, now = np.where(can, before, 1.0), np.where(can, focus, 1.0)
+    near, far = depth_of_field(was, lens)
+    return can & (np.abs(1 / was - 1 / now) <= min_change * (1 / near - 1 / far))
+
+
+def _settable(lens: Lens, distances: FloatArray) -> NDArray[np.bool_]:
+    if lens.settable_distances is not None:
+        return np.isin(distances, lens.settable_distances)
     nearest, farthest = lens.focus_limits
-    return bool(nearest <= distance <= farthest)
-
-
-def _change(lens: Lens, was: float, now: float) -> float:
-    """Return a change of focus as a fraction of the depth of field before it; inf if not taken."""
-    if not np.isfinite(now):
-        return np.inf
-    near, far = depth_of_field(np.asarray(was), lens)
-    return float(abs(1 / was - 1 / now) / (1 / near - 1 / far))
+    within: NDArray[np.bool_] = (distances >= nearest) & (distances <= farthest)
+    return np.isfinite(distances) & within
