@@ -19,7 +19,7 @@ import pytest
 from benchmarks import options, versus
 from benchmarks.versus import revisions
 from benchmarks.versus.process import EndedError, LackingError, Process
-from benchmarks.versus.tables import ratio_table, stage_table
+from benchmarks.versus.tables import in_a_line, ratio_table, stage_table
 from benchmarks.versus.turns import Stage, Timings, take_turns
 from focus_planner.core.validation import InputError
 from focus_planner.io.bodies import bodies
@@ -154,6 +154,11 @@ def test_a_row_tells_the_seconds_of_both_or_why_there_are_none():
         Stage("em", 1000): canned(0.4, 0.1, 281.5),
         Stage("tuples", 168): "LookupError: this revision has none",
     }
+    lines = [in_a_line(*each) for each in measured.items()]
+    assert lines == [
+        "EM, 1,000: 0.6000 s, today 0.1500 s",
+        "pairs of cameras, 168 cameras: LookupError: this revision has none",
+    ]
     rows = cells(stage_table("3ec12f4", measured, "in turns"))
     seconds = ("0.6000", "0.4000", "0.1500", "0.1000", "4.00", "4.00 – 4.00")
     assert rows[0] == ("EM", "1,000", *seconds, "cost", "281.5", "281.5")
