@@ -145,6 +145,15 @@ def test_our_quick_methods_come_with_a_bound(problem, solve):
     assert problem.cost(found.focus_distances) >= found.lower_bound
 
 
+def test_without_time_for_a_bound_there_is_none():
+    problem = random_problem(0, 400, 20, share=0.6, lens=SHALLOW)
+    found = highs.highs(problem, 0.0, 1)
+    greedy = heuristics.greedy(problem, 0.0, 1)
+    cost = problem.cost(greedy.focus_distances)
+    assert found.lower_bound is None or -np.inf < found.lower_bound <= cost
+    assert problem.cost(found.focus_distances) <= cost * (1 + 1e-12)
+
+
 @pytest.mark.processes
 def test_cp_sat_proves_the_optimum_in_a_process_of_its_own(tmp_path):
     problem, path = small(0), tmp_path / "problem.npz"
