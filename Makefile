@@ -43,7 +43,7 @@ docs: setup  ## build the site in docs/_build/html; check its links and run its 
 	@$(PYTEST) test/docs
 	@echo "docs/_build/html/index.html"
 
-bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder of meshes
+bench: setup  ## measure the planner; ARGS="speed quality" for a part, BODIES=folder, REV=revision
 	@BODIES="$(BODIES)" REV="$(REV)" $(BIN)/python -m benchmarks $(ARGS)
 
 # All that the page says is in its folder: with what is there, only what is missing is measured.

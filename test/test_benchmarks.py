@@ -32,6 +32,7 @@ ROOT = Path(__file__).parents[1]
 PARTS = [
     *(f"attacks.{kind}" for kind in attacks._KINDS),
     *(f"fuzz.{kind}" for kind in fuzz._KINDS),
+    *("peers", "versus"),
     *(path.stem for path in (ROOT / "benchmarks").glob("*.py") if not path.stem.startswith("_")),
 ]
 HELPERS = {"compact", "guarantees", "options", "processes", "scenes", "timing", "vanishing"}

@@ -48,7 +48,11 @@ def highs(problem: Problem, seconds: float, seed: int) -> Found:
     solver.run()
     stands = np.array(solver.getSolution().col_value)[len(choices.gain) :] > 0.5
     bound = cost_of_units(gains.out) + solver.getInfo().mip_dual_bound
-    return found_at(problem, _cells(choices, stands) if len(stands) else start, bound)
+    return found_at(
+        problem,
+        _cells(choices, stands) if len(stands) else start,
+        bound if np.isfinite(bound) else None,  # there was no time for one
+    )
 
 
 def _cells(choices: Choices, stands: NDArray[np.bool_]) -> IntArray:

@@ -29,7 +29,7 @@ from benchmarks.options import options
 from benchmarks.scenes import body_paths
 from benchmarks.versus.process import EndedError, LackingError, Process
 from benchmarks.versus.revisions import Revision, earlier, today
-from benchmarks.versus.tables import Measured, ratio_table, stage_table
+from benchmarks.versus.tables import Measured, in_a_line, ratio_table, stage_table
 from benchmarks.versus.turns import Stage, Timings, take_turns
 from focus_planner import PlanRequest
 from focus_planner.core.validation import InputError, check_whole
@@ -80,7 +80,6 @@ def _measured(
     with ExitStack() as stack:
         usual = [_process(stack, each, surface, None) for each in revisions]
         for stage in _stages(_chosen_samples()):
-            tell(f"{stage.key}, {stage.number:,}")
             processes = usual
             if stage.threads is not None:
                 processes = [_process(stack, each, surface, stage.threads) for each in revisions]
@@ -88,6 +87,7 @@ def _measured(
                 measured[stage] = take_turns(processes, stage, _rounds(stage))
             except LackingError as error:
                 measured[stage] = str(error)
+            tell(in_a_line(stage, measured[stage]))
     return measured
 
 

@@ -37,6 +37,15 @@ SHOWN = {
 }
 
 
+def in_a_line(stage: Stage, timings: Timings | str) -> str:
+    """Return the medians of a stage, to see while others run."""
+    what = f"{_called(stage)}, {_number(stage)}"
+    if isinstance(timings, str):
+        return f"{what}: {timings}"
+    then, now = timings.medians
+    return f"{what}: {then:.4f} s, today {now:.4f} s"
+
+
 def stage_table(name: str, measured: Measured, title: str) -> Table:
     """Return a row per stage with the seconds of both revisions, or why there are none."""
     table = Table(
