@@ -47,7 +47,7 @@ from focus_planner.core.problem.problem import Problem
 _REACH_FIRST, _REACH = 16, 64
 _STEPS_FIRST = 100
 _STEPS_LEFT_OUT = 50
-# Threads synchronise four times a step, which pays on large problems only.
+# Threads synchronise three times a step, which pays on large problems only.
 _THREADED = 2
 _WORK = 8_000_000  # pairs, samples and cells visited in one call of descend
 _NONE = 2.0**62  # more than any bound
