@@ -108,6 +108,7 @@ class KeptCode(NullCache):
         self._function = function
         self._on_missing = on_missing
         self._read = [_Folder(function, folder) for folder in folders()]
+        self._was_found = False
 
     @property
     def cache_path(self) -> str | None:
@@ -116,8 +117,12 @@ class KeptCode(NullCache):
         return None if folder is None else str(folder)
 
     def is_kept(self, codegen: Any) -> bool:
-        """Return whether there is code for this processor, for whatever types."""
-        return any(folder.has_code_for(codegen) for folder in self._read)
+        """Return whether there is code for this processor, for whatever types.
+
+        Once there is, it is not looked for again: plans ask this of every kernel.
+        """
+        self._was_found = self._was_found or any(f.has_code_for(codegen) for f in self._read)
+        return self._was_found
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code for a signature; None if it has to be compiled."""

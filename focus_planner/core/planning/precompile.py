@@ -168,7 +168,11 @@ def works_for(request: PlanRequest, *, clouds: bool) -> tuple[Work, ...]:
         works.append(BUDGETS)
     if clouds or request.method == "optimal" or request.images or _done.issuperset(works):
         return tuple(works)
-    return tuple(works) if missing_kernels(works) else (_plan_alike(_little(request)),)
+    if not _found.issuperset(works):
+        if missing_kernels(works):
+            return tuple(works)
+        _found.update(works)
+    return (_plan_alike(_little(request)),)
 
 
 def precompile(
@@ -456,5 +460,6 @@ PICTURES = _work(_take_pictures, "shading", after=(PLANNING, DEPTHS))
 PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, PROOFS, BUDGETS)
 ALL = (*PLANS, DEPTHS, PICTURES)
 
-# What this process has done.
+# What this process has done, and what it has found that others compiled.
 _done: set[Work] = set()
+_found: set[Work] = set()
