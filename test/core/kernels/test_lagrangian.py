@@ -27,7 +27,7 @@ def test_active_pairs_gain_more_than_what_is_within_reach():
         reach = gains.most // 8
         active = kernels.GainsByCamera(*(np.empty_like(array) for array in gains.by_camera))
         floor = np.zeros(len(gains.most), dtype=np.int64)
-        kernels.activate(gains.by_camera, price, reach, active, floor)
+        kernels.activate(gains.by_camera, price, reach, active, floor, 1 + seed % 3)
         at, highest = 0, np.zeros_like(floor)
         for c in range(gains.camera_count):
             assert active[0][c] == at

@@ -110,12 +110,14 @@ def others():
 
 @pytest.mark.parametrize(
     ("at_most", "done"),
-    [((9,), 7), ((9, 9, 9), 7), ((0, 9), 6), ((1, 9), 6), ((0, 0), 0)],
+    # The one that ends at its second may be so late with its first that none is left.
+    [((9,), {7}), ((9, 9, 9), {7}), ((0, 9), {6}), ((1, 9), {6, 7}), ((0, 0), {0})],
 )
 def test_each_kind_of_work_is_done_once_unless_its_process_ends(others, at_most, done):
     told, these = [], others(*at_most)
     compiled = processes._share_out(ALL, list(these.connections), lambda: told.append(True))
-    assert len(compiled) == len(these.done) == len(set(these.done)) == done
+    assert len(compiled) == len(these.done) == len(set(these.done))
+    assert len(compiled) in done
     assert told
     for number, work in enumerate(these.done):
         # What has been lost is nobody's any more, and those after it are done all the same.
