@@ -216,6 +216,52 @@ class Descent:
             yield self._take_pass()
             gained = self.units != before_pass
 
+    def run_from(self, cameras: IntArray, to: IntArray) -> None:
+        """Move cameras, whatever that costs, and descend from there; with scope "all" only.
+
+        After a descent that has converged; only tuples around what moves are solved.
+
+        Parameters
+        ----------
+        cameras : (k,) array of int32
+        to : (k,) array of int32
+            A cell for each.
+        """
+        problem, cells = self._problem, self._problem.cells
+        kernels.move_cameras(
+            cameras,
+            to,
+            problem.pairs_by_camera,
+            problem.pairs_by_sample,
+            cells.focus,
+            problem.camera_views,
+            self._state,
+        )
+        with kernels.threads_for(0):
+            while self._improve(0, self._stops[-1]):
+                pass
+        self.units = assign_samples(problem, self.cell)[1]
+
+    def standing(self) -> tuple[kernels.DescentState, int]:
+        """Return a copy of where the descent stands, for :meth:`stand`."""
+        return kernels.DescentState(*(array.copy() for array in self._state)), self.units
+
+    def stand(self, state: kernels.DescentState, units: int) -> None:
+        """Go back to where the descent stood."""
+        for array, before in zip(self._state, state, strict=True):
+            array[:] = before
+        self.units = units
+
+    @property
+    def neighbours(self) -> list[IntArray]:
+        """Each camera's neighbours: those that it forms tuples with, ascending."""
+        tuples, cameras = self._tuples.cameras, self._problem.camera_count
+        near = np.zeros((cameras, cameras), dtype=bool)
+        for a in range(tuples.shape[1]):
+            for b in range(tuples.shape[1]):
+                near[tuples[:, a], tuples[:, b]] = a != b
+        return [np.flatnonzero(row).astype(np.int32) for row in near]
+
     def gain_alone(self, cell: IntArray, batch: int) -> int:
         """Return by how many units the cost falls if only this batch takes its best step."""
         self._start(cell.copy())
