@@ -11,9 +11,9 @@
 """``python -m benchmarks [name ...]``; by default all but those that take minutes.
 
 The default ones are ``speed``, ``memory``, ``service``, ``recording``, ``quality`` and ``clouds``;
-the long ones are ``optimum``, ``deadlines``, ``warm``, ``growth``, ``scale``, ``cancelling``,
-``many_lenses``, ``tolerance``, ``subjects``, ``views``, ``budget``, ``preview``, ``evaluation``
-and ``report``, which takes Chromium.
+the long ones are ``optimum``, ``proof``, ``deadlines``, ``warm``, ``growth``, ``scale``,
+``cancelling``, ``many_lenses``, ``tolerance``, ``subjects``, ``views``, ``budget``, ``preview``,
+``evaluation`` and ``report``, which takes Chromium.
 ``load``, ``endurance``, ``fuzz``, ``faults``, ``limits``, ``attacks`` and ``soak`` test the node's
 guarantees under load, faults and attacks; the exit status is 1 if one is violated. Of ``fuzz`` and
 ``attacks`` there are parts, such as ``fuzz.requests`` and ``attacks.race``.
@@ -30,7 +30,7 @@ from benchmarks.options import options
 
 _DEFAULT = ("speed", "memory", "service", "recording", "quality", "clouds")
 _LONG = (
-    *("optimum", "deadlines", "warm", "growth", "scale", "cancelling", "many_lenses"),
+    *("optimum", "proof", "deadlines", "warm", "growth", "scale", "cancelling", "many_lenses"),
     *("tolerance", "subjects", "views", "budget", "preview", "evaluation", "report"),
 )
 _GUARANTEES = ("load", "endurance", "fuzz", "faults", "limits", "attacks", "soak")

@@ -99,7 +99,7 @@ class CutPrices:
 
     def _drop_cuts(self) -> None:
         samples = len(self._gains.most)
-        kept = np.flatnonzero(self.price[samples:])
+        kept = np.flatnonzero(self.price[samples:]).astype(np.int64)
         self.cuts = chosen(self.cuts, kept)
         self.price = np.concatenate([self.price[:samples], self.price[samples:][kept]])
 

@@ -57,10 +57,10 @@ def joined(pool: kernels.CutPool, more: kernels.CutPool) -> kernels.CutPool:
     )
 
 
-def chosen(pool: kernels.CutPool, kept: IntArray) -> kernels.CutPool:
+def chosen(pool: kernels.CutPool, kept: Offsets) -> kernels.CutPool:
     """Return some cuts of a pool, given by ascending number."""
 
-    def part(offsets: Offsets) -> tuple[Offsets, IntArray]:
+    def part(offsets: Offsets) -> tuple[Offsets, Offsets]:
         counts = np.diff(offsets)[kept]
         ends = np.concatenate([[0], np.cumsum(counts)])
         return ends, np.repeat(offsets[:-1][kept] - ends[:-1], counts) + np.arange(ends[-1])
@@ -153,7 +153,8 @@ def _room(pairs: int) -> kernels.Room:
     offsets = np.zeros((2, most + 1), dtype=np.int64)
     ranges = np.empty((3, 20 * most), dtype=np.int32)
     counts, used = np.zeros(3, dtype=np.int64), np.zeros(pairs, dtype=np.int64)
-    return kernels.Room(limit, offsets[0], pair, offsets[1], *ranges, counts, used)
+    first, last, camera = ranges
+    return kernels.Room(limit, offsets[0], pair, offsets[1], camera, first, last, counts, used)
 
 
 def _used(room: kernels.Room) -> kernels.CutPool:

@@ -244,13 +244,12 @@ class Descent:
 
     def standing(self) -> tuple[kernels.DescentState, int]:
         """Return a copy of where the descent stands, for :meth:`stand`."""
-        return kernels.DescentState(*(array.copy() for array in self._state)), self.units
+        return kernels.DescentState(*map(np.copy, self._state)), self.units
 
     def stand(self, state: kernels.DescentState, units: int) -> None:
         """Go back to where the descent stood."""
-        for array, before in zip(self._state, state, strict=True):
-            array[:] = before
-        self.units = units
+        self._state = kernels.DescentState(*map(np.copy, state))
+        self.cell, self.units = self._state.cell, units
 
     @property
     def neighbours(self) -> list[IntArray]:

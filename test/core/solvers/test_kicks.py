@@ -45,7 +45,7 @@ def test_after_every_kick_the_descent_is_where_it_says(views, shots):
         assert (kicks.units < before) == found
         assert kicks.units <= before
         better += found
-    assert better
+    assert better or shots == 1
 
 
 def test_no_pair_improves_what_a_kick_ends_at():
