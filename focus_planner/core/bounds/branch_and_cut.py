@@ -23,12 +23,12 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.arrays import Offsets
 from focus_planner.core.bounds.branch_and_bound import REACH, STEPS, Branching, Node, Part
-from focus_planner.core.bounds.cut_prices import CutPrices
+from focus_planner.core.bounds.cut_prices import DAMPED, CutPrices
 from focus_planner.core.problem.gains import Gains
 
 # Cuts are sought at the node with the highest bound after so many steps of branching, by so many
 # price steps, until there are so many cuts.
-_SEARCH_EVERY = 10
+_SEARCH_EVERY = 4
 _SEARCH_STEPS = 150
 _MOST_CUTS = 6000
 
@@ -68,7 +68,7 @@ class BranchingWithCuts(Branching):
         node.price = self._padded(node.price)
         samples = len(gains.most)
         bound = -node.negative_bound
-        steps = kernels.Steps(_SEARCH_STEPS, 0.05 * (bound - goal), 1e-4, 20)
+        steps = kernels.Steps(_SEARCH_STEPS, 0.05 * (bound - goal), 1e-4, 20, DAMPED)
         bound = kernels.adapt_all(
             kernels.CutNode(node.low, node.high, node.price[:samples], node.price[samples:]),
             self._root.cuts,

@@ -152,7 +152,7 @@ def _room(pairs: int) -> kernels.Room:
     limit, pair = np.empty(most, dtype=np.int64), np.empty(20 * most, dtype=np.int64)
     offsets = np.zeros((2, most + 1), dtype=np.int64)
     ranges = np.empty((3, 20 * most), dtype=np.int32)
-    counts, used = np.zeros(3, dtype=np.int64), np.zeros(pairs, dtype=np.int64)
+    counts, used = np.zeros(3, dtype=np.int64), np.zeros(pairs, dtype=np.int32)
     first, last, camera = ranges
     return kernels.Room(limit, offsets[0], pair, offsets[1], camera, first, last, counts, used)
 

@@ -33,6 +33,7 @@ _PATIENCE = 12
 # bound at most.
 _HOPE = 0.3
 _BEYOND = 2e-4
+_DAMPED = 0.15
 
 
 @kernel
@@ -85,7 +86,7 @@ def _tighten(node, cut_node, base, cameras, cuts, whole, goal, reach, iterations
     price = np.zeros(len(local.sample) + 1, dtype=np.int64)
     price[:-1] = cut_node.price[local.sample]
     multiplier, chosen = cut_node.multiplier[local.cut], np.zeros_like(local.fixed)
-    steps = Steps(iterations, _HOPE * (base - goal) + _BEYOND * base, _BEYOND, _PATIENCE)
+    steps = Steps(iterations, _HOPE * (base - goal) + _BEYOND * base, _BEYOND, _PATIENCE, _DAMPED)
     none = FractionalPlan(np.empty(0), np.empty(0))
     bound = adapt_cuts(local, whole.most, base, goal, steps, price, multiplier, chosen, none)
     cut_node.price[local.sample] = price[:-1]

@@ -33,11 +33,6 @@ _MOMENTUM = 0.8
 _PROGRESS = 0.25
 _GROWTH = 1.5
 _FALL = 0.7
-# So much per price is added to the squares of the direction: as directions become short, steps
-# would become long, and what they choose would no longer average to a solution. Of 0 to 3, 0.1 to
-# 0.3 came nearest to the relaxation's optimum in 600 steps, and with a third of the pairs taken in
-# part.
-_DAMPED = 0.15
 # The averages of the last steps, one over so many, are a fractional solution.
 _AVERAGED = 0.03
 
@@ -484,13 +479,16 @@ class Steps(NamedTuple):
 
     ``most`` is how many there are at most. A step aims ``hope`` units below the best so far, at
     first, and this part, ``beyond``, of the bound below the goal at most; after ``patience`` steps
-    without progress hope falls, and steps go on from the best.
+    without progress hope falls, and steps go on from the best. So much per price, ``damped``, is
+    added to the squares of the direction: as directions become short, steps would become long, and
+    what they choose would no longer average to a solution.
     """
 
     most: int
     hope: float
     beyond: float
     patience: int
+    damped: float
 
 
 @kernel
@@ -543,7 +541,7 @@ def adapt_cuts(local, most, base, goal, steps, price, multiplier, count, average
             since += 1
         if since < steps.patience:
             square = _turn(slope, slack, now_of_cuts, direction, turned)
-            length = (bound - best + hope) / (square + _DAMPED * len(price))
+            length = (bound - best + hope) / (square + steps.damped * len(price) + 1e-9)
             _move(local, most, length, direction, turned, now, now_of_cuts)
         else:
             hope, reference, since = _FALL * aim, best, 0

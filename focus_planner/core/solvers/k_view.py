@@ -17,6 +17,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -244,11 +245,11 @@ class Descent:
 
     def standing(self) -> tuple[kernels.DescentState, int]:
         """Return a copy of where the descent stands, for :meth:`stand`."""
-        return kernels.DescentState(*map(np.copy, self._state)), self.units
+        return _copy(self._state), self.units
 
     def stand(self, state: kernels.DescentState, units: int) -> None:
         """Go back to where the descent stood."""
-        self._state = kernels.DescentState(*map(np.copy, state))
+        self._state = _copy(state)
         self.cell, self.units = self._state.cell, units
 
     @property
@@ -313,6 +314,11 @@ class Descent:
                 self._state,
             )
         return int(gain)
+
+
+def _copy(state: kernels.DescentState) -> kernels.DescentState:
+    arrays: list[Any] = [array.copy() for array in state]
+    return kernels.DescentState(*arrays)
 
 
 def _keep_setting_up(on_progress: ProgressCallback, stage: str, cost: float) -> bool:

@@ -49,7 +49,7 @@ _CUT_FROM = 1e-3
 _NODES_WITHOUT_CUTS = 2000
 # Then the plan is kicked so many times, and so many times for every round of cuts or step of
 # branching: about a tenth of the time.
-_FIRST_KICKS, _KICKS = 64, 0.2
+_FIRST_KICKS, _KICKS = 64, 0.1
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
 

@@ -90,7 +90,7 @@ def test_what_steps_prove_is_exact(steps):
             before,
             0,
             int(random.integers(0, 5)),
-            kernels.Steps(steps, before / 20, 1e-6, 10),
+            kernels.Steps(steps, before / 20, 1e-6, 10, 0.1),
             none,
         )
         assert bound == reference.cut_bound(gains, cuts, price, multiplier, low, high)
@@ -109,7 +109,7 @@ def test_what_averages_say_is_a_share():
     node = kernels.CutNode(low, high, price, np.zeros(0, dtype=np.int64))
     cuts = CutPrices(gains, price, 0).cuts
     bound = reference.confined_bound(gains, price)
-    steps = kernels.Steps(300, bound / 20, 1e-6, 30)
+    steps = kernels.Steps(300, bound / 20, 1e-6, 30, 0.1)
     kernels.adapt_all(node, cuts, whole_of(gains), bound, 0, 0, steps, plan)
     totals = np.add.reduceat(plan.stands, gains.cell_offsets[:-1])
     np.testing.assert_allclose(totals, 1.0, atol=1e-3)
