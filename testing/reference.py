@@ -773,6 +773,55 @@ def confined_bound(gains, price, low=None, high=None):
     return total
 
 
+def cut_members(cuts, k):
+    """Return a cut's limit, its pairs, and its ranges: camera, first and last cell."""
+    pairs = [int(j) for j in cuts.pair[cuts.pair_offsets[k] : cuts.pair_offsets[k + 1]]]
+    part = slice(cuts.range_offsets[k], cuts.range_offsets[k + 1])
+    columns = (cuts.camera[part], cuts.first[part], cuts.last[part])
+    return int(cuts.limit[k]), pairs, [tuple(map(int, row)) for row in zip(*columns, strict=True)]
+
+
+def cut_bound(gains, cuts, price, multiplier, low=None, high=None):
+    """Return D(v, λ) in units where camera c is confined to its cells low[c] to high[c]."""
+    if low is None:
+        low, high = all_cells(gains)
+    members = [(cut_members(cuts, k), int(weight)) for k, weight in enumerate(multiplier)]
+    total = sum(int(v) for v in price) + sum(limit * weight for (limit, _, _), weight in members)
+    taken = [int(gain) - int(price[p]) for gain, p in zip(gains.gain, gains.sample, strict=True)]
+    for (_, pairs, _), weight in members:
+        for j in pairs:
+            taken[j] -= weight
+    for c in range(len(low)):
+        own = range(gains.offsets[c], gains.offsets[c + 1])
+        total += max(
+            (
+                sum(max(taken[j], 0) for j in own if gains.first[j] <= cell <= gains.last[j])
+                + sum(
+                    weight
+                    for (_, _, ranges), weight in members
+                    for camera, first, last in ranges
+                    if camera == c and first <= cell <= last
+                )
+                for cell in range(low[c], high[c] + 1)
+            ),
+            default=0,
+        )
+    return total
+
+
+def cut_excess(gains, cuts, k, cell):
+    """Return by how much the best assignment at these cells violates a cut: above 0 if it does."""
+    limit, pairs, ranges = cut_members(cuts, k)
+    camera = np.repeat(np.arange(len(cell)), np.diff(gains.offsets))
+    most = {}
+    for j in set(pairs):
+        if gains.first[j] <= cell[camera[j]] <= gains.last[j]:
+            p = int(gains.sample[j])
+            most[p] = max(most.get(p, 0), pairs.count(j))
+    standing = sum(first <= cell[c] <= last for c, first, last in ranges)
+    return sum(most.values()) - limit - standing
+
+
 # --- Kernels -------------------------------------------------------------------------------------
 
 

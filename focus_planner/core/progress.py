@@ -42,6 +42,8 @@ STAGES: Mapping[str, str] = {
     "pictures": "choosing pictures",
     "exchanges": "exchanging pictures",
     "prices": "proving a bound",
+    "kicks": "trying other plans",
+    "cuts": "proving a tighter bound",
     "branching": "closing the gap",
 }
 

@@ -48,9 +48,10 @@ from focus_planner.core.problem.gains import Gains
 # view that a sample needs; every few generations all do.
 _NEAR = 20
 _WIDE_EVERY = 4
-# Pairs that gain less than the price by more than 2^-3 of the sample's largest gain are inactive.
-_REACH = 3
-_STEPS = 90
+#: Pairs that gain less than the price by more than 2^-3 of the sample's largest gain are inactive.
+REACH = 3
+#: The most price steps of a node.
+STEPS = 90
 # How many cameras to try at the root and at other nodes, unless one lowers the bound by nearly as
 # much as is expected of the next; and the least share of the slack credited to a half.
 _ROOT_TRIES, _TRIES = 24, 4
@@ -62,7 +63,7 @@ _OPEN_BYTES = 1_000_000_000
 
 
 @dataclass(order=True)
-class _Node:
+class Node:
     """An open node; its arrays are a row each of :class:`kernels.Nodes`. Highest bound first.
 
     ``worth`` (C,) is by how much branching on a camera lowered the bound when it was last tried,
@@ -81,10 +82,10 @@ class _Node:
     worth: FloatArray = field(compare=False)
 
 
-class _Part(NamedTuple):
+class Part(NamedTuple):
     """A part of a node: one camera, -1 for none, confined to cells ``first`` to ``last``."""
 
-    node: _Node
+    node: Node
     camera: int
     first: int
     last: int
@@ -113,7 +114,7 @@ class Branching:
     def __init__(self, gains: Gains, price: Offsets, bound: int, goal: int) -> None:
         self.nodes = 0
         self._gains = gains
-        self._near = _overlapping(gains, price, _NEAR * gains.views)
+        self._near = _overlapping(gains, price[: len(gains.most)], _NEAR * gains.views)
         self._by_sample = kernels.GainsBySample(
             np.empty(len(gains.most) + 1, dtype=np.int64),
             np.empty_like(gains.sample),
@@ -124,15 +125,15 @@ class Branching:
         none = np.zeros(gains.camera_count, dtype=np.int32)
         high = (np.diff(gains.cell_offsets) - 1).astype(np.int32)
         score, unknown = none.astype(np.int64), np.full(len(none), np.nan)
-        root = _Node(-bound, 0, 0, none, high, price, score, none, none - 1, unknown)
+        root = Node(-bound, 0, 0, none, high, price, score, none, none - 1, unknown)
         self.leaf: IntArray | None = None
         # Totals over all tries: by how much they lowered the bound, and their scores.
         self._worth = self._score = 0.0
-        self._open: list[_Node] = []
+        self._open: list[Node] = []
         # Not in the heap: nodes being branched on, and children whose prices still have to adapt.
         self._choices: list[_Choice] = []
-        self._narrow: list[_Node] = []
-        self._keep(self._adapt([_Part(root, -1, 0, 0)], goal), goal)
+        self._narrow: list[Node] = []
+        self._keep(self._adapt([Part(root, -1, 0, 0)], goal), goal)
 
     @property
     def bound(self) -> int:
@@ -143,7 +144,7 @@ class Branching:
         """Return the best cells (C,) of up to ``count`` nodes, those with the highest bounds."""
         return [node.cell.copy() for node in self._first(count)]
 
-    def _first(self, count: int) -> list[_Node]:
+    def _first(self, count: int) -> list[Node]:
         """Return up to ``count`` nodes with the highest bounds."""
         taken = [choice.node for choice in self._choices] + self._narrow
         return heapq.nsmallest(count, taken + heapq.nsmallest(count, self._open))
@@ -164,7 +165,7 @@ class Branching:
         self._narrow = [node for node in self._narrow if -node.negative_bound > goal]
         if self._narrow:
             narrow, self._narrow = self._narrow, []
-            self._keep(self._adapt([_Part(node, -1, 0, 0) for node in narrow], goal), goal)
+            self._keep(self._adapt([Part(node, -1, 0, 0) for node in narrow], goal), goal)
             return
         if not self._choices:
             worth = self._worth_of_score
@@ -187,11 +188,11 @@ class Branching:
             self._worth += choice.tried(camera, halves[2 * k : 2 * k + 2])
             self._score += choice.node.score[camera]
 
-    def _next(self, goal: int) -> list[_Node]:
+    def _next(self, goal: int) -> list[Node]:
         """Take the nodes to branch on: none if none can exceed ``goal`` or the next is a leaf."""
-        work = _STEPS * max(len(self._gains.gain), 1)
+        work = STEPS * max(len(self._gains.gain), 1)
         batch = max(1, min(8, _WORK // work))
-        nodes: list[_Node] = []
+        nodes: list[Node] = []
         while self._open and len(nodes) < batch:
             node = heapq.heappop(self._open)
             if -node.negative_bound <= goal:
@@ -208,12 +209,12 @@ class Branching:
         """By how much a score of 1 is expected to lower the bound; inf before the first try."""
         return self._worth / self._score if self._score else np.inf
 
-    def _keep(self, nodes: list[_Node], goal: int) -> None:
+    def _keep(self, nodes: list[Node], goal: int) -> None:
         for node in nodes:
             if -node.negative_bound > goal:
                 heapq.heappush(self._open, node)
 
-    def _adapt(self, parts: list[_Part], goal: int) -> list[_Node]:
+    def _adapt(self, parts: list[Part], goal: int) -> list[Node]:
         """Bound the parts; return them as nodes.
 
         Prices adapt around the confined camera, or everywhere if there is none.
@@ -224,23 +225,28 @@ class Branching:
             np.array(cut, dtype=np.int64) for cut in list(zip(*parts, strict=True))[1:]
         )
         nodes = _stacked([part.node for part in parts])
-        kernels.confine(
-            kernels.Cuts(camera, first, last, (camera < 0) | (self._gains.shots > 1)),
-            self._near,
-            *self._gains.priced,
-            self._by_sample,
-            nodes,
-            goal,
-            _REACH,
-            _STEPS,
-        )
+        wide = (camera < 0) | (self._gains.shots > 1)
+        self._confine(kernels.Cuts(camera, first, last, wide), nodes, goal)
         adapted = []
         for b, part in enumerate(parts):
             self.nodes += 1
             row = {name: array[b].copy() for name, array in nodes._asdict().items()}
             bound, depth = int(row.pop("bound")), part.node.depth + int(part.camera >= 0)
-            adapted.append(_Node(-bound, self.nodes, depth, worth=part.node.worth, **row))
+            adapted.append(Node(-bound, self.nodes, depth, worth=part.node.worth, **row))
         return adapted
+
+    def _confine(self, cuts: kernels.Cuts, nodes: kernels.Nodes, goal: int) -> None:
+        """Confine one camera of each node, and bound what is left."""
+        kernels.confine(
+            cuts,
+            self._near,
+            *self._gains.priced,
+            self._by_sample,
+            nodes,
+            goal,
+            REACH,
+            STEPS,
+        )
 
 
 class _Choice:
@@ -248,14 +254,14 @@ class _Choice:
 
     Attributes
     ----------
-    node : _Node
-    children : list of _Node
+    node : Node
+    children : list of Node
         The halves of the best camera tried so far that can still exceed the goal.
     """
 
-    def __init__(self, node: _Node, goal: int, worth_of_score: float) -> None:
+    def __init__(self, node: Node, goal: int, worth_of_score: float) -> None:
         self.node = node
-        self.children: list[_Node] = []
+        self.children: list[Node] = []
         self._slack = -node.negative_bound - goal
         self._best = -1.0
         self._tries = _TRIES if node.depth else _ROOT_TRIES
@@ -285,15 +291,15 @@ class _Choice:
         camera: int = self._cameras.pop(0)
         return camera
 
-    def halves(self, camera: int) -> tuple[_Part, _Part]:
+    def halves(self, camera: int) -> tuple[Part, Part]:
         """Return the two parts that a camera's range is cut into."""
         node = self.node
         low, high, split = (int(ends[camera]) for ends in (node.low, node.high, node.split))
         if node.score[camera] <= 0:
             split = (low + high) // 2
-        return _Part(node, camera, low, split), _Part(node, camera, split + 1, high)
+        return Part(node, camera, low, split), Part(node, camera, split + 1, high)
 
-    def tried(self, camera: int, halves: list[_Node]) -> float:
+    def tried(self, camera: int, halves: list[Node]) -> float:
         """Record the bounds of a camera's halves; return by how much they lower the node's."""
         least = _LEAST * self._slack
         lowered = [half.negative_bound - self.node.negative_bound for half in halves]
@@ -309,7 +315,7 @@ class _Choice:
         return worth
 
 
-def _stacked(nodes: list[_Node]) -> kernels.Nodes:
+def _stacked(nodes: list[Node]) -> kernels.Nodes:
     """Return copies of the nodes' arrays, a row each."""
     bound = np.array([-node.negative_bound for node in nodes], dtype=np.int64)
     rows = (np.stack([getattr(node, name) for node in nodes]) for name in kernels.Nodes._fields[1:])
@@ -324,7 +330,7 @@ def _overlapping(gains: Gains, price: Offsets, most: int) -> kernels.Neighbourho
     from scipy.sparse import csr_array  # noqa: PLC0415 - takes as long as a plan
 
     cameras = np.repeat(np.arange(gains.camera_count), np.diff(gains.offsets))
-    active = gains.gain > (price - (gains.most >> _REACH))[gains.sample]
+    active = gains.gain > (price - (gains.most >> REACH))[gains.sample]
     holds = csr_array(
         (np.ones(int(active.sum()), dtype=np.int32), (cameras[active], gains.sample[active])),
         shape=(gains.camera_count, len(gains.most)),

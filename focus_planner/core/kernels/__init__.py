@@ -39,6 +39,7 @@ from focus_planner.core.kernels.branch_and_bound import (
     confine,
     gains_by_sample,
 )
+from focus_planner.core.kernels.branch_and_cut import confine_with_cuts
 from focus_planner.core.kernels.budget import cost_of_rankings, gains_of_pictures, place
 from focus_planner.core.kernels.camera_tuples import (
     NEVER,
@@ -58,6 +59,14 @@ from focus_planner.core.kernels.cells import (
     take,
 )
 from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
+from focus_planner.core.kernels.cut_prices import (
+    CutNode,
+    CutPool,
+    FractionalPlan,
+    Steps,
+    Whole,
+    adapt_all,
+)
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
     FISHEYE,
@@ -69,7 +78,7 @@ from focus_planner.core.kernels.distortion import (
 )
 from focus_planner.core.kernels.em import stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
-from focus_planner.core.kernels.k_view import DescentState, improve_tuples
+from focus_planner.core.kernels.k_view import DescentState, improve_tuples, move_cameras
 from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
     PriceDescent,
@@ -79,6 +88,15 @@ from focus_planner.core.kernels.lagrangian import (
 )
 from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
+from focus_planner.core.kernels.odd_holes import (
+    Graph,
+    Room,
+    TornPairs,
+    cuts_of_cycles,
+    graph_of,
+    list_edges,
+    odd_cycles,
+)
 from focus_planner.core.kernels.orientation import agreement, join, refine
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.point_grid import PointGrid
@@ -157,10 +175,14 @@ __all__ = [
     "CameraTuples",
     "CameraViews",
     "CostTerms",
+    "CutNode",
+    "CutPool",
     "Cuts",
     "DescentState",
+    "FractionalPlan",
     "GainsByCamera",
     "GainsBySample",
+    "Graph",
     "Kernel",
     "Looks",
     "Neighbourhoods",
@@ -171,10 +193,15 @@ __all__ = [
     "PointGrid",
     "PriceDescent",
     "PricedPairs",
+    "Room",
+    "Steps",
     "Tiles",
+    "TornPairs",
     "Triangles",
     "Views",
+    "Whole",
     "activate",
+    "adapt_all",
     "agreement",
     "assign",
     "base_costs",
@@ -189,12 +216,14 @@ __all__ = [
     "cell_ranges",
     "colour",
     "confine",
+    "confine_with_cuts",
     "cost_of_rankings",
     "costs_in_units",
     "count_common",
     "count_gains",
     "count_seen",
     "count_shared",
+    "cuts_of_cycles",
     "depths",
     "descend",
     "distort",
@@ -207,6 +236,7 @@ __all__ = [
     "gains_by_sample",
     "gains_of_pictures",
     "gather",
+    "graph_of",
     "improve_tuples",
     "join",
     "keep_imaged",
@@ -215,6 +245,7 @@ __all__ = [
     "list_both_ways",
     "list_by_tile",
     "list_common",
+    "list_edges",
     "list_gains",
     "list_in_view",
     "list_seen",
@@ -223,7 +254,9 @@ __all__ = [
     "maximal_cells",
     "most_frequent",
     "most_gains",
+    "move_cameras",
     "near_view",
+    "odd_cycles",
     "place",
     "project",
     "put",

@@ -117,7 +117,7 @@ def _split(c, a, b, value, slack, takings, chosen, node):
 
 
 @kernel
-def _cut(k, c, local, value, top, slack, takings, chosen, node):
+def cut_off(k, c, local, value, top, slack, takings, chosen, node):
     """Report the best cell of the k-th camera, c, and where to split it; cut off its ends."""
     low, high = node.low, node.high
     # Where the best prices serve each sample once, these cells are a plan that gains as much.
@@ -153,7 +153,7 @@ def _report(cameras, local, shots, price, chosen, slack, node):
         else:
             value = takings_of_view(k, local, price, takings, cells)
         for shot in range(shots):
-            _cut(k + shot, c + shot, local, value, cells[shot], slack, takings, chosen, node)
+            cut_off(k + shot, c + shot, local, value, cells[shot], slack, takings, chosen, node)
 
 
 @kernel

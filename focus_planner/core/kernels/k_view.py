@@ -249,6 +249,15 @@ def _move(c, to, now, by_camera, by_sample, focus, views, state):
 
 
 @kernel
+def move_cameras(cameras, to, by_camera, by_sample, focus, views, state):
+    """Move some cameras to cells, ``to``, whatever that costs; with scope "all" only."""
+    now = tick(state)
+    for m in range(len(cameras)):
+        if state.cell[cameras[m]] != to[m]:
+            _move(cameras[m], to[m], now, by_camera, by_sample, focus, views, state)
+
+
+@kernel
 def _solve(t, tuples, focus, views, cell_offsets, state, move):
     """Find tuple t's best cells; return their gain over the present ones, 0 if none.
 

@@ -34,6 +34,8 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.branch_and_bound import Branching
+from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
+from focus_planner.core.bounds.cut_prices import CutPrices
 from focus_planner.core.bounds.lagrangian import Prices
 from focus_planner.core.forks import refuse_forked_threads
 from focus_planner.core.imaging.exposure import PictureCamera
@@ -46,6 +48,9 @@ from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.solvers import Options
+from focus_planner.core.solvers.k_view import Descent
+from focus_planner.core.solvers.kicks import Kicks
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Mesh, PointCloud
 
@@ -63,9 +68,11 @@ _TELLING = 0.1
 _SECONDS = {
     "assigned": 3.0,
     "branch_and_bound": 13.0,
+    "branch_and_cut": 14.0,
     "budget": 4.0,
     "camera_tuples": 7.0,
     "cells": 3.5,
+    "cut_prices": 20.0,
     "distortion": 2.5,
     "em": 2.0,
     "gains": 5.5,
@@ -74,6 +81,7 @@ _SECONDS = {
     "local_fit": 7.5,
     "local_prices": 9.0,
     "noise": 5.0,
+    "odd_holes": 14.0,
     "orientation": 10.0,
     "pairs": 6.5,
     "point_grid": 1.0,
@@ -363,6 +371,11 @@ def _plan_tuples() -> None:
             for k in (2, 3):
                 request = PlanRequest("k_view", _SAMPLES, k=k, scope=scope, tuples=tuples)
                 solve(scene, _rig(), request)
+    problem = formulate_problem(scene, _rig(), PlanRequest(samples=_SAMPLES))
+    counts = np.diff(problem.cells.offsets)
+    kicks = Kicks(Descent(problem, Options()), counts)
+    kicks.start(np.minimum(counts - 1, 0).astype(np.int32))
+    kicks.kick()
 
 
 def _prove() -> None:
@@ -372,6 +385,9 @@ def _prove() -> None:
     prices.descend(0)
     prices.frequent_cells()
     Branching(gains, prices.price, prices.bound, 0).step(0)
+    cuts = CutPrices(gains, prices.price, prices.bound)
+    cuts.descend(0)
+    BranchingWithCuts(gains, cuts, 0).step(0)
 
 
 def _plan_within_budget() -> None:
@@ -448,7 +464,11 @@ TUPLES_OF_CAMERAS = _work(
     after=(PLANNING,),
 )
 #: Proving that a plan is the best.
-PROOFS = _work(_prove, "branch_and_bound", "local_prices", after=(PLANNING,))
+PROOFS = _work(
+    _prove,
+    *("branch_and_bound", "branch_and_cut", "cut_prices", "local_prices", "odd_holes"),
+    after=(PLANNING,),
+)
 #: Choosing pictures within a budget of them.
 BUDGETS = _work(_plan_within_budget, "budget", after=(PLANNING, TUPLES_OF_CAMERAS))
 #: How far away is what a camera sees.

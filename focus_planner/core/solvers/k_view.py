@@ -17,6 +17,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -215,6 +216,51 @@ class Descent:
             yield self._take_pass()
             gained = self.units != before_pass
 
+    def run_from(self, cameras: IntArray, to: IntArray) -> None:
+        """Move cameras, whatever that costs, and descend from there; with scope "all" only.
+
+        After a descent that has converged; only tuples around what moves are solved.
+
+        Parameters
+        ----------
+        cameras : (k,) array of int32
+        to : (k,) array of int32
+            A cell for each.
+        """
+        problem, cells = self._problem, self._problem.cells
+        kernels.move_cameras(
+            cameras,
+            to,
+            problem.pairs_by_camera,
+            problem.pairs_by_sample,
+            cells.focus,
+            problem.camera_views,
+            self._state,
+        )
+        with kernels.threads_for(0):
+            while self._improve(0, self._stops[-1]):
+                pass
+        self.units = assign_samples(problem, self.cell)[1]
+
+    def standing(self) -> tuple[kernels.DescentState, int]:
+        """Return a copy of where the descent stands, for :meth:`stand`."""
+        return _copy(self._state), self.units
+
+    def stand(self, state: kernels.DescentState, units: int) -> None:
+        """Go back to where the descent stood."""
+        self._state = _copy(state)
+        self.cell, self.units = self._state.cell, units
+
+    @property
+    def neighbours(self) -> list[IntArray]:
+        """Each camera's neighbours: those that it forms tuples with, ascending."""
+        tuples, cameras = self._tuples.cameras, self._problem.camera_count
+        near = np.zeros((cameras, cameras), dtype=bool)
+        for a in range(tuples.shape[1]):
+            for b in range(tuples.shape[1]):
+                near[tuples[:, a], tuples[:, b]] = a != b
+        return [np.flatnonzero(row).astype(np.int32) for row in near]
+
     def gain_alone(self, cell: IntArray, batch: int) -> int:
         """Return by how many units the cost falls if only this batch takes its best step."""
         self._start(cell.copy())
@@ -298,6 +344,11 @@ def _tuples(
         if not ask():
             raise Abandoned
     return found.tuples
+
+
+def _copy(state: kernels.DescentState) -> kernels.DescentState:
+    arrays: list[Any] = [array.copy() for array in state]
+    return kernels.DescentState(*arrays)
 
 
 def _keep_setting_up(on_progress: ProgressCallback, stage: str, cost: float) -> bool:

@@ -19,6 +19,8 @@ import numpy as np
 
 from focus_planner.core.arrays import IntArray
 from focus_planner.core.bounds.branch_and_bound import Branching
+from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
+from focus_planner.core.bounds.cut_prices import CutPrices
 from focus_planner.core.bounds.lagrangian import (
     Prices,
     cost_below,
@@ -33,6 +35,7 @@ from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers import em
 from focus_planner.core.solvers.k_view import Descent
+from focus_planner.core.solvers.kicks import Kicks
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells, start_cells
 
@@ -41,6 +44,12 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
+# Cuts are sought where prices alone leave this part of the cost, or so many nodes were not enough.
+_CUT_FROM = 1e-3
+_NODES_WITHOUT_CUTS = 2000
+# Then the plan is kicked so many times, and so many times for every round of cuts or step of
+# branching: about a tenth of the time.
+_FIRST_KICKS, _KICKS = 64, 0.1
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
 
@@ -75,6 +84,8 @@ class _Search:
         self._bound = self._gains.in_focus
         self._prices: Prices | None = None
         self._descent: Descent | None = None
+        self._kicks: Kicks | None = None
+        self._due = 0.0
         self._keep_going = True
         self._iterations = 0
         self._reported = np.inf
@@ -160,11 +171,46 @@ class _Search:
             self._polish(prices.frequent_cells())
 
     def _branch(self) -> None:
-        """Close the gap by branch and bound, and recover plans from open nodes."""
+        """Close the gap by branch and bound; with cuts, where that leaves much or takes long."""
         assert self._prices is not None
-        branching = Branching(self._gains, self._prices.price, self._prices.bound, self._goal)
+        gains, prices = self._gains, self._prices
+        can_cut = gains.views == 1
+        if not can_cut or prices.bound - self._goal < _CUT_FROM * self._units:
+            branching = Branching(gains, prices.price, prices.bound, self._goal)
+            self._close(branching, _NODES_WITHOUT_CUTS if can_cut else np.inf)
+        if can_cut and self._unproven():
+            self._close(BranchingWithCuts(gains, self._cut(prices), self._goal), np.inf)
+
+    def _cut(self, prices: Prices) -> CutPrices:
+        """Lower the bound by prices of cuts as well; kick the plan meanwhile."""
+        cuts = CutPrices(self._gains, prices.price, prices.bound)
+        self._kick(_FIRST_KICKS)
+        while self._unproven() and not cuts.settled:
+            cuts.descend(self._goal)
+            self._bound = min(self._bound, cuts.bound)
+            if self._report_stage("cuts"):
+                self._kick(_KICKS)
+        return cuts
+
+    def _kick(self, count: float) -> None:
+        """Kick the best plan so many times; parts of a kick add up."""
+        if self._descent is None:
+            return
+        if self._kicks is None:
+            self._kicks = Kicks(self._descent, np.diff(self._problem.cells.offsets))
+        self._due += count
+        while self._due >= 1 and self._unproven():
+            self._due -= 1
+            if self._units < self._kicks.units:
+                self._kicks.start(self._cell)
+            self._kicks.kick()
+            self._keep(self._kicks.cell)
+            self._report_stage("kicks")
+
+    def _close(self, branching: Branching, most_nodes: float) -> None:
+        """Close the gap by branch and bound, and recover plans from open nodes."""
         recovery = _FIRST_RECOVERY_NODES
-        while self._unproven():
+        while self._unproven() and branching.nodes < most_nodes:
             # Without open nodes no plan is better than the goal.
             self._bound = min(self._bound, max(branching.bound, self._goal))
             self._report_stage("branching")
@@ -180,6 +226,8 @@ class _Search:
             if branching.leaf is not None:
                 self._polish(branching.leaf)
                 branching.leaf = None
+            if self._kicks is not None:
+                self._kick(_KICKS)
 
     def _cheapest(self, plans: list[IntArray]) -> list[IntArray]:
         """Return the plans, cheapest first."""

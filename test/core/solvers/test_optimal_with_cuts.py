@@ -1,0 +1,176 @@
+# Copyright 2026 focus_planner developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License"); you may not use this file except
+# in compliance with the License. You may obtain a copy of the License at
+# http://www.apache.org/licenses/LICENSE-2.0
+# Unless required by applicable law or agreed to in writing, software distributed under the License
+# is distributed on an "AS IS" BASIS, WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express
+# or implied. See the License for the specific language governing permissions and
+# limitations under the License.
+"""Proven optima where cuts are sought from the start, against all plans there are and HiGHS."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from focus_planner import Lens
+from focus_planner.core.kernels import compiling
+from focus_planner.core.problem.cells import UNITS
+from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.shots import with_shots
+from focus_planner.core.solvers import Options, optimal
+from testing import reference
+from testing.problems import random_problem, ring_mask, tiny_problem, with_threads
+
+SHALLOW = Lens(0.05, 40.0)
+EXACT = Options(gap=0.0)
+
+
+def torn_problem(seed, samples=100, cameras=10, **options):
+    """One that prices alone leave a gap of: each sample is seen by five cameras of a ring."""
+    visible = ring_mask(samples, cameras)
+    return random_problem(seed, samples, cameras, visible=visible, lens=Lens(0.05, 8.0), **options)
+
+
+@pytest.fixture(autouse=True)
+def cuts_from_the_start(monkeypatch):
+    monkeypatch.setattr(optimal, "_CUT_FROM", 0.0)
+    monkeypatch.setattr(optimal, "_FIRST_KICKS", 3)
+
+
+class Log:
+    """A callback that remembers, and stops the solver after some steps."""
+
+    def __init__(self, steps=np.inf):
+        self.progress, self.steps = [], steps
+
+    def __call__(self, progress):
+        self.progress.append(progress)
+        return len(self.progress) < self.steps
+
+    @property
+    def stages(self):
+        return [progress.stage for progress in self.progress]
+
+
+def least_cost(problem):
+    gains = gains_of(problem)
+    return 1000 * (gains.out - reference.largest_gain(gains)) / UNITS
+
+
+def check(problem, solution, best):
+    assert solution.cost == problem.cost(solution.focus_distances)
+    assert solution.lower_bound <= best + 1e-9
+    assert solution.cost >= best - 1e-8
+    if solution.converged:
+        assert solution.cost == pytest.approx(best, abs=1e-8)
+        assert solution.lower_bound >= solution.cost - 1e-8
+
+
+def test_whatever_the_problem_the_optimum_is_found_and_proven():
+    stages = {}
+    for seed in range(600):
+        problem, log = tiny_problem(seed), Log()
+        solution = optimal.solve(problem, EXACT, log)
+        check(problem, solution, least_cost(problem))
+        assert solution.converged
+        for stage in set(log.stages):
+            stages[stage] = stages.get(stage, 0) + 1
+    assert stages["cuts"] > 20
+    assert stages["kicks"] > 20
+
+
+@pytest.mark.parametrize("shots", [1, 2])
+def test_the_optimum_is_that_of_highs(shots):
+    branched = 0
+    for seed in range(10):
+        problem = random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0))
+        problem, log = with_shots(problem, shots), Log()
+        solution = optimal.solve(problem, EXACT, log)
+        best, _ = reference.optimum(reference.table(problem))
+        assert solution.converged
+        assert solution.cost == pytest.approx(best, abs=1e-5)
+        branched += "cuts" in log.stages
+    assert branched > 3
+
+
+def test_several_views_are_bounded_without_cuts():
+    for seed in range(3):
+        log = Log()
+        assert optimal.solve(torn_problem(seed, 40, 6, views=2), Options(gap=1e-5), log).converged
+        assert "prices" in log.stages
+        assert not {"cuts", "kicks"} & set(log.stages)
+
+
+def test_after_many_nodes_without_cuts_they_are_sought(monkeypatch):
+    monkeypatch.setattr(optimal, "_CUT_FROM", 1.0)
+    monkeypatch.setattr(optimal, "_NODES_WITHOUT_CUTS", 3)
+    sought = 0
+    for seed in range(10):
+        problem, log = random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)), Log()
+        solution = optimal.solve(problem, EXACT, log)
+        assert solution.converged
+        check(problem, solution, least_cost(problem))
+        sought += "cuts" in log.stages
+    assert sought > 2
+
+
+def test_stopped_at_any_step_plan_and_bound_are_valid():
+    random, unproven = np.random.default_rng(0), 0
+    for seed in range(300):
+        problem = random_problem(seed, 14, 4, share=0.8, lens=SHALLOW)
+        log = Log(int(random.integers(1, 60)))
+        solution = optimal.solve(problem, EXACT, log)
+        check(problem, solution, least_cost(problem))
+        assert len(log.progress) <= log.steps
+        unproven += not solution.converged
+    assert unproven > 30
+
+
+def test_stopped_at_every_step_nothing_follows():
+    problem = torn_problem(0)
+    options, full = replace(EXACT, gap=1e-3), Log()
+    whole = optimal.solve(problem, options, full)
+    assert whole.converged
+    assert {"kicks", "cuts"} <= set(full.stages)
+    for steps in range(1, len(full.progress), max(1, len(full.progress) // 15)):
+        log = Log(steps)
+        solution = optimal.solve(problem, options, log)
+        assert log.progress == full.progress[:steps]
+        assert solution.lower_bound <= whole.cost
+
+
+def test_progress_tells_cost_and_bound_of_every_step():
+    problem, log = torn_problem(0), Log(400)
+    optimal.solve(problem, EXACT, log)
+    assert {"kicks", "cuts", "branching"} <= set(log.stages)
+    costs, bounds = ([getattr(p, n) for p in log.progress] for n in ("cost", "lower_bound"))
+    assert (np.diff(costs) <= 0).all()
+    assert (np.diff(bounds) >= 0).all()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_search_repeats_bit_for_bit(threads, monkeypatch):
+    monkeypatch.setattr(compiling, "_PARALLEL_PAIRS", 0 if threads == 2 else 2**62)
+    problem = torn_problem(0, 200, 14)
+
+    def run():
+        log = Log(90)
+        solution = optimal.solve(problem, Options(gap=1e-6), log)
+        return solution, log.progress
+
+    (a, told_a), (b, told_b) = run(), with_threads(threads, run)
+    assert "cuts" in {step.stage for step in told_a}
+    assert told_a == told_b
+    for field in fields(a):
+        x, y = getattr(a, field.name), getattr(b, field.name)
+        assert x.tobytes() == y.tobytes() if isinstance(x, np.ndarray) else x == y, field.name
+
+
+def test_prices_of_a_solution_prove_no_more_than_the_bound():
+    problem = torn_problem(1, 60, 8)
+    solution = optimal.solve(problem, Options(gap=1e-3))
+    assert ((solution.prices >= 0) & (solution.prices <= 1)).all()
+    again = optimal.solve(problem, Options(gap=1e-3, prices=solution.prices))
+    assert again.cost == pytest.approx(solution.cost, rel=1e-3)
