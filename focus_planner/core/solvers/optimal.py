@@ -46,10 +46,11 @@ _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 # Cuts are sought where prices alone leave this part of the cost, or so many nodes were not enough.
 _CUT_FROM = 1e-3
-_NODES_WITHOUT_CUTS = 2000
-# Then the plan is kicked so many times, and so many times for every round of cuts or step of
-# branching: about a tenth of the time.
-_FIRST_KICKS, _KICKS = 64, 0.1
+_NODES_WITHOUT_CUTS = 10_000
+# Then the plan is kicked so many times, or as often as these pairs allow, which takes a second; and
+# so many times for every round of cuts or step of branching: about a tenth of the time.
+_FIRST_KICKS, _KICKS = 256, 0.1
+_KICKED_PAIRS = 2_500_000
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
 
@@ -62,7 +63,9 @@ def solve(
     Prices prove a first bound within a fraction of a percent
     (:mod:`focus_planner.core.bounds.lagrangian`). The cells that their steps choose most often,
     polished by 2-view descent, are the best plan or nearly so. Branch and bound
-    (:mod:`focus_planner.core.bounds.branch_and_bound`) closes the rest of the gap. HiGHS was slower
+    (:mod:`focus_planner.core.bounds.branch_and_bound`) closes the rest of the gap, where that is
+    large with cuts (:mod:`focus_planner.core.bounds.branch_and_cut`) and kicks
+    (:mod:`focus_planner.core.solvers.kicks`). HiGHS was slower
     at every size from 60 samples up, on whole problems and on what reduced costs leave of them, and
     does not check the time for seconds; see ``make bench ARGS=optimum``.
 
@@ -184,7 +187,7 @@ class _Search:
     def _cut(self, prices: Prices) -> CutPrices:
         """Lower the bound by prices of cuts as well; kick the plan meanwhile."""
         cuts = CutPrices(self._gains, prices.price, prices.bound)
-        self._kick(_FIRST_KICKS)
+        self._kick(min(_FIRST_KICKS, _KICKED_PAIRS // max(len(self._gains.gain), 1)))
         while self._unproven() and not cuts.settled:
             cuts.descend(self._goal)
             self._bound = min(self._bound, cuts.bound)
