@@ -28,7 +28,7 @@ from focus_planner.core.problem.gains import Gains
 
 # Cuts are sought at the node with the highest bound after so many steps of branching, by so many
 # price steps, until there are so many cuts.
-_SEARCH_EVERY = 4
+_SEARCH_EVERY = 10
 _SEARCH_STEPS = 150
 _MOST_CUTS = 6000
 
