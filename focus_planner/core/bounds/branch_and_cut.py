@@ -84,6 +84,10 @@ class BranchingWithCuts(Branching):
         self._keep([node], goal)
         self._root.add_cuts(averages)
 
+    @property
+    def _price_count(self) -> int:
+        return len(self._root.price)
+
     def _adapt(self, parts: list[Part], goal: int) -> list[Node]:
         for part in parts:
             part.node.price = self._padded(part.node.price)
