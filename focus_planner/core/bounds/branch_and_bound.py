@@ -150,9 +150,14 @@ class Branching:
         return heapq.nsmallest(count, taken + heapq.nsmallest(count, self._open))
 
     @property
+    def _price_count(self) -> int:
+        """How many prices a node has."""
+        return len(self._gains.most)
+
+    @property
     def exhausted(self) -> bool:
         """Whether no node is left to branch on, or no memory for more."""
-        node = 8 * len(self._gains.most) + 32 * self._gains.camera_count
+        node = 8 * self._price_count + 32 * self._gains.camera_count
         left = len(self._open) + len(self._choices) + len(self._narrow)
         return not left or len(self._open) * node > _OPEN_BYTES
 

@@ -28,7 +28,7 @@ from focus_planner.core.problem.gains import Gains
 
 # Cuts are sought at the node with the highest bound after so many steps of branching, by so many
 # price steps, until there are so many cuts.
-_SEARCH_EVERY = 4
+_SEARCH_EVERY = 10
 _SEARCH_STEPS = 150
 _MOST_CUTS = 6000
 
@@ -83,6 +83,10 @@ class BranchingWithCuts(Branching):
         node.negative_bound = -bound
         self._keep([node], goal)
         self._root.add_cuts(averages)
+
+    @property
+    def _price_count(self) -> int:
+        return len(self._root.price)
 
     def _adapt(self, parts: list[Part], goal: int) -> list[Node]:
         for part in parts:

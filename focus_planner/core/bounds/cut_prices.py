@@ -34,7 +34,7 @@ _REACHED = 0.1
 # Cuts without a price are dropped every so many rounds, and these many rounds have to lower the
 # bound by this part of what is left.
 _ROUNDS = 8
-_WORTHWHILE = 0.01
+_WORTHWHILE = 0.02
 
 
 class CutPrices:

@@ -44,12 +44,14 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
-# Cuts are sought where prices alone leave this part of the cost, or so many nodes were not enough.
-_CUT_FROM = 1e-3
-_NODES_WITHOUT_CUTS = 2000
-# Then the plan is kicked so many times, and so many times for every round of cuts or step of
-# branching: about a tenth of the time.
-_FIRST_KICKS, _KICKS = 64, 0.1
+# Cuts are sought where prices alone leave this part of the cost, or so many nodes, in pairs, were
+# not enough.
+_CUT_FROM = 2e-3
+_PAIRS_WITHOUT_CUTS = 40_000_000
+# Then the plan is kicked so many times, or as often as these pairs allow, which takes a second; and
+# so many times for every round of cuts or step of branching: about a tenth of the time.
+_FIRST_KICKS, _KICKS = 256, 0.1
+_KICKED_PAIRS = 2_500_000
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
 
@@ -62,7 +64,9 @@ def solve(
     Prices prove a first bound within a fraction of a percent
     (:mod:`focus_planner.core.bounds.lagrangian`). The cells that their steps choose most often,
     polished by 2-view descent, are the best plan or nearly so. Branch and bound
-    (:mod:`focus_planner.core.bounds.branch_and_bound`) closes the rest of the gap. HiGHS was slower
+    (:mod:`focus_planner.core.bounds.branch_and_bound`) closes the rest of the gap, where that is
+    large with cuts (:mod:`focus_planner.core.bounds.branch_and_cut`) and kicks
+    (:mod:`focus_planner.core.solvers.kicks`). HiGHS was slower
     at every size from 60 samples up, on whole problems and on what reduced costs leave of them, and
     does not check the time for seconds; see ``make bench ARGS=optimum``.
 
@@ -177,20 +181,22 @@ class _Search:
         can_cut = gains.views == 1
         if not can_cut or prices.bound - self._goal < _CUT_FROM * self._units:
             branching = Branching(gains, prices.price, prices.bound, self._goal)
-            self._close(branching, _NODES_WITHOUT_CUTS if can_cut else np.inf)
+            most_nodes = _PAIRS_WITHOUT_CUTS / max(len(gains.gain), 1)
+            self._close(branching, most_nodes if can_cut else np.inf)
         if can_cut and self._unproven():
-            self._close(BranchingWithCuts(gains, self._cut(prices), self._goal), np.inf)
+            self._close(self._cut(prices), np.inf)
 
-    def _cut(self, prices: Prices) -> CutPrices:
-        """Lower the bound by prices of cuts as well; kick the plan meanwhile."""
-        cuts = CutPrices(self._gains, prices.price, prices.bound)
-        self._kick(_FIRST_KICKS)
+    def _cut(self, prices: Prices) -> Branching:
+        """Lower the bound by prices of cuts as well, and kick the plan; return how to go on."""
+        gains = self._gains
+        cuts = CutPrices(gains, prices.price, prices.bound)
+        self._kick(min(_FIRST_KICKS, _KICKED_PAIRS // max(len(gains.gain), 1)))
         while self._unproven() and not cuts.settled:
             cuts.descend(self._goal)
             self._bound = min(self._bound, cuts.bound)
             if self._report_stage("cuts"):
                 self._kick(_KICKS)
-        return cuts
+        return BranchingWithCuts(gains, cuts, self._goal)
 
     def _kick(self, count: float) -> None:
         """Kick the best plan so many times; parts of a kick add up."""

@@ -206,7 +206,7 @@ def test_it_branches_on_the_camera_that_lowers_the_bound_most(monkeypatch):
     for camera in torn:
         low, high, split = (int(ends[camera]) for ends in (root.low, root.high, root.split))
         cuts = [(low, split), (split + 1, high)]
-        halves = apart._adapt([branching._Part(root, camera, *cut) for cut in cuts], goal)
+        halves = apart._adapt([branching.Part(root, camera, *cut) for cut in cuts], goal)
         lowered = [float(half.negative_bound - root.negative_bound) for half in halves]
         least = 1e-3 * (-root.negative_bound - goal)
         worth[camera] = np.sqrt(np.prod(np.clip(lowered, least, 1000 * least)))

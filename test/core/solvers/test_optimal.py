@@ -285,7 +285,7 @@ def test_a_search_repeats_bit_for_bit(threads, monkeypatch):
 
 
 def test_without_room_for_nodes_it_ends_unproven(monkeypatch):
-    monkeypatch.setattr(branching, "_OPEN_BYTES", 40 * (8 * 400 + 24 * 20))
+    monkeypatch.setattr(branching, "_OPEN_BYTES", 0)
     visible = ring_mask(400, 20)
     problem, log = random_problem(0, 400, 20, visible=visible, lens=SHALLOW), Log()
     solution = optimal.solve(problem, EXACT, log)
@@ -296,7 +296,7 @@ def test_without_room_for_nodes_it_ends_unproven(monkeypatch):
 
 
 def test_of_a_large_rig_every_step_is_within_the_bound():
-    problem, log = random_problem(7, 2000, 60, visible=ring_mask(2000, 60)), Log(120)
+    problem, log = random_problem(7, 2000, 60, visible=ring_mask(2000, 60)), Log(400)
     solution = optimal.solve(problem, EXACT, log)
     assert solution.lower_bound <= solution.cost <= k_view.solve(problem).cost + 1e-9
     assert solution.cost - solution.lower_bound < 0.03 * solution.cost

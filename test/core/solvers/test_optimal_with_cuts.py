@@ -105,7 +105,7 @@ def test_several_views_are_bounded_without_cuts():
 
 def test_after_many_nodes_without_cuts_they_are_sought(monkeypatch):
     monkeypatch.setattr(optimal, "_CUT_FROM", 1.0)
-    monkeypatch.setattr(optimal, "_NODES_WITHOUT_CUTS", 3)
+    monkeypatch.setattr(optimal, "_PAIRS_WITHOUT_CUTS", 400)
     sought = 0
     for seed in range(10):
         problem, log = random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)), Log()
