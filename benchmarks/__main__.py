@@ -40,6 +40,7 @@ _LONG = (
     "optimum",
     "proof",
     "deadlines",
+    "starts",
     "warm",
     "growth",
     "scale",

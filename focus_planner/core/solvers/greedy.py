@@ -21,8 +21,8 @@ from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, assign_samples, finish_cells
 
-# Pairs looked at between two calls of the callback, about a hundredth of a second's work.
-_PAIRS_BETWEEN_CALLS = 2_000_000
+# Pairs and cells looked at between two calls of the callback, a hundredth of a second's work.
+_WORK_BETWEEN_CALLS = 2_000_000
 
 
 def solve(
@@ -42,7 +42,7 @@ def solve(
     while True:
         iteration += 1
         units -= kernels.take_cameras(
-            _PAIRS_BETWEEN_CALLS,
+            _WORK_BETWEEN_CALLS,
             problem.pairs_by_camera,
             problem.pairs_by_sample,
             cells.focus,
@@ -62,10 +62,10 @@ def _start(problem: Problem) -> kernels.GreedyState:
     state = kernels.GreedyState(
         cell=np.full(cameras, -1, dtype=np.int32),
         ranking=np.empty((problem.sample_count, problem.views), dtype=np.int64),
+        steps=np.empty(int(cells.offsets[-1]) + cameras, dtype=np.int64),
         gain=np.empty(cameras, dtype=np.int64),
         where=np.empty(cameras, dtype=np.int32),
-        found=np.zeros(cameras, dtype=np.int64),
-        taken=np.zeros(1, dtype=np.int64),
+        fresh=np.empty(cameras, dtype=np.bool_),
     )
     kernels.rank_views(problem.pairs_by_sample, cells.focus, views, state.cell, state.ranking)
     kernels.first_gains(problem.pairs_by_camera, cells.focus, views, cells.offsets, state)
