@@ -62,7 +62,8 @@ class PlanRequest:
         "k_view",
         FieldSpec(
             "solver: the baselines closest (what autofocus does) and average, the paper's em and"
-            " k_view, greedy (camera after camera), or optimal, which proves its plan to be within ``gap`` of the best",
+            " k_view, greedy (camera after camera), or optimal, which proves its plan to be within"
+            " ``gap`` of the best",
             choices=METHODS,
         ),
     )

@@ -56,7 +56,9 @@ def test_it_is_greedy_that_tries_everything(kind):
         problem = random_problem(seed, 25, 5, **kind)
         cell = plain_greedy(problem)
         costs = []
-        found = greedy.solve(problem, None, lambda progress: costs.append(progress.cost) or True)
+        found = greedy.solve(
+            problem, None, lambda progress, costs=costs: costs.append(progress.cost) or True
+        )
         expected = finish_cells(problem, cell, 1, True)
         np.testing.assert_array_equal(found.focus_distances, expected.focus_distances)
         assert costs[-1] == cost_of_units(assign_samples(problem, cell)[1])

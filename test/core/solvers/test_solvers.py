@@ -328,9 +328,7 @@ def with_samples(problem, kept):
     )
 
 
-@pytest.mark.parametrize(
-    "name", ["average", "em", "greedy", "2-view", "2-view assigned", "3-view"]
-)
+@pytest.mark.parametrize("name", ["average", "em", "greedy", "2-view", "2-view assigned", "3-view"])
 def test_a_sample_weighs_as_much_as_two_of_half_its_weight(name):
     problem = random_problem(5, 24, 4, share=0.6)
     parts = 1 + (np.arange(24) % 3 == 0)
