@@ -153,7 +153,7 @@ def every_method(node: RecordingNode) -> None:
     """Record plans for a mesh and a rig by every method."""
     node.client.publish_mesh(small_body("arms_down"))
     node.client.publish_rig(RIG)
-    for method in ("closest", "average", "em", "k_view", "optimal"):
+    for method in ("closest", "average", "em", "greedy", "k_view", "optimal"):
         node.run(f"mesh_{method}", method=method)
     node.run("mesh_k_view_3_assigned", method="k_view", k=3, scope="assigned")
     node.client.set_parameters(tuples="grid", record_markers=True)

@@ -40,6 +40,7 @@ _LONG = (
     "optimum",
     "proof",
     "deadlines",
+    "start_plans",
     "warm",
     "growth",
     "scale",

@@ -55,7 +55,7 @@ _STATES = QoSProfile(
 )
 _CHANGES: dict[str, tuple[Any, ...]] = {
     "samples": (100, 200, 300),
-    "method": ("em", "k_view", "closest", "optimal"),
+    "method": ("em", "greedy", "k_view", "closest", "optimal"),
     "seed": (0, 1, 2),
     "scope": ("all", "assigned"),
     "warm_start": (True, False),
@@ -68,7 +68,7 @@ _CHANGES: dict[str, tuple[Any, ...]] = {
     "image.fx": (1100.0, 1190.732),
 }
 _REQUESTS: dict[str, tuple[Any, ...]] = {
-    "method": ("", "em", "k_view", "closest", "average", "optimal"),
+    "method": ("", "em", "greedy", "k_view", "closest", "average", "optimal"),
     "samples": (0, 50, 200, 300),
     "seed": (0, 0, 1, 2**64 - 1),
     "time_budget": (0.0, 0.0, 0.0, 0.05),

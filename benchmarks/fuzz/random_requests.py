@@ -21,7 +21,7 @@ _NUMBERS = (float("nan"), float("inf"), -float("inf"), -1.0, -0.0, 5e-324, 1e308
 _MOST = 2**32 - 1
 # What is usual of each field, and what is not. No usual one takes long.
 _FIELDS: dict[str, tuple[tuple[Any, ...], tuple[Any, ...]]] = {
-    "method": (("closest", "average", "em", "k_view", "optimal"), _TEXTS),
+    "method": (("closest", "average", "em", "greedy", "k_view", "optimal"), _TEXTS),
     "samples": ((0, 1, 2, 10, 50, 100), (_MOST, 2_000_001, 10**9)),
     "seed": ((0, 1, 2, 3), (2**64 - 1, 2**63)),
     "time_budget": ((0.0, 0.0, 0.05, 0.2), _NUMBERS[:4] + (5e-324,)),

@@ -37,6 +37,7 @@ STAGES: Mapping[str, str] = {
     "closest": "focusing on the nearest",
     "average": "focusing on the mean",
     "em": "searching one by one",
+    "greedy": "choosing one by one",
     "k_view": "searching in pairs",
     "k_view, triples": "searching in triples",
     "pictures": "choosing pictures",

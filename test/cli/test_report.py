@@ -236,7 +236,10 @@ def test_a_plan_of_another_surface_is_doubted(
         ("plan.json --samples 99", "--samples: expected a whole number of at least 100, got 99"),
         ("plan.json --samples 300000", "--samples: expected a whole number of at least 100, at m"),
         ("plan.json --samples x", "argument --samples: invalid int value: 'x'"),
-        ("plan.json --compare best", "--compare: expected one of closest, average, em, k_view"),
+        (
+            "plan.json --compare best",
+            "--compare: expected one of closest, average, em, greedy, k_view",
+        ),
         ("plan.json", "--surface: expected the surface that plan.json was made for, got none"),
         ("none", "none: expected a recorded run, got no such folder or file"),
         ("none.json --surface ball.obj --rig rig.yaml", "none.json: expected a plan.json, got no"),

@@ -183,7 +183,10 @@ def test_the_docstring_explains_every_field() -> None:
 @pytest.mark.parametrize(
     ("change", "error"),
     [
-        ({"method": "best"}, "method: expected one of closest, average, em, k_view, optimal, got"),
+        (
+            {"method": "best"},
+            "method: expected one of closest, average, em, greedy, k_view, optimal, got",
+        ),
         ({"samples": -1}, "samples: expected a whole number of at least 0, got -1"),
         ({"samples": 1.5}, "samples: expected a whole number of at least 0, got 1.5"),
         ({"samples": 2_000_001}, "samples: expected at most 2000000, got 2000001"),

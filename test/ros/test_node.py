@@ -418,7 +418,7 @@ def test_a_mesh_is_planned_for_without_its_bad_triangles(ready, body, rig, damag
     [
         (
             {"method": "guess"},
-            "method: expected one of closest, average, em, k_view.*, got 'guess'",
+            "method: expected one of closest, average, em, greedy, k_view.*, got 'guess'",
         ),
         ({"k": 4}, "k: expected 2 or 3, got 4"),
         ({"scope": "some"}, "scope: expected one of all, assigned, got 'some'"),

@@ -78,6 +78,7 @@ from focus_planner.core.kernels.distortion import (
 )
 from focus_planner.core.kernels.em import stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
+from focus_planner.core.kernels.greedy import GreedyState, first_gains, take_cameras
 from focus_planner.core.kernels.k_view import DescentState, improve_tuples, move_cameras
 from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
@@ -183,6 +184,7 @@ __all__ = [
     "GainsByCamera",
     "GainsBySample",
     "Graph",
+    "GreedyState",
     "Kernel",
     "Looks",
     "Neighbourhoods",
@@ -230,6 +232,7 @@ __all__ = [
     "expose",
     "farthest_off_focus",
     "fill_rays",
+    "first_gains",
     "focus_intervals",
     "focus_room",
     "folders",
@@ -270,6 +273,7 @@ __all__ = [
     "stab_brackets",
     "strongest",
     "take",
+    "take_cameras",
     "thin",
     "threads_for",
     "undistort",

@@ -76,6 +76,7 @@ _SECONDS = {
     "distortion": 2.5,
     "em": 2.0,
     "gains": 5.5,
+    "greedy": 5.0,
     "k_view": 24.0,
     "lagrangian": 14.0,
     "local_fit": 7.5,
@@ -172,6 +173,8 @@ def works_for(request: PlanRequest, *, clouds: bool) -> tuple[Work, ...]:
         works.append(TUPLES_OF_CAMERAS)
     if request.method == "optimal":
         works.append(PROOFS)
+    if request.method == "greedy":
+        works.append(GREEDY)
     if request.images:
         works.append(BUDGETS)
     if clouds or request.method == "optimal" or request.images or _done.issuperset(works):
@@ -348,8 +351,9 @@ def _little(request: PlanRequest) -> PlanRequest:
 @cache
 def _plan_alike(request: PlanRequest) -> Work:
     """Return the work of a plan on little."""
-    tuples = [TUPLES_OF_CAMERAS.modules] if request.method == "k_view" else []
-    return Work(PLANNING.modules.union(*tuples), lambda: _plan_on_ball(request))
+    own = {"greedy": GREEDY.modules, "k_view": TUPLES_OF_CAMERAS.modules}
+    modules = PLANNING.modules | own.get(request.method, frozenset())
+    return Work(modules, lambda: _plan_on_ball(request))
 
 
 def _plan_on_ball(request: PlanRequest) -> None:
@@ -388,6 +392,10 @@ def _prove() -> None:
     cuts = CutPrices(gains, prices.price, prices.bound)
     cuts.descend(0)
     BranchingWithCuts(gains, cuts, 0).step(0)
+
+
+def _plan_greedily() -> None:
+    solve(Scene(_ball()), _rig(), PlanRequest("greedy", _SAMPLES))
 
 
 def _plan_within_budget() -> None:
@@ -463,6 +471,8 @@ TUPLES_OF_CAMERAS = _work(
     *("assigned", "camera_tuples", "k_view", "pairs", "ranking"),
     after=(PLANNING,),
 )
+#: Taking camera after camera.
+GREEDY = _work(_plan_greedily, "greedy", after=(PLANNING, TUPLES_OF_CAMERAS))
 #: Proving that a plan is the best.
 PROOFS = _work(
     _prove,
@@ -477,7 +487,7 @@ DEPTHS = _work(_see_depths, "rasterize", after=(PLANNING,))
 PICTURES = _work(_take_pictures, "shading", after=(PLANNING, DEPTHS))
 
 #: All that plans may consist of.
-PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, PROOFS, BUDGETS)
+PLANS = (PLANNING, CLOUDS, TUPLES_OF_CAMERAS, GREEDY, PROOFS, BUDGETS)
 ALL = (*PLANS, DEPTHS, PICTURES)
 
 # What this process has done, and what it has found that others compiled.

@@ -26,7 +26,7 @@ from focus_planner.core.rig.rig import MAX_CAMERAS
 from focus_planner.core.validation import MAX_COORDINATE
 
 #: Those of the solvers.
-METHODS = ("closest", "average", "em", "k_view", "optimal")
+METHODS = ("closest", "average", "em", "greedy", "k_view", "optimal")
 
 SCOPES = ("all", "assigned")
 
@@ -62,7 +62,8 @@ class PlanRequest:
         "k_view",
         FieldSpec(
             "solver: the baselines closest (what autofocus does) and average, the paper's em and"
-            " k_view, or optimal, which proves its plan to be within ``gap`` of the best",
+            " k_view, greedy (camera after camera), or optimal, which proves its plan to be within"
+            " ``gap`` of the best",
             choices=METHODS,
         ),
     )

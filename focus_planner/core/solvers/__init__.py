@@ -10,7 +10,7 @@
 
 """One file per solver, one signature: ``solve(problem, options, on_progress) -> Solution``."""
 
-from focus_planner.core.solvers import average, closest, em, k_view, optimal
+from focus_planner.core.solvers import average, closest, em, greedy, k_view, optimal
 from focus_planner.core.solvers.options import Options
 from focus_planner.core.solvers.solution import Solution, Solver
 
@@ -19,6 +19,7 @@ SOLVERS: dict[str, Solver] = {
     "closest": closest.solve,
     "average": average.solve,
     "em": em.solve,
+    "greedy": greedy.solve,
     "k_view": k_view.solve,
     "optimal": optimal.solve,
 }

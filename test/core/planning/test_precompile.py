@@ -151,15 +151,24 @@ def test_every_kernel_belongs_to_one_kind_of_work():
     assert rooms == planning._SECONDS.keys() == set().union(*(w.modules for w in planning.ALL))
 
 
+_OPTIMAL = [
+    planning.PLANNING,
+    planning.CLOUDS,
+    planning.TUPLES_OF_CAMERAS,
+    planning.PROOFS,
+]
+
+
 @pytest.mark.parametrize(
     ("method", "images", "clouds", "works"),
     [
         ("em", 0, False, [planning.PLANNING]),
         ("em", 9, False, [planning.PLANNING, planning.BUDGETS]),
+        ("greedy", 0, False, [planning.PLANNING, planning.GREEDY]),
         ("closest", 0, True, [planning.PLANNING, planning.CLOUDS]),
         ("k_view", 0, False, [planning.PLANNING, planning.TUPLES_OF_CAMERAS]),
-        ("optimal", 0, True, [work for work in planning.PLANS if work != planning.BUDGETS]),
-        ("optimal", 9, True, list(planning.PLANS)),
+        ("optimal", 0, True, _OPTIMAL),
+        ("optimal", 9, True, [*_OPTIMAL, planning.BUDGETS]),
     ],
 )
 def test_only_what_a_request_runs_is_compiled(method, images, clouds, works):
@@ -185,6 +194,7 @@ def test_each_kind_of_work_covers_what_its_requests_run():
         for method, images, clouds in (
             ("em", 0, False),
             ("em", 5, False),
+            ("greedy", 0, False),
             ("k_view", 0, False),
             ("em", 0, True),
             ("optimal", 0, True),

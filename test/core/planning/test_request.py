@@ -23,7 +23,7 @@ from focus_planner import (
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"method": "best"}, "method: expected one of closest, average, em, k_view"),
+        ({"method": "best"}, "method: expected one of closest, average, em, greedy, k_view"),
         ({"samples": -1}, "samples: expected a whole number of at least 0, got -1"),
         ({"samples": 10.0}, "samples: expected a whole number of at least 0, got 10.0"),
         ({"seed": -1}, "seed: expected a whole number of at least 0, got -1"),

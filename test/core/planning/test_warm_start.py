@@ -178,7 +178,7 @@ def test_every_method_starts_from_the_plan_before(method):
     check(warm, request)
     assert warm.cost <= cold.cost * (1 + 1e-6)
     assert again.total() <= steps.total()
-    if method in {"closest", "average"}:  # which start nowhere
+    if method in {"closest", "average", "greedy"}:  # which start nowhere
         assert warm.cameras == cold.cameras
 
 

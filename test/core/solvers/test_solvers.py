@@ -42,6 +42,7 @@ SETTINGS = {
     "closest": ("closest", Options()),
     "average": ("average", Options()),
     "em": ("em", Options()),
+    "greedy": ("greedy", Options()),
     "2-view": ("k_view", Options()),
     "2-view assigned": ("k_view", Options(scope="assigned")),
     "3-view": ("k_view", Options(k=3)),
@@ -327,7 +328,7 @@ def with_samples(problem, kept):
     )
 
 
-@pytest.mark.parametrize("name", ["average", "em", "2-view", "2-view assigned", "3-view"])
+@pytest.mark.parametrize("name", ["average", "em", "greedy", "2-view", "2-view assigned", "3-view"])
 def test_a_sample_weighs_as_much_as_two_of_half_its_weight(name):
     problem = random_problem(5, 24, 4, share=0.6)
     parts = 1 + (np.arange(24) % 3 == 0)
@@ -366,7 +367,7 @@ def test_threads_change_no_bit():
         a, b = getattr(one, name), getattr(two, name)
         if isinstance(a, np.ndarray):
             assert a.tobytes() == b.tobytes(), name
-    for name in ("em", "2-view", "2-view assigned"):
+    for name in ("em", "greedy", "2-view", "2-view assigned"):
         # Batches of many tuples: none may read what another writes.
         a = with_threads(1, lambda name=name: solve(SETTINGS[name], one))
         for _ in range(3):
