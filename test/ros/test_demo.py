@@ -109,7 +109,7 @@ def test_the_demonstration(tmp_path, capsys, monkeypatch, usual_speed):
     assert f"The report:  {path}" in shown
     assert report.title == "Focus plan for arms_out.ply"
     assert report.plans[0].plan == plan
-    assert [each.plan for each in report.plans[1:5]] == [
+    assert [each.plan for each in report.plans[1 : len(METHODS)]] == [
         run.ending.plan for run in runs if run.ending.plan.method != plan.method
     ]
     assert len(report.steps) > 5
