@@ -22,8 +22,10 @@ from focus_planner.core.problem.gains import Gains
 # a cut that is violated by less.
 _PART = 0.08
 _VIOLATED = 0.05
-# Samples are drawn until there are so many such pairs, and cycles are sought from so many of them.
-_NODES, _SOURCES = 1500, 400
+# Samples are drawn until there are so many such pairs, and cycles are sought from so many of them: from
+# fewer in a graph with so many edges that it would take far longer than price steps do.
+_NODES, _SOURCES, _FEWEST_SOURCES = 1500, 400, 20
+_EDGES_LOOKED_AT = 16_000_000
 # Found cycles have at most so many edges, and so many of the new cuts may share a pair; each cycle
 # gives cuts for so many other samples.
 _EDGES = 60
@@ -104,9 +106,11 @@ def separate(
         np.concatenate([[0.0], np.cumsum(averages.stands)]),
     )
     graph = _graph(gains, fraction)
+    edges = max(len(graph.to), 1)
+    most = max(min(_SOURCES, _EDGES_LOOKED_AT // edges), _FEWEST_SOURCES)
     sources = np.arange(len(taken))
-    if len(taken) > _SOURCES:
-        sources = random.choice(len(taken), _SOURCES, replace=False)
+    if len(taken) > most:
+        sources = random.choice(len(taken), most, replace=False)
     lengths, counts = np.empty(len(sources)), np.zeros(len(sources), dtype=np.int64)
     paths = np.empty((len(sources), _EDGES, 3), dtype=np.int32)
     kernels.odd_cycles(graph, sources, 1.0 - 2.0 * _VIOLATED, lengths, counts, paths)

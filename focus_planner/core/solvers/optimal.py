@@ -44,10 +44,10 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
-# Cuts are sought where prices alone leave this part of the cost, or so many nodes, in pairs, were
-# not enough.
-_CUT_FROM = 2e-3
-_PAIRS_WITHOUT_CUTS = 40_000_000
+# Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave much
+# of the cost.
+_PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 40_000_000, 8_000_000
+_MUCH = 2e-3
 # Then the plan is kicked so many times, or as often as these pairs allow, which takes a second; and
 # so many times for every round of cuts or step of branching: about a tenth of the time.
 _FIRST_KICKS, _KICKS = 256, 0.1
@@ -179,10 +179,10 @@ class _Search:
         assert self._prices is not None
         gains, prices = self._gains, self._prices
         can_cut = gains.views == 1
-        if not can_cut or prices.bound - self._goal < _CUT_FROM * self._units:
-            branching = Branching(gains, prices.price, prices.bound, self._goal)
-            most_nodes = _PAIRS_WITHOUT_CUTS / max(len(gains.gain), 1)
-            self._close(branching, most_nodes if can_cut else np.inf)
+        much = prices.bound - self._goal > _MUCH * self._units
+        pairs = _PAIRS_IF_MUCH if much else _PAIRS_WITHOUT_CUTS
+        branching = Branching(gains, prices.price, prices.bound, self._goal)
+        self._close(branching, pairs / max(len(gains.gain), 1) if can_cut else np.inf)
         if can_cut and self._unproven():
             self._close(self._cut(prices), np.inf)
 

@@ -33,9 +33,15 @@ def torn_problem(seed, samples=100, cameras=10, **options):
     return random_problem(seed, samples, cameras, visible=visible, lens=Lens(0.05, 8.0), **options)
 
 
+def search_without_cuts(monkeypatch, pairs):
+    """Let the search that comes first take so many nodes, in pairs."""
+    monkeypatch.setattr(optimal, "_PAIRS_WITHOUT_CUTS", pairs)
+    monkeypatch.setattr(optimal, "_PAIRS_IF_MUCH", pairs)
+
+
 @pytest.fixture(autouse=True)
 def cuts_from_the_start(monkeypatch):
-    monkeypatch.setattr(optimal, "_CUT_FROM", 0.0)
+    search_without_cuts(monkeypatch, 0)
     monkeypatch.setattr(optimal, "_FIRST_KICKS", 3)
 
 
@@ -104,8 +110,7 @@ def test_several_views_are_bounded_without_cuts():
 
 
 def test_after_many_nodes_without_cuts_they_are_sought(monkeypatch):
-    monkeypatch.setattr(optimal, "_CUT_FROM", 1.0)
-    monkeypatch.setattr(optimal, "_PAIRS_WITHOUT_CUTS", 400)
+    search_without_cuts(monkeypatch, 400)
     sought = 0
     for seed in range(10):
         problem, log = random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)), Log()
