@@ -131,14 +131,14 @@ def test_of_a_ring_of_cameras_cuts_prove_the_best_plan(cameras, best, relaxed):
 
 def test_the_bound_with_cuts_is_one_and_no_worse_than_without():
     closed = 0
-    for seed in range(200):
+    for seed in range(60):
         gains = gains_of(random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)))
         most = reference.largest_gain(gains)
         prices, cuts = descended(gains, most, rounds=12)
         assert most <= cuts.bound <= prices.bound
         assert cuts.bound == reference.cut_bound(gains, cuts.cuts, *parts(gains, cuts.price))
         closed += cuts.bound - most < 0.5 * (prices.bound - most)
-    assert closed > 10
+    assert closed > 3
 
 
 def test_rounds_end_and_drop_cuts_that_have_no_price():
@@ -212,7 +212,7 @@ def test_nodes_are_exact():
 
 def test_branching_with_cuts_comes_down_to_the_optimum_and_never_below():
     branched = fewer = 0
-    for seed in range(150):
+    for seed in range(80):
         gains = gains_of(random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)))
         most = reference.largest_gain(gains)
         prices, root = descended(gains, most, rounds=3)
@@ -231,7 +231,7 @@ def test_branching_with_cuts_comes_down_to_the_optimum_and_never_below():
             assert tree.exhausted
         branched += 1
         fewer += search.nodes < plain.nodes
-    assert branched > 20
+    assert branched > 10
     assert fewer > branched / 2
 
 

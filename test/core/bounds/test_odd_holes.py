@@ -40,7 +40,7 @@ def members(cuts):
 
 def test_whatever_is_taken_cuts_hold_in_every_plan():
     count = wide = 0
-    for seed in range(400):
+    for seed in range(200):
         if seed % 2:
             gains = gains_of(tiny_problem(seed, most_choices=300))
         else:
@@ -54,8 +54,8 @@ def test_whatever_is_taken_cuts_hold_in_every_plan():
                 assert reference.cut_excess(gains, cuts, k, cell) <= 0
         count += len(cuts.limit)
         wide += sum(last > first for _, _, ranges in members(cuts) for _, first, last in ranges)
-    assert count > 300
-    assert wide > 300
+    assert count > 150
+    assert wide > 150
 
 
 @pytest.mark.parametrize("cameras", [3, 5, 7])
