@@ -22,8 +22,8 @@ from focus_planner.core.problem.gains import Gains
 # a cut that is violated by less.
 _PART = 0.08
 _VIOLATED = 0.05
-# Samples are drawn until there are so many such pairs, and cycles are sought from so many of them: from
-# fewer in a graph with so many edges that it would take far longer than price steps do.
+# Samples are drawn until there are so many such pairs, and cycles are sought from so many of them:
+# from fewer in a graph with so many edges that it would take far longer than price steps do.
 _NODES, _SOURCES, _FEWEST_SOURCES = 1500, 400, 20
 _EDGES_LOOKED_AT = 16_000_000
 # Found cycles have at most so many edges, and so many of the new cuts may share a pair; each cycle

@@ -44,8 +44,8 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
-# Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave much
-# of the cost.
+# Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave
+# much of the cost.
 _PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 40_000_000, 8_000_000
 _MUCH = 2e-3
 # Then the plan is kicked so many times, or as often as these pairs allow, which takes a second; and
