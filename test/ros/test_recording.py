@@ -650,7 +650,7 @@ def test_interrupted_while_it_writes_it_finishes_what_was_answered(
     assert len(list(tmp_path.glob(f"*{PARTIAL}"))) <= 1
 
 
-MOMENTS = 10
+MOMENTS = 6
 
 
 def test_killed_at_any_moment_it_leaves_whole_runs_and_partial_ones(tmp_path, body, rig):
