@@ -27,6 +27,7 @@ import pytest
 from hypothesis import settings
 
 from testing import optional_modules
+from testing.early_failures import EarlyFailures
 from testing.started_processes import StartedProcesses
 
 # The same examples every time, however busy the machine is.
@@ -39,6 +40,7 @@ def pytest_configure(config):
     # start would inherit that, and not end when it is told to.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGQUIT, signal.SIG_DFL)
+    config.pluginmanager.register(EarlyFailures(config))
     config.pluginmanager.register(StartedProcesses())
     config.pluginmanager.register(optional_modules)
 

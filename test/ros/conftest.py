@@ -25,10 +25,17 @@ from focus_planner.io.surfaces import load_surface
 from focus_planner.ros.client import PlannerClient
 from focus_planner.runtime.stop_signals import StopSignals
 from testing.ros.calls import WAITING
+from testing.ros.one_process import end_deliveries_within_it
 from testing.ros.patient_clients import have_clients_wait
 from testing.ros.planner_process import PlannerProcess
 
 _count = itertools.count()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def several_contexts():
+    """Have this process bear several contexts at once."""
+    end_deliveries_within_it()
 
 
 @pytest.fixture(scope="session", autouse=True)
