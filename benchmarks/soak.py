@@ -66,6 +66,10 @@ _CHANGES: dict[str, tuple[Any, ...]] = {
     "max_waiting": (5, 100),
     "status_period": (0.1, 1.0),
     "image.fx": (1100.0, 1190.732),
+    "replan": ("never", "on_surface", "rate"),
+    "replan_rate": (1.0, 10.0),
+    "min_change": (0.0, 0.2),
+    "record_replan_period": (0.0, 1.0),
 }
 _REQUESTS: dict[str, tuple[Any, ...]] = {
     "method": ("", "em", "greedy", "k_view", "closest", "average", "optimal"),
