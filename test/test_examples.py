@@ -22,6 +22,7 @@ from focus_planner.io.bodies import body
 from focus_planner.io.plans import load_plan
 from focus_planner.io.rigs import save_rig
 from testing.forked import PIPE, ForkedProcess, run_forked
+from testing.ros.calls import WAITING
 from testing.ros.planner_process import PATIENCE, PlannerProcess
 
 ROOT = Path(__file__).parents[1]
@@ -147,7 +148,7 @@ def test_another_aperture():
 
 
 def test_orchestrate_and_camera_driver(rig_file):
-    node = PlannerProcess("focus_planner")
+    node = PlannerProcess("focus_planner", *WAITING)
     driver = ForkedProcess(PROGRAM, path_of("camera_driver"), "cam_0_03", stdout=PIPE)
     try:
         said = run("orchestrate", body("arms_out"), rig_file)

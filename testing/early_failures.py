@@ -30,5 +30,6 @@ class EarlyFailures:
             return
         reporter.ensure_newline()
         reporter.write_line(f"{report.nodeid}: failed in {report.when}", red=True)
-        for line in report.longreprtext.splitlines()[-_LINES:]:
-            reporter.write_line(f"    {line}")
+        for title, text in [("", report.longreprtext), *report.sections]:
+            for line in (title, *text.splitlines()[-_LINES:]):
+                reporter.write_line(f"    {line}")

@@ -27,9 +27,18 @@ from focus_planner.runtime.stop_signals import StopSignals
 from testing.ros.calls import WAITING
 from testing.ros.one_process import end_deliveries_within_it
 from testing.ros.patient_clients import have_clients_wait
-from testing.ros.planner_process import PlannerProcess
+from testing.ros.planner_process import PlannerProcess, ends_of_logs
 
 _count = itertools.count()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport():
+    """Show with a failure what nodes have logged."""
+    report = yield
+    if report.failed:
+        report.sections += ends_of_logs()
+    return report
 
 
 @pytest.fixture(scope="session", autouse=True)

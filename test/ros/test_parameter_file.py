@@ -106,7 +106,8 @@ def test_a_latched_mesh_and_a_best_effort_cloud_are_received(tmp_path, make_node
     node = make_node()
     latched = node.create_publisher(Mesh, "/latched/mesh", LATCHED)
     latched.publish(mesh_to_bytes(body))
-    planner = PlannerProcess("latched", "--params-file", str(uncommented("latched", tmp_path)))
+    parameters = str(uncommented("latched", tmp_path))
+    planner = PlannerProcess("latched", "--params-file", parameters, *WAITING)
     try:
         with PlannerClient("/latched") as client:
             client.publish_rig(rig)
@@ -143,7 +144,7 @@ def test_a_latched_mesh_is_not_received_without(make_node, body, rig):
     node = make_node()
     latched = node.create_publisher(Mesh, "/volatile/mesh", LATCHED)
     latched.publish(mesh_to_bytes(body))
-    planner = PlannerProcess("volatile", "--params-file", str(FILE))
+    planner = PlannerProcess("volatile", "--params-file", str(FILE), *WAITING)
     try:
         with PlannerClient("/volatile") as client:
             client.publish_rig(rig)

@@ -27,7 +27,7 @@ from focus_planner import Mesh, PointCloud, cylinder_rig
 from focus_planner.lenses.profiles import CAMERA, PROFILES
 from focus_planner.ros.client import PlannerClient
 from testing.forked import run_forked
-from testing.ros.calls import until
+from testing.ros.calls import WAITING, until
 from testing.ros.lens_processes import LensProcess
 from testing.ros.planner_process import PlannerProcess
 
@@ -215,7 +215,7 @@ def test_the_planner_and_its_client_have_in_every_state_what_the_policy_allows(o
     # With simulated time it listens to /clock, with frames of cameras to their CameraInfo.
     parameters = ("autostart:=false", "use_sim_time:=true", "camera_frames:=cam_a")
     planner = PlannerProcess(
-        "focus_planner", *(part for each in parameters for part in ("-p", each))
+        "focus_planner", *WAITING, *(part for each in parameters for part in ("-p", each))
     )
     driver = observer.create_publisher(CameraInfo, "/cam_a/camera/camera_info", 1)
     try:

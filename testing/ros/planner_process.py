@@ -16,6 +16,7 @@ import re
 import subprocess
 import sys
 import threading
+import weakref
 from functools import partial
 from signal import SIGINT
 from tempfile import gettempdir
@@ -24,6 +25,18 @@ from testing.forked import DEVNULL, PIPE, ForkedProcess
 
 # Seconds. Tells what hangs from what works on a busy machine, and nothing else.
 PATIENCE = 240
+
+
+# Whose logs tell why a test failed.
+_NODES = weakref.WeakSet()
+_LINES = 30
+
+
+def ends_of_logs():
+    """Return titles and ends of the logs of nodes that were started here and still matter."""
+    return [
+        (f"log of {node.title}", "\n".join(node.log.splitlines()[-_LINES:])) for node in _NODES
+    ]
 
 
 class NodeProcess:
@@ -38,6 +51,12 @@ class NodeProcess:
         self._process = start(module, *arguments, stderr=PIPE, folder=folder)
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
+        _NODES.add(self)
+
+    @property
+    def title(self):
+        state = "ended" if self._ended else "runs"
+        return f"{getattr(self, 'name', self.module)}, {self.pid}, {state}"
 
     @property
     def pid(self):
