@@ -15,7 +15,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, final
 
 from rclpy.client import Client
 from rclpy.task import Future
@@ -24,6 +24,9 @@ from focus_planner.ros.waiting import wait_for, wait_for_event
 
 # Seconds without a response after which a call is made again.
 _AGAIN = 5.0
+# Seconds without a server after which it is not expected to respond any more. Discovery may lose
+# one that is there for a moment.
+_GONE = 10.0
 
 
 def wait_for_service(
@@ -55,6 +58,47 @@ def result_of(
     if not wait_for_event(done, timeout, on_wait):
         raise _no_response(what, timeout)
     return future.result()
+
+
+@final
+class WhileOffered:
+    """To be called while a response is waited for, which it ends once nobody is left to send one.
+
+    Parameters
+    ----------
+    is_offered : callable
+        Returns whether the service is there.
+    what : str
+        Its name.
+    on_wait : callable
+        Called besides.
+    """
+
+    def __init__(
+        self, is_offered: Callable[[], bool], what: str, on_wait: Callable[[], object]
+    ) -> None:
+        self._is_offered = is_offered
+        self._what = what
+        self._on_wait = on_wait
+        self._missed_since: float | None = None
+
+    def __call__(self) -> None:
+        """Look.
+
+        Raises
+        ------
+        TimeoutError
+            If the service has been away for too long.
+        """
+        self._on_wait()
+        if self._is_offered():
+            self._missed_since = None
+            return
+        now = time.monotonic()
+        if self._missed_since is None:
+            self._missed_since = now
+        if now - self._missed_since > _GONE:
+            raise TimeoutError(f"no response from {self._what}: the node has ended, or lost touch")
 
 
 def call_until_answered(

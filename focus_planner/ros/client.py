@@ -52,7 +52,12 @@ from focus_planner.messages.writing import (
     rig_to_fields,
 )
 from focus_planner.ros.base_node import BaseNode
-from focus_planner.ros.calls import call_until_answered, result_of, wait_for_service
+from focus_planner.ros.calls import (
+    WhileOffered,
+    call_until_answered,
+    result_of,
+    wait_for_service,
+)
 from focus_planner.ros.conversions import message_to_ros, type_name_of
 from focus_planner.ros.graph import full_name_of, planners_seen_by
 from focus_planner.ros.qos import ALL_CALLS, LATCHED
@@ -84,9 +89,10 @@ class Goal:
         Whether the planner accepted it.
     """
 
-    def __init__(self, handle: ClientGoalHandle, send: Send) -> None:
+    def __init__(self, handle: ClientGoalHandle, send: Send, on_wait: Callable[[], object]) -> None:
         self._handle = handle
         self._send = send
+        self._on_wait = on_wait
         self._result = send(handle.get_result_async) if handle.accepted else None
         self.accepted: bool = handle.accepted
 
@@ -99,7 +105,7 @@ class Goal:
     def result(self, timeout: float = 600.0) -> tuple[int, PlanFocusAction.Result]:
         """Wait until it ends; return its status, one of ``GoalStatus``, and its result."""
         assert self._result is not None
-        answer = result_of(self._result, timeout, "plan")
+        answer = result_of(self._result, timeout, "plan", self._on_wait)
         return answer.status, answer.result
 
 
@@ -217,7 +223,8 @@ class PlannerClient:
 
     def wait_for(self, call: Future, timeout: float = 600.0) -> PlanFocus.Response:
         """Wait for the response to :meth:`plan_async`."""
-        return result_of(call, timeout, "plan_focus", self._on_wait)
+        here = WhileOffered(self._plan_focus.service_is_ready, "plan_focus", self._on_wait)
+        return result_of(call, timeout, "plan_focus", here)
 
     def send_goal(
         self, on_feedback: Callable[[PlanFocusAction.Feedback], None] | None = None, **goal: Any
@@ -234,7 +241,8 @@ class PlannerClient:
         forward = None if on_feedback is None else lambda message: on_feedback(message.feedback)
         request = PlanFocusAction.Goal(**goal)
         sent = self._send(partial(self._plan.send_goal_async, request, forward))
-        return Goal(result_of(sent, _TIMEOUT, "plan's send_goal"), self._send)
+        here = WhileOffered(self._plan.server_is_ready, "plan", self._on_wait)
+        return Goal(result_of(sent, _TIMEOUT, "plan's send_goal"), self._send, here)
 
     def change_state(self, transition: str) -> bool:
         """Request a transition, such as ``"activate"``; return whether it was made."""

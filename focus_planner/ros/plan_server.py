@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -60,6 +61,8 @@ class PlanServer:
     ----------
     requests : Requests
         The unanswered ones.
+    answered : float
+        When the last one was answered, by :func:`time.monotonic`.
     """
 
     def __init__(
@@ -70,6 +73,7 @@ class PlanServer:
         on_change: Callable[[], None],
     ) -> None:
         self.requests = Requests()
+        self.answered = -math.inf
         self._node = node
         self._group = group
         self._settings = settings
@@ -171,6 +175,7 @@ class PlanServer:
 
     def on_outcome(self, outcome: Outcome) -> None:
         """Schedule the work that is deferred until the answer has been sent."""
+        self.answered = time.monotonic()
         self._unfinished.append(outcome.on_sent)
         self._on_change()
         if self._node.executor:

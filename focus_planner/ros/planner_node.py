@@ -64,6 +64,9 @@ _SECONDS_TO_FINISH = 3.0
 _FAILED = 1
 # Once a coroutine has returned a response, the executor takes a few more steps to send it.
 _SPINS_TO_SEND = 10
+# Seconds for which the node stays after its last answer. Where a caller's middleware learns that
+# the node has ended before it has read the answer, it drops that.
+_SECONDS_TO_RECEIVE = 0.5
 
 
 class PlannerNode(ManagedNode):
@@ -180,6 +183,9 @@ class PlannerNode(ManagedNode):
         for _ in range(_SPINS_TO_SEND):
             if can_go_on():
                 steps.take(partial(executor.spin_once, timeout_sec=0.0))
+        end = self._server.answered + _SECONDS_TO_RECEIVE
+        while can_go_on() and (left := end - time.monotonic()) > 0:
+            steps.take(partial(executor.spin_once, timeout_sec=left))
 
     def stop(self) -> None:
         """Stop planning at the solver's next step, answer all callers, then end :meth:`spin`."""

@@ -11,8 +11,10 @@
 from __future__ import annotations
 
 import threading
+from contextlib import contextmanager
 
 import pytest
+from focus_planner_msgs.srv import PlanFocus
 from lifecycle_msgs.srv import GetState
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import SingleThreadedExecutor
@@ -21,6 +23,7 @@ from rclpy.task import Future
 from focus_planner.ros import calls
 from focus_planner.ros.client import PlannerClient
 from testing.ros.calls import until
+from testing.ros.planner_process import PATIENCE
 
 
 def test_a_subscription_is_destroyed_on_the_thread_that_waits_on_it(monkeypatch):
@@ -53,6 +56,12 @@ def test_a_call_whose_response_is_lost_is_made_again(make_node, monkeypatch):
 
     group = ReentrantCallbackGroup()
     node.create_service(GetState, "/forgetful/get_state", answer, callback_group=group)
+    with spun(node), PlannerClient("/forgetful") as client:
+        assert client.state() == "after 2 calls"
+
+
+@contextmanager
+def spun(node):
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     ended = threading.Event()
@@ -64,9 +73,30 @@ def test_a_call_whose_response_is_lost_is_made_again(make_node, monkeypatch):
     thread = threading.Thread(target=spin)
     thread.start()
     try:
-        with PlannerClient("/forgetful") as client:
-            assert client.state() == "after 2 calls"
+        yield
     finally:
         ended.set()
         thread.join()
         executor.shutdown()
+
+
+def test_a_response_is_not_waited_for_once_nobody_is_left_to_send_it(make_node, monkeypatch):
+    monkeypatch.setattr(calls, "_GONE", 0.2)
+    node, arrived, never = make_node(), threading.Event(), Future()
+
+    async def answer(request, response):
+        arrived.set()
+        await never
+        return response
+
+    group = ReentrantCallbackGroup()
+    service = node.create_service(PlanFocus, "/mortal/plan_focus", answer, callback_group=group)
+    with PlannerClient("/mortal") as client:
+        with spun(node):
+            call = client.plan_async()
+            assert arrived.wait(PATIENCE)
+            with pytest.raises(TimeoutError, match=r"within 0\.5 s"):
+                client.wait_for(call, 0.5)
+        node.destroy_service(service)
+        with pytest.raises(TimeoutError, match="from plan_focus: the node has ended, or lost"):
+            client.wait_for(call)

@@ -25,9 +25,10 @@ from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.process import run
 from focus_planner.runtime.stop_signals import StopSignals
-from testing.forked import run_forked
-from testing.ros.calls import until
+from testing.forked import PIPE, ForkedProcess, run_forked
+from testing.ros.calls import WAITING, until
 from testing.ros.goals import LONG
+from testing.ros.planner_process import PlannerProcess
 
 pytestmark = pytest.mark.processes
 
@@ -223,6 +224,30 @@ def test_while_it_plans_it_ends_cleanly_and_the_callers_are_told(start_planner, 
             assert answer.message == "the node is shutting down"
     assert planner.wait() == 0
     assert "Traceback" not in planner.log
+
+
+def test_who_was_held_up_while_it_ended_is_told_too(body):
+    """Who learns that a node has left before it has read an answer of the node's never reads it."""
+    planner = PlannerProcess("lingering", *WAITING, module="testing.ros.lingering_node")
+    with PlannerClient(planner.name) as client:
+        client.publish_mesh(body)
+        client.publish_rig(cylinder_rig())
+        held = ForkedProcess("testing.ros.held_clients", planner.name, stdout=PIPE)
+        try:
+            assert held.stdout.readline() == "asked\n"
+            until(lambda: client.status().waiting == 3)
+            os.kill(held.pid, signal.SIGSTOP)
+            planner.signal(signal.SIGINT)
+            planner.wait_for_log("the node is shutting down")
+            time.sleep(1.0)  # in which a node that does not stay ends
+            os.kill(held.pid, signal.SIGCONT)
+            answers = [held.stdout.readline() for _ in range(4)]
+        finally:
+            held.kill()
+            held.wait()
+            held.stdout.close()
+            planner.kill()
+    assert answers == 4 * ["the node is shutting down\n"]
 
 
 def test_a_call_before_it_is_ready_waits(start_planner, body, rig):

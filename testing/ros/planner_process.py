@@ -34,9 +34,7 @@ _LINES = 30
 
 def ends_of_logs():
     """Return titles and ends of the logs of nodes that were started here and still matter."""
-    return [
-        (f"log of {node.title}", "\n".join(node.log.splitlines()[-_LINES:])) for node in _NODES
-    ]
+    return [(f"log of {node.title}", "\n".join(node.log.splitlines()[-_LINES:])) for node in _NODES]
 
 
 class NodeProcess:
