@@ -33,7 +33,8 @@ from rich.table import Table
 
 from benchmarks.scenes import rig
 from benchmarks.timing import timed
-from focus_planner.core.planning.precompile import PLANS, precompile
+from focus_planner.core.planning.precompile import precompile
+from focus_planner.core.planning.work import PLANS
 from focus_planner.evaluation.experiment import (
     Conditions,
     Experiment,

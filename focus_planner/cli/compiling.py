@@ -23,7 +23,8 @@ from focus_planner.cli.terminal import show_note
 from focus_planner.core.validation import check_whole
 
 if TYPE_CHECKING:
-    from focus_planner.core.planning.precompile import Compiled, Work
+    from focus_planner.core.planning.precompile import Compiled
+    from focus_planner.core.planning.work import Work
 
 _NOT_KEPT = 1
 # Of a log, for who wonders whether an installation still goes on.
@@ -90,8 +91,8 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile; return the exit status."""
-    from focus_planner.core.planning.precompile import ALL, PLANS
     from focus_planner.core.planning.precompile_processes import useful_processes
+    from focus_planner.core.planning.work import ALL, PLANS
 
     jobs = useful_processes()
     if options.jobs is not None:

@@ -251,7 +251,7 @@ def _workers(options: argparse.Namespace, tell: Tell) -> Iterator[Workers]:
         with connected(options.scheduler) as cluster:
             yield cluster
         return
-    from focus_planner.core.planning.precompile import PLANS
+    from focus_planner.core.planning.work import PLANS
 
     compile_first(tell, PLANS)
     if options.workers == 1:

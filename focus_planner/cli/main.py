@@ -149,7 +149,7 @@ def _demo(options: argparse.Namespace) -> int:
     with shown(quiet=False) as tell:
         tell("loading the demonstration")
         from focus_planner.cli.compiling import compile_first
-        from focus_planner.core.planning.precompile import ALL
+        from focus_planner.core.planning.work import ALL
         from focus_planner.demo import run
 
         compile_first(tell, ALL)  # or its node would, for longer than it is waited for

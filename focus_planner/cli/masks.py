@@ -107,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
     with shown(options.quiet) as tell:
         _check_output(options)
         subject = load_subject(options, tell, must_choose=True).subject
-        from focus_planner.core.planning.precompile import DEPTHS, PLANNING
+        from focus_planner.core.planning.work import DEPTHS, PLANNING
         from focus_planner.masks.programs import PROGRAMS, mask_places, picture_names
 
         names = picture_names(subject.plan, options.images)

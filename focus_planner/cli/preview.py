@@ -156,7 +156,7 @@ def _written(
 ) -> Iterator[Path]:
     """Write the pictures, and yield where each is."""
     from focus_planner.core.imaging.exposure import PictureCamera
-    from focus_planner.core.planning.precompile import DEPTHS, PICTURES
+    from focus_planner.core.planning.work import DEPTHS, PICTURES
     from focus_planner.core.rig.walk import walking_order
 
     pictures = sum(len(subject.plan.cameras[c].shots) for c in chosen)

@@ -102,7 +102,7 @@ def check_pictures(*, wanted: bool | None) -> None:
 def _pictures(options: ReportOptions, rig: Rig, tell: Tell) -> Pictures | None:
     if options.pictures is False:
         return None
-    from focus_planner.core.planning.precompile import DEPTHS, PICTURES
+    from focus_planner.core.planning.work import DEPTHS, PICTURES
 
     try:
         from focus_planner.report.thumbnails import camera_pictures
@@ -145,7 +145,7 @@ def make_report(
     InputError
         If other methods cannot plan for the subject, or the file cannot be written.
     """
-    from focus_planner.core.planning.precompile import PLANNING
+    from focus_planner.core.planning.work import PLANNING
     from focus_planner.report.assembly import assemble
     from focus_planner.report.comparison import plans_to_compare
     from focus_planner.report.making import write_report

@@ -104,7 +104,7 @@ def load_subject(
 
 
 def _subject_of_run(options: argparse.Namespace, tell: Tell, must_choose: bool) -> NamedSubject:
-    from focus_planner.core.planning.precompile import CLOUDS
+    from focus_planner.core.planning.work import CLOUDS
     from focus_planner.recording.provenance import input_names
     from focus_planner.recording.run_reading import read_run
     from focus_planner.recording.subject import subject_of
@@ -168,8 +168,8 @@ def _with_looks_of(
 
 
 def _subject_of_files(options: argparse.Namespace, tell: Tell) -> NamedSubject:
-    from focus_planner.core.planning.precompile import CLOUDS
     from focus_planner.core.planning.subject import PlannedSubject, plan_for_one, requested
+    from focus_planner.core.planning.work import CLOUDS
     from focus_planner.core.surface.scene import Scene
     from focus_planner.core.surface.surface import PointCloud
     from focus_planner.io.lens_tables import load_lens_tables

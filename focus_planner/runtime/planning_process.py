@@ -28,14 +28,9 @@ from typing import Any
 
 from focus_planner.core.planning.fingerprint import Fingerprint, fingerprints
 from focus_planner.core.planning.plan import SolvedPlan
-from focus_planner.core.planning.precompile import (
-    PLANS,
-    Work,
-    missing_kernels,
-    precompile,
-    works_for,
-)
+from focus_planner.core.planning.precompile import missing_kernels, precompile, works_for
 from focus_planner.core.planning.request import PlanRequest
+from focus_planner.core.planning.work import PLANS, Work
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.validation import InputError

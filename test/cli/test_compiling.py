@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 
 from focus_planner.cli.main import main
-from focus_planner.core.planning import precompile as planning
 from focus_planner.core.planning import precompile_processes as processes
+from focus_planner.core.planning import work
 from focus_planner.core.planning.precompile import Compiled
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -84,7 +84,7 @@ def test_warm_up_says_what_it_did(compiles, capsys, compiled, status, said, note
     asked = compiles(compiled)
     assert main(["warm-up"]) == status
     assert capsys.readouterr() == (said, noted)
-    assert asked == [(planning.ALL, 3)]
+    assert asked == [(work.ALL, 3)]
 
 
 def test_where_there_is_no_terminal_a_line_now_and_then_tells_where_it_is(monkeypatch, capsys):
@@ -115,13 +115,13 @@ def test_warm_up_for_the_node_leaves_pictures_out(compiles, capsys):
     assert capsys.readouterr().out.splitlines()[1:] == ["  12.0 s  cells", "   2.0 s  em"]
     assert main(["warm-up", "--for", "plans", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
-    assert asked == [(planning.PLANS, 3), (planning.PLANS, 3)]
+    assert asked == [(work.PLANS, 3), (work.PLANS, 3)]
 
 
 def test_as_many_processes_compile_as_are_asked_for(compiles, capsys):
     asked = compiles(Compiled({}, 0, 0.0, KEPT))
     assert main(["warm-up", "--jobs", "2"]) == 0
-    assert asked == [(planning.ALL, 2)]
+    assert asked == [(work.ALL, 2)]
     assert main(["warm-up", "--jobs", "0"]) == 2
     assert "--jobs: expected a whole number of at least 1, got 0" in capsys.readouterr().err
 
@@ -140,8 +140,8 @@ def test_a_plan_compiles_what_it_runs_before_it_prepares_anything(compiles, tmp_
 
     monkeypatch.setattr("focus_planner.core.surface.scene.Scene", prepared)
     for method, works in (
-        ("em", (planning.PLANNING,)),
-        ("k_view", (planning.PLANNING, planning.TUPLES_OF_CAMERAS)),
+        ("em", (work.PLANNING,)),
+        ("k_view", (work.PLANNING, work.TUPLES_OF_CAMERAS)),
     ):
         with pytest.raises(Prepared):
             main(["plan", body, "--rig", str(rig), "--method", method])

@@ -24,9 +24,10 @@ from pathlib import Path
 import pytest
 
 from focus_planner.core.planning.plan_focus import plan_focus
-from focus_planner.core.planning.precompile import DEPTHS, PICTURES, PLANS, Compiled
+from focus_planner.core.planning.precompile import Compiled
 from focus_planner.core.planning.request import PlanRequest
 from focus_planner.core.planning.resource_limits import ResourceLimits
+from focus_planner.core.planning.work import DEPTHS, PICTURES, PLANS
 from focus_planner.core.problem.cost_model import CostModel
 from focus_planner.core.progress import Progress
 from focus_planner.core.rig.layouts import cylinder_rig

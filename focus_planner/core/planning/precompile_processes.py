@@ -30,13 +30,12 @@ from numba import config
 
 from focus_planner.core import kernels
 from focus_planner.core.planning.precompile import (
-    ALL,
     Compiled,
-    Work,
     missing_kernels,
     precompile,
     progress_of,
 )
+from focus_planner.core.planning.work import ALL, Work
 from focus_planner.core.progress import COMPILING, Progress
 
 if TYPE_CHECKING:

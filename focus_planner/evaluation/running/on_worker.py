@@ -116,7 +116,8 @@ def _get_ready(program: dict[str, str]) -> None:
 def _compile() -> None:
     """Compile what plans run, unless it is there; of the workers of a machine one does."""
     from focus_planner.core import kernels
-    from focus_planner.core.planning.precompile import PLANS, missing_kernels, precompile
+    from focus_planner.core.planning.precompile import missing_kernels, precompile
+    from focus_planner.core.planning.work import PLANS
     from focus_planner.io.file_locks import locked_folder
 
     if not missing_kernels(PLANS):

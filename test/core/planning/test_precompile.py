@@ -24,6 +24,7 @@ import pytest
 
 from focus_planner.core import kernels
 from focus_planner.core.planning import precompile as planning
+from focus_planner.core.planning import work
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.precompile import precompile, works_for
@@ -146,29 +147,29 @@ def test_what_is_there_is_not_told_of(warm):
 
 def test_every_kernel_belongs_to_one_kind_of_work():
     for each in kernels.KERNELS:
-        assert len([work for work in planning.ALL if each.room in work.modules]) == 1
+        assert len([kind for kind in work.ALL if each.room in kind.modules]) == 1
     rooms = {each.room for each in kernels.KERNELS}
-    assert rooms == planning._SECONDS.keys() == set().union(*(w.modules for w in planning.ALL))
+    assert rooms == work.SECONDS.keys() == set().union(*(w.modules for w in work.ALL))
 
 
 _OPTIMAL = [
-    planning.PLANNING,
-    planning.CLOUDS,
-    planning.TUPLES_OF_CAMERAS,
-    planning.PROOFS,
+    work.PLANNING,
+    work.CLOUDS,
+    work.TUPLES_OF_CAMERAS,
+    work.PROOFS,
 ]
 
 
 @pytest.mark.parametrize(
     ("method", "images", "clouds", "works"),
     [
-        ("em", 0, False, [planning.PLANNING]),
-        ("em", 9, False, [planning.PLANNING, planning.BUDGETS]),
-        ("greedy", 0, False, [planning.PLANNING, planning.GREEDY]),
-        ("closest", 0, True, [planning.PLANNING, planning.CLOUDS]),
-        ("k_view", 0, False, [planning.PLANNING, planning.TUPLES_OF_CAMERAS]),
+        ("em", 0, False, [work.PLANNING]),
+        ("em", 9, False, [work.PLANNING, work.BUDGETS]),
+        ("greedy", 0, False, [work.PLANNING, work.GREEDY]),
+        ("closest", 0, True, [work.PLANNING, work.CLOUDS]),
+        ("k_view", 0, False, [work.PLANNING, work.TUPLES_OF_CAMERAS]),
         ("optimal", 0, True, _OPTIMAL),
-        ("optimal", 9, True, [*_OPTIMAL, planning.BUDGETS]),
+        ("optimal", 9, True, [*_OPTIMAL, work.BUDGETS]),
     ],
 )
 def test_only_what_a_request_runs_is_compiled(method, images, clouds, works):
@@ -222,13 +223,13 @@ def cold(monkeypatch):
     fakes = [FakeKernel("shading", name) for name in ("outer", "inner")]
     others = [FakeKernel("shading", "there", is_ready=True), FakeKernel("k_view", "no matter")]
     monkeypatch.setattr(kernels, "KERNELS", [*fakes, *others])
-    monkeypatch.setitem(planning._SECONDS, "shading", 30.0)
+    monkeypatch.setitem(work.SECONDS, "shading", 30.0)
     monkeypatch.setattr(kernels, "kept_in", lambda: Path("/kept"))
     return fakes
 
 
 def stage(told, clock):
-    return planning._Stage((planning.DEPTHS, planning.PICTURES), told.append, clock)
+    return planning._Stage((work.DEPTHS, work.PICTURES), told.append, clock)
 
 
 def test_the_stage_tells_what_is_done_and_what_the_whole_takes(cold):
@@ -284,7 +285,7 @@ def test_it_claims_no_more_than_it_knows(cold, monkeypatch):
 
 def test_each_kind_of_work_is_done_once(monkeypatch):
     done = []
-    one, other = (planning.Work(frozenset(), lambda n=n: done.append(n)) for n in (1, 2))
+    one, other = (work.Work(frozenset(), lambda n=n: done.append(n)) for n in (1, 2))
     monkeypatch.setattr(planning, "ALL", (one, other))
     monkeypatch.setattr(planning, "_done", set())
     precompile((other,))

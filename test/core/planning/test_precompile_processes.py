@@ -23,15 +23,18 @@ from focus_planner.core import kernels
 from focus_planner.core.kernels.compiling import Kernel
 from focus_planner.core.planning import precompile as planning
 from focus_planner.core.planning import precompile_processes as processes
-from focus_planner.core.planning.precompile import (
+from focus_planner.core.planning.precompile import Compiled
+from focus_planner.core.planning.precompile_processes import precompile_in_processes
+from focus_planner.core.planning.work import (
     ALL,
     BUDGETS,
     CLOUDS,
+    DEPTHS,
     PICTURES,
     PLANNING,
-    Compiled,
+    PROOFS,
+    TUPLES_OF_CAMERAS,
 )
-from focus_planner.core.planning.precompile_processes import precompile_in_processes
 
 
 def entered_by(room):
@@ -66,7 +69,7 @@ def test_what_most_has_to_wait_for_is_done_first():
     later = [work for work in ALL if work not in {PLANNING, CLOUDS}]
     assert processes._ready(later, [PLANNING]) == []
     ready = processes._ready(later, [CLOUDS])
-    assert ready == [planning.PROOFS, planning.TUPLES_OF_CAMERAS, planning.DEPTHS]
+    assert ready == [PROOFS, TUPLES_OF_CAMERAS, DEPTHS]
 
 
 class Others:
