@@ -22,6 +22,7 @@ import numpy as np
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.lower_bound import lower_bound
+from focus_planner.core.bounds.lower_bound import prepare as prepare_bound
 from focus_planner.core.notes import Note
 from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import subsample
@@ -41,12 +42,13 @@ from focus_planner.core.planning.time_budget import TimeBudget
 from focus_planner.core.planning.warm_start import warm_options, warm_prices
 from focus_planner.core.planning.worst import Balanced, balance_subjects
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.problem.derived import keeps_derived
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import spread_start
 from focus_planner.core.problem.spatial_order import SortedProblem, sort_by_place
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Options
+from focus_planner.core.solvers import Options, k_view
 from focus_planner.core.validation import InputError
 
 # Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
@@ -80,7 +82,7 @@ def solve(
     solving_began = clock()
     problem = _with_cells(formulated.problem, request, pacer)
     formulated, small = replace(formulated, problem=problem), formulated.small
-    with Ahead(partial(_Beside.of, formulated, request, warm_start), when=small) as beside:
+    with Ahead(partial(_Beside.of, formulated, request, options, warm_start), when=small) as beside:
         options = replace(options, start=spread_start(problem))
         if warm_start is not None:
             limited = picture_limit(problem, request) is not None
@@ -129,11 +131,21 @@ class _Beside:
 
     @classmethod
     def of(
-        cls, formulated: Formulated, request: PlanRequest, warm_start: WarmStart | None
+        cls,
+        formulated: Formulated,
+        request: PlanRequest,
+        options: Options,
+        warm_start: WarmStart | None,
     ) -> _Beside:
-        """Find it."""
+        """Find it, and what solving will ask for, if that is kept."""
+        problem = formulated.problem
+        is_usual = keeps_derived(problem) and picture_limit(problem, request) is None
+        if is_usual and request.method == "k_view":
+            k_view.prepare(problem, options)
         needed = request.bound != "none" or request.method == "optimal" or request.worst
-        prices = warm_prices(warm_start, formulated.problem) if needed else None
+        prices = warm_prices(warm_start, problem) if needed else None
+        if is_usual and request.bound != "none":
+            prepare_bound(problem)
         return cls(formulated.observe(), prices)
 
 
