@@ -83,15 +83,19 @@ def test_nothing_is_begun_that_is_not_to_be(two_cores):
 
 
 def test_it_has_ended_when_the_context_does(two_cores):
-    began, ended = threading.Event(), []
+    left, ended = threading.Event(), []
 
     def slow() -> None:
-        began.wait()
+        left.wait()
         ended.append(True)
 
-    with pytest.raises(KeyboardInterrupt), Ahead(slow):
-        began.set()
-        raise KeyboardInterrupt
+    def interrupted() -> None:
+        with Ahead(slow):
+            left.set()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert ended
 
 
