@@ -288,7 +288,7 @@ class RemotePlanner:
             self._note(result)
             self.taken = digest.taken
             refused += self.surface.refused
-            if begun is None:
+            if begun is None or not self._is_more(digest.order, optics, max_memory, subjects):
                 break
         self.surface.refused = refused
 
@@ -433,6 +433,15 @@ class RemotePlanner:
             (self._log.error if event.is_error else self._log.warning)(event.text)
 
     # --- inputs --------------------------------------------------------------------------------
+
+    def _is_more(
+        self, order: orders.Digest, optics: Optics, max_memory: int, subjects: int
+    ) -> bool:
+        """Return whether there is more to digest than an order had."""
+        unheard = self.surface.unheard, self.rig.unheard
+        now = orders.Digest((), (), unheard, optics, subjects, max_memory)
+        had = replace(order, surfaces=(), rigs=())
+        return self.surface.has_new or self.rig.has_new or had != now
 
     def _next_digest(
         self, optics: Optics, max_memory: int, subjects: int, *, restored: bool

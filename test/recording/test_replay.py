@@ -591,16 +591,21 @@ def test_one_pair_that_is_not_seen_now_is_told(run, monkeypatch, one_core):
 
 
 def test_one_ray_that_hits_now_is_told(run, monkeypatch, one_core):
-    occluded = Scene.occluded
-    looks = []
+    occluded, fresh_samples = Scene.occluded, Scene.fresh_samples
+    drawn = []
+
+    def draw(*how):
+        drawn.append(fresh_samples(*how))
+        return drawn[-1]
 
     def other(scene, rays):
         hidden = occluded(scene, rays)
-        looks.append(len(rays))
-        if len(looks) == 3:
+        if len(drawn) == 1:
             hidden[np.flatnonzero(~hidden)[5]] = True
+            drawn.append(None)
         return hidden
 
+    monkeypatch.setattr(Scene, "fresh_samples", draw)
     monkeypatch.setattr(Scene, "occluded", other)
     found_ = differences(run, plan_run(run))
     assert stages(found_)[:2] == ["fresh visibility", "fresh costs"]

@@ -216,6 +216,16 @@ class TestBegunDigest:
         assert planner.taken > taken
         assert same(begun.plan().plan, OTHER, RIG)
 
+    def test_nothing_is_read_again_unless_there_is_more(self, begun):
+        seen = []
+        begun.intercept = seen.append
+        begun.digest()
+        assert not seen
+        begun.surface(BOX)
+        self.begin(begun)
+        begun.planner.digest(Optics(f_number=8.0), 0, go_on)
+        assert [order.optics.f_number for order in seen] == [0.0, 8.0]
+
     def test_what_arrives_after_it_counts_as_well(self, begun):
         begun.rig(OTHER_RIG)
         begun.digest()
