@@ -264,7 +264,8 @@ class RemotePlanner:
             elif isinstance(event, orders.Preparing):
                 tell(Standing("preparing", share=event.share, elapsed=elapsed))
 
-        has_died, refused = False, ()
+        has_died = False
+        refused: tuple[int, ...] = ()
         while True:
             restored = self._ready(wish, tell)
             begun, self._begun = self._begun, None
