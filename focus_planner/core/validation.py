@@ -97,10 +97,10 @@ def check_finite(
     argument: str, array: NDArray[np.floating[Any]], what: str, remedy: str = ""
 ) -> None:
     """Raise unless every row of ``array`` is finite; ``what`` names a row (``"vertex"``)."""
-    finite = np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
+    finite = np.isfinite(array)
     if finite.all():
         return
-    bad = np.flatnonzero(~finite)
+    bad = np.flatnonzero(~finite.all(axis=tuple(range(1, array.ndim))))
     raise InputError(
         argument,
         "finite numbers",

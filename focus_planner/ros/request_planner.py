@@ -226,6 +226,12 @@ class RequestPlanner:
         surfaces = {each.number for each in self.planner.surface.all_in_force}
         self._surface_waits = self.surfaces.read(surfaces, self.planner.surface.refused)
 
+    def _begin_digest(self) -> None:
+        """Have the process read the next surface while this one's plan is published."""
+        settings = self._host.settings()
+        most, subjects = settings.serving.max_memory, settings.subjects
+        self.planner.begin_digest(settings.optics, most, subjects)
+
     @staticmethod
     def _tell_reading(request: Request, standing: Standing) -> None:
         """Tell the caller that inputs are being read; planning has not begun."""
@@ -363,6 +369,8 @@ class RequestPlanner:
     ) -> Outcome:
         """Publish a plan, and return the answer to its caller."""
         plan = planned.plan
+        if not (request.is_asked or run or self._host.is_watched()):
+            self._begin_digest()  # nothing else is to be told of this plan
         self._log_notes(plan.notes)
         if not request.is_asked:
             plan = replace(plan, notes=(*plan.notes, _REPLANNED))

@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any
 
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.formulation import formulate_problem
+from focus_planner.core.planning.formulation import check_fit
 from focus_planner.core.planning.kept import KEPT
 from focus_planner.core.planning.plan import SolvedPlan, WarmStart
 from focus_planner.core.planning.plan_focus import plan_focus
@@ -43,9 +43,6 @@ from focus_planner.runtime.inputs import (
     internal_input_error,
 )
 from focus_planner.runtime.log import Log
-
-# Enough samples to tell whether a surface and a rig fit each other, too few to cost time.
-_TRIAL = PlanRequest(method="closest", samples=500)
 
 AcceptedScene = AcceptedInput[Surface, Scene]
 AcceptedRig = AcceptedInput[Rig, Rig]
@@ -290,7 +287,7 @@ class Planner:
 
 def _misfit(scene: AcceptedScene, rig: AcceptedRig) -> InputError | None:
     try:
-        formulate_problem(scene.value, rig.value, _TRIAL)
+        check_fit(scene.value, rig.value)
     except InputError as error:
         return error
     except Exception as error:  # noqa: BLE001 - no message may end the node

@@ -121,6 +121,11 @@ class Inbox:
             while len(self._new) > self._most:
                 self._new.popleft()
 
+    @property
+    def has_new(self) -> bool:
+        """Whether anything has arrived since the last :meth:`take`."""
+        return bool(self._new)
+
     def take(self) -> tuple[Arrival[Any], ...]:
         """Return what has arrived since the last call."""
         taken = []
@@ -142,6 +147,15 @@ class Inbox:
         """Forget the inputs of a digest that was ended, but for the newest."""
         in_force = (each.number for each in (*self.all_in_force, self.in_force) if each)
         self.forget_all_but((*in_force, *sorted(self.known)[-self._most :]))
+
+
+@dataclass(frozen=True)
+class _Digest:
+    """An order to parse inputs, when they were taken, and what came of it, if that is known."""
+
+    order: orders.Digest
+    taken: datetime
+    result: orders.Result | None = None
 
 
 class RemotePlanner:
@@ -186,6 +200,7 @@ class RemotePlanner:
         self._failed_loads = 0  # in a row
         self._worker: Worker | None = None
         self._reading = _NOTHING
+        self._begun: _Digest | None = None
         self._rig_in_force: orders.RigInForce | None = None
 
     @property
@@ -250,18 +265,16 @@ class RemotePlanner:
                 tell(Standing("preparing", share=event.share, elapsed=elapsed))
 
         has_died = False
+        refused: tuple[int, ...] = ()
         while True:
             restored = self._ready(wish, tell)
-            surfaces, rigs = self.surface.take(), self.rig.take()
-            taken = datetime.now(timezone.utc)
-            if restored:
-                surfaces, rigs = self.surface.all_known(), self.rig.all_known()
-            unheard = self.surface.unheard, self.rig.unheard
-            order = orders.Digest(surfaces, rigs, unheard, optics, subjects, max_memory)
+            begun, self._begun = self._begun, None
+            digest = begun or self._next_digest(optics, max_memory, subjects, restored=restored)
             try:
-                result = self._ask(order, wish, handle)
+                result = digest.result or self._ask(
+                    digest.order, wish, handle, sent=begun is not None
+                )
                 self._check_memory(result)
-                break
             except PlanningEnded:
                 for inbox in (self.surface, self.rig):
                     inbox.forget_all_new()
@@ -271,9 +284,26 @@ class RemotePlanner:
                 if not self._refuse_guilty(str(error)) and has_died:
                     raise
                 has_died = True
-        assert isinstance(result, orders.Digested), result
-        self._note(result)
-        self.taken = taken
+                continue
+            assert isinstance(result, orders.Digested), result
+            self._note(result)
+            self.taken = digest.taken
+            refused += self.surface.refused
+            if begun is None or not self._is_more(digest.order, optics, max_memory, subjects):
+                break
+        self.surface.refused = refused
+
+    def begin_digest(self, optics: Optics, max_memory: int, subjects: int = 1) -> None:
+        """Have surfaces parsed that have arrived, if any have, while something else is done here.
+
+        What is told of inputs stays as it is until :meth:`digest`, which waits for that.
+        """
+        if self._worker is None or self._begun is not None or not self.surface.has_new:
+            return
+        digest = self._next_digest(optics, max_memory, subjects, restored=False)
+        with suppress(ConnectionError):  # which will be noticed
+            self._send(digest.order)
+            self._begun, self._reading = digest, _NOTHING
 
     def plan(
         self,
@@ -313,14 +343,17 @@ class RemotePlanner:
         ------
         PlanningDied
         """
-        result = self._ask(order, lambda: Wish.GO_ON)
+        if self._begun is not None and self._begun.result is None:
+            digest = self._begun
+            self._begun = replace(digest, result=self._ask(digest.order, _go_on, sent=True))
+        result = self._ask(order, _go_on)
         if not isinstance(result, orders.Description):
             raise PlanningDied(f"the plan could not be described: {result}")
         return result
 
     def close(self) -> None:
         """End the process."""
-        worker, self._worker = self._worker, None
+        worker, self._worker, self._begun = self._worker, None, None
         if worker:
             worker.kill()
 
@@ -359,14 +392,17 @@ class RemotePlanner:
         order: Any,
         wish: Callable[[], Wish],
         handle: Callable[[Any], None] = lambda _: None,
+        *,
+        sent: bool = False,
     ) -> orders.Result:
-        """Return the result of an order, handling events until then."""
+        """Return the result of an order, which may have been sent, handling events until then."""
         if self._worker is None:
             self._worker = self._start()
         worker, self._reading = self._worker, _NOTHING
         patience: _Patience | None = None
         try:
-            worker.connection.send(order)
+            if not sent:
+                worker.connection.send(order)
             while True:
                 if worker.connection.poll(_SECONDS_BETWEEN_LOOKS):
                     event = worker.connection.recv()
@@ -398,6 +434,27 @@ class RemotePlanner:
             (self._log.error if event.is_error else self._log.warning)(event.text)
 
     # --- inputs --------------------------------------------------------------------------------
+
+    def _is_more(
+        self, order: orders.Digest, optics: Optics, max_memory: int, subjects: int
+    ) -> bool:
+        """Return whether there is more to digest than an order had."""
+        unheard = self.surface.unheard, self.rig.unheard
+        now = orders.Digest((), (), unheard, optics, subjects, max_memory)
+        had = replace(order, surfaces=(), rigs=())
+        return self.surface.has_new or self.rig.has_new or had != now
+
+    def _next_digest(
+        self, optics: Optics, max_memory: int, subjects: int, *, restored: bool
+    ) -> _Digest:
+        """Return the order to parse what has arrived, or all for a process that was restored."""
+        surfaces, rigs = self.surface.take(), self.rig.take()
+        taken = datetime.now(timezone.utc)
+        if restored:
+            surfaces, rigs = self.surface.all_known(), self.rig.all_known()
+        unheard = self.surface.unheard, self.rig.unheard
+        order = orders.Digest(surfaces, rigs, unheard, optics, subjects, max_memory)
+        return _Digest(order, taken)
 
     def _note(self, digested: orders.Digested) -> None:
         self.surface.state, self.rig.state = digested.surface, digested.rig
@@ -433,6 +490,10 @@ class RemotePlanner:
                 )
                 return True
         return False
+
+
+def _go_on() -> Wish:
+    return Wish.GO_ON
 
 
 def _in_words(result: orders.Result) -> str:

@@ -28,7 +28,7 @@ from focus_planner.cli.best_so_far import CUT_SHORT, BestSoFar
 from focus_planner.cli.interrupts import ctrl_c
 from focus_planner.cli.progress import STOPPING
 from focus_planner.cli.progress_line import ProgressLine
-from focus_planner.core.planning import making
+from focus_planner.core.planning import solving
 from focus_planner.core.progress import Progress, ProgressCallback
 from focus_planner.core.rig.layouts import cylinder_rig
 from focus_planner.io.rigs import save_rig
@@ -145,13 +145,13 @@ def test_before_the_solver_begins_there_is_nothing_to_write(
 def test_a_plan_that_was_made_by_then_is_whole(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    estimate = making.estimate_quality
+    plan_of = solving.plan_of
 
     def late(*what: Any) -> Any:
         signal.raise_signal(signal.SIGINT)
-        return estimate(*what)
+        return plan_of(*what)
 
-    monkeypatch.setattr(making, "estimate_quality", late)
+    monkeypatch.setattr(solving, "plan_of", late)
     assert cli.main([*PLAN, "-o", "plan.json"]) == 130
     assert json.loads(Path("plan.json").read_text())["converged"]
     assert "note: Ctrl-C came when the plan was made: it is whole\n" in capsys.readouterr().err

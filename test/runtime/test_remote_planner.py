@@ -191,6 +191,93 @@ def test_what_arrives_while_inputs_are_read_counts_for_the_next_digest(bench):
     assert same(bench.plan().plan, BOX, RIG)
 
 
+class TestBegunDigest:
+    """Surfaces are read while something else is done here."""
+
+    @staticmethod
+    def begin(bench):
+        bench.planner.begin_digest(Optics(), 0)
+
+    @pytest.fixture
+    def begun(self, ready):
+        """Another surface is being read."""
+        read = threading.Event()
+        ready.intercept = lambda order: read.set() if isinstance(order, orders.Digest) else None
+        ready.surface(OTHER)
+        self.begin(ready)
+        assert read.wait(60)
+        return ready
+
+    def test_nothing_that_is_told_changes_before_it_is_waited_for(self, begun):
+        planner = begun.planner
+        before, taken = planner.surface.in_force, planner.taken
+        assert (planner.surface.state.received, taken) == (before.at, planner.taken)
+        begun.digest()
+        assert planner.surface.in_force is not before
+        assert planner.taken > taken
+        assert same(begun.plan().plan, OTHER, RIG)
+
+    def test_nothing_is_read_again_unless_there_is_more(self, begun):
+        seen = []
+        begun.intercept = seen.append
+        begun.digest()
+        assert not seen
+        begun.surface(BOX)
+        self.begin(begun)
+        begun.planner.digest(Optics(f_number=8.0), 0, go_on)
+        assert [order.optics.f_number for order in seen] == [0.0, 8.0]
+
+    def test_what_arrives_after_it_counts_as_well(self, begun):
+        begun.rig(OTHER_RIG)
+        begun.digest()
+        assert same(begun.plan().plan, OTHER, OTHER_RIG)
+
+    def test_a_plan_is_shown_meanwhile(self, ready):
+        ready.plan()
+        ready.surface(OTHER)
+        self.begin(ready)
+        assert shown(ready) == expected_visuals(BOX)
+        ready.digest()
+        assert same(ready.plan().plan, OTHER, RIG)
+
+    def test_what_it_refuses_is_told(self, ready):
+        ready.surface(InputError)
+        refused = [each.number for each in ready.planner.surface._new]
+        self.begin(ready)
+        ready.digest()
+        assert list(ready.planner.surface.refused) == refused
+        assert ready.planner.surface.in_force.number < refused[0]
+
+    def test_it_is_begun_once_and_only_if_a_surface_has_arrived(self, ready):
+        seen = []
+        ready.intercept = seen.append
+        self.begin(ready)
+        ready.surface(OTHER)
+        self.begin(ready)
+        ready.surface(BOX)
+        self.begin(ready)
+        ready.digest()
+        assert [len(order.surfaces) for order in seen] == [1, 1]
+        assert same(ready.plan().plan, BOX, RIG)
+
+    def test_a_process_that_has_gone_is_given_it_again(self, ready):
+        def die(_):
+            ready.intercept = lambda _: None
+            raise SystemExit
+
+        ready.intercept = die
+        ready.surface(OTHER)
+        self.begin(ready)
+        ready.digest()
+        assert len(ready.workers) == 2
+        assert same(ready.plan().plan, OTHER, RIG)
+
+    def test_one_that_is_closed_leaves_nothing_to_wait_for(self, begun):
+        begun.planner.close()
+        begun.digest()
+        assert same(begun.plan().plan, OTHER, RIG)
+
+
 def test_what_is_missing_is_told(bench):
     bench.surface(BOX)
     bench.digest()

@@ -24,7 +24,7 @@ from focus_planner.core.bounds.lagrangian import (
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.problem.cells import units_of_cost
 from focus_planner.core.problem.derived import derived
-from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.gains import Gains, gains_of
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
 
@@ -45,6 +45,11 @@ class Bound:
     prices: FloatArray
 
     __repr__ = brief_repr
+
+
+def prepare(problem: Problem, images: int | None = None) -> Gains:
+    """Return what :func:`lower_bound` sums up; a problem may keep it."""
+    return derived(problem, ("gains", images), lambda: gains_of(problem, images))
 
 
 def lower_bound(
@@ -81,7 +86,7 @@ def lower_bound(
     images : int, optional
         How many pictures plans may have; by default all.
     """
-    gains = derived(problem, ("gains", images), lambda: gains_of(problem, images))
+    gains = prepare(problem, images)
     # With few steps, take them all: no gap is good enough to stop earlier.
     gap = gap if most_steps is None else 0.0
     goal = gains.out - units_of_cost(near * (1 - gap))

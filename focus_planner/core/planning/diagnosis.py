@@ -41,7 +41,7 @@ _TRIAL_SAMPLES = 500
 # With a wrong unit less of the surface than this would be seen, and with inverted normals less
 # than that.
 _SEEN_ENOUGH = 0.2
-_SEEN_MOSTLY = 0.5
+SEEN_MOSTLY = 0.5
 # A suspected unit has to bring at least so much of the surface into view.
 _SEEN_AT_ALL = 0.02
 # The factor that would correct the surface's size relative to the rig, and the mistake.
@@ -114,7 +114,7 @@ def explain_unseen(scene: Scene, rig: Rig, samples: Samples, visibility: Visibil
     seen = _share_seen(visibility, samples)
     if seen < _SEEN_ENOUGH:
         _suspect_units(scene, rig, seen)
-    if seen < _SEEN_MOSTLY and scene.oriented:
+    if seen < SEEN_MOSTLY and scene.oriented:
         _suspect_normals(scene, rig, samples, seen)
     if seen == 0:
         _suspect_importance(scene, rig)

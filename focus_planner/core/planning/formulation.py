@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from focus_planner.core import kernels
 from focus_planner.core.planning.diagnosis import (
+    SEEN_MOSTLY,
     check_cameras_outside,
     check_depths,
     check_distance,
@@ -35,6 +37,7 @@ from focus_planner.core.problem.joined import concatenate, separated
 from focus_planner.core.problem.problem import Problem, build_problem
 from focus_planner.core.problem.shots import spread_start, with_shots
 from focus_planner.core.progress import ProgressCallback, never_stop
+from focus_planner.core.rig.remembered import remembered
 from focus_planner.core.rig.rig import MAX_CAMERAS, Rig
 from focus_planner.core.solvers import Options
 from focus_planner.core.solvers.solution import fill_missing_distances
@@ -48,6 +51,10 @@ from focus_planner.core.validation import InputError
 # Enough to know the costs' standard deviation within three percent; that of EM's plan is another
 # two percent too large, which is on the safe side.
 _PILOT_SAMPLES = 2048
+# Enough samples to tell whether a surface and a rig fit each other, too few to cost time; and of so
+# many cameras one.
+_TRIAL = PlanRequest(method="closest", samples=500)
+_SOME = 8
 
 
 def formulate_problem(
@@ -104,6 +111,32 @@ def formulate_problem(
     if not fresh:
         check_depths(scene, problem, request.depth_tolerance)
     return replace(with_shots(problem, request.shots), views=request.views)
+
+
+def check_fit(scene: Scene, rig: Rig) -> None:
+    """Raise if a surface and a rig do not fit each other, as far as a few samples tell.
+
+    That most of the surface is seen, and some of it can be brought into focus, some of the cameras
+    tell; all are tried only if those do not.
+
+    Raises
+    ------
+    InputError
+        As :func:`plan_focus`.
+    """
+    check_distance(scene, rig)
+    check_cameras_outside(scene, rig)
+    with suppress(InputError):
+        problem = formulate_problem(scene, _some_cameras(rig), _TRIAL)
+        weights, seen = problem.samples.weights, np.diff(problem.sample_offsets) > 0
+        if weights[seen].sum() >= SEEN_MOSTLY * weights.sum():
+            return
+    formulate_problem(scene, rig, _TRIAL)
+
+
+@remembered
+def _some_cameras(rig: Rig) -> Rig:
+    return Rig(rig.cameras[::_SOME], frame_id=rig.frame_id)
 
 
 def _fine_enough(

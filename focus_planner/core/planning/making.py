@@ -55,23 +55,53 @@ class Given:
     held: Held
 
 
-def plan_of(
-    given: Given, formulated: Formulated, solved: Balanced, pacer: Pacer, solve_seconds: float
-) -> SolvedPlan:
-    """Return the plan at the distances that were found, judged on fresh samples.
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What a solution is worth.
+
+    Attributes
+    ----------
+    problem, fresh : Problem
+        With as many shots as the busiest camera takes.
+    quality : Quality
+    cost : float
+        On the samples planned on, and on fresh ones.
+    fresh_cost : Estimate
+    subjects : tuple of SubjectQuality
+        Of each of several.
+    cameras : tuple of CameraFocus
+    notes : tuple of Note
+    stay : int
+        How many lenses stay where they are though the solution would have them move.
+    """
+
+    problem: Problem
+    fresh: Problem
+    quality: Quality
+    cost: float
+    fresh_cost: Estimate
+    subjects: tuple[SubjectQuality, ...]
+    cameras: tuple[CameraFocus, ...]
+    notes: tuple[Note, ...]
+    stay: int
+
+
+def judged(given: Given, formulated: Formulated, solved: Balanced) -> Judged:
+    """Return what the distances that were found are worth; the bound does not matter.
 
     Parameters
     ----------
     given : Given
     formulated : Formulated
-        The problems that were solved and that it is judged on, and notes so far.
+        The problems that were solved and that it is judged on.
     solved : Balanced
-    pacer : Pacer
-        Of this plan.
-    solve_seconds : float
     """
-    solution, request = solved.solution, given.request
-    problem, fresh, found = _with_shots_taken(formulated, solution.focus_distances)
+    with kernels.threads_for(len(formulated.fresh.depth)):
+        return _judged(given, formulated, solved)
+
+
+def _judged(given: Given, formulated: Formulated, solved: Balanced) -> Judged:
+    problem, fresh, found = _with_shots_taken(formulated, solved.solution.focus_distances)
     focus = held_distances(problem, found, given.held)
     stay = int(np.count_nonzero(focus != found))
     costs, best = problem.assign(focus)
@@ -81,31 +111,69 @@ def plan_of(
     if len(given.subjects) > 1:
         multipliers = solved.multipliers
         of_subjects = judge_subjects(given.subjects, problem, fresh, focus, costs, multipliers)
-    is_for_worst = bool(solved.multipliers.any())
-    if is_for_worst:
+    if solved.multipliers.any():
         cost = max(each.cost for each in of_subjects)
         worst = max(of_subjects, key=lambda each: each.fresh_cost)
         fresh_cost = Estimate(worst.fresh_cost, worst.fresh_standard_error)
+    return Judged(
+        problem,
+        fresh,
+        quality,
+        cost,
+        fresh_cost,
+        of_subjects,
+        _camera_plans(problem, focus, best),
+        (*_tolerated(given, fresh, focus, quality), *([given.held.note] if stay else ())),
+        stay,
+    )
+
+
+def plan_of(
+    given: Given,
+    formulated: Formulated,
+    solved: Balanced,
+    worth: Judged,
+    notes: tuple[Note, ...],
+    pacer: Pacer,
+    solve_seconds: float,
+) -> SolvedPlan:
+    """Return the plan at the distances that were found.
+
+    Parameters
+    ----------
+    given : Given
+    formulated : Formulated
+        The problems that were solved and that it is judged on.
+    solved : Balanced
+    worth : Judged
+        Of the same solution.
+    notes : tuple of Note
+        On the problems.
+    pacer : Pacer
+        Of this plan.
+    solve_seconds : float
+    """
+    request, cost, quality = given.request, worth.cost, worth.quality
     bound = solved.mean.lower_bound
     bound = None if bound is None else min(bound, cost)
-    converged = solution.converged and not pacer.samples_left_out
-    proven = proves_itself(formulated.problem, request) and not is_for_worst
-    if (stay or not proven) and request.method == "optimal" and bound is not None:
+    converged = solved.solution.converged and not pacer.samples_left_out
+    proven = proves_itself(formulated.problem, request) and not solved.multipliers.any()
+    if (worth.stay or not proven) and request.method == "optimal" and bound is not None:
         converged = converged and cost - bound <= request.gap * cost
     return SolvedPlan(
         method=request.method,
         cost=cost,
         lower_bound=bound,
         converged=converged,
-        samples=problem.sample_count,
+        samples=worth.problem.sample_count,
         seed=request.seed,
         depth_tolerance=request.depth_tolerance,
         views=request.views,
         images=request.images,
         max_mm_per_pixel=request.max_mm_per_pixel,
-        fresh_cost=fresh_cost.value,
-        fresh_standard_error=fresh_cost.standard_error,
-        fresh_samples=fresh.sample_count,
+        fresh_cost=worth.fresh_cost.value,
+        fresh_standard_error=worth.fresh_cost.standard_error,
+        fresh_samples=worth.fresh.sample_count,
         surface_area=mean_area(given.subjects),
         covered_area=quality.covered_area.value,
         in_focus_area=quality.in_focus_area.value,
@@ -114,15 +182,11 @@ def plan_of(
         resolution=quality.resolution,
         solve_seconds=solve_seconds,
         total_seconds=pacer.budget.elapsed(),
-        notes=(
-            *formulated.notes,
-            *_tolerated(given, fresh, focus, quality),
-            *([given.held.note] if stay else ()),
-        ),
-        cameras=_camera_plans(problem, focus, best),
-        subjects=of_subjects,
-        problem=problem,
-        fresh_problem=fresh,
+        notes=(*notes, *worth.notes),
+        cameras=worth.cameras,
+        subjects=worth.subjects,
+        problem=worth.problem,
+        fresh_problem=worth.fresh,
         prices=solved.mean.prices,
         stop_log=pacer.stop_log,
     )

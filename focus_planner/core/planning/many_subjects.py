@@ -15,13 +15,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
+from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import choose_samples, formulate_problem
 from focus_planner.core.planning.kept import (
     KEPT,
@@ -43,9 +45,12 @@ from focus_planner.core.problem.derived import keeps_derived
 from focus_planner.core.problem.joined import costs_of_subjects, join_problems, separated
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.rig import Rig
+from focus_planner.core.surface.scene import Scene
 
 # Of the memory that a plan may take, what is kept of others when it begins.
 _KEPT_SHARE = 0.125
+# Samples times cameras below which kernels take one core.
+_SMALL = 3_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +61,16 @@ class Formulated:
     ----------
     problem, fresh : Problem
         On the samples to plan on, and on fresh ones; of several subjects, joined.
-    notes : tuple of Note
+    observe : callable
+        Returns notes on them.
+    small : bool
+        Whether kernels take one core for them.
     """
 
     problem: Problem
     fresh: Problem
-    notes: tuple[Note, ...]
+    observe: Callable[[], tuple[Note, ...]]
+    small: bool
 
     __repr__ = brief_repr
 
@@ -96,15 +105,21 @@ def formulate_subjects(
     limits.check_size(requests[0], of_each, len(rig), len(subjects))
     KEPT.trim(limits.max_memory * _KEPT_SHARE)
     rays = _Rays(subjects, rig, requests, model, pacer)
-    fresh_parts = rays.cast("fresh", 0.0, FRESH_SHARE)
-    fresh = _joined(subjects, fresh_parts)
-    needed = limits.check_memory(requests[0], fresh, sum(counts))
-    KEPT.trim(limits.max_memory - needed)
-    parts = rays.cast("visibility", FRESH_SHARE, SAMPLES_SHARE)
+    small = sum(counts) * len(rig) < _SMALL
+    begins = small and not pacer.budget.limited  # of which each stage has its share
+    with Ahead(rays.formulate_ahead, when=begins and not rays.are_kept) as ahead:
+        fresh_parts = rays.cast("fresh", 0.0, FRESH_SHARE)
+        fresh = _joined(subjects, fresh_parts)
+        needed = limits.check_memory(requests[0], fresh, sum(counts))
+        ahead.wait()
+        KEPT.trim(limits.max_memory - needed)
+        parts = rays.cast("visibility", FRESH_SHARE, SAMPLES_SHARE)
     problem = _joined(subjects, parts)
     limits.check_memory(requests[0], problem, problem.sample_count)
-    notes = () if pacer.callback_stopped else _observed(subjects, rig, request, parts, fresh_parts)
-    return Formulated(problem, fresh, notes)
+    observe_them: Callable[[], tuple[Note, ...]] = tuple
+    if not pacer.callback_stopped:
+        observe_them = partial(_observed, subjects, rig, request, parts, fresh_parts)
+    return Formulated(problem, fresh, observe_them, small=small)
 
 
 def judge_subjects(
@@ -166,13 +181,20 @@ def mean_area(subjects: Sequence[Subject]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Rays:
-    """What casts the rays of all subjects, one after the other."""
+    """What casts the rays of all subjects, one after the other.
+
+    Attributes
+    ----------
+    begun : dict
+        The problem of each scene that was formulated ahead.
+    """
 
     subjects: Sequence[Subject]
     rig: Rig
     requests: Sequence[PlanRequest]
     model: CostModel | None
     pacer: Pacer
+    begun: dict[Scene, KeptProblem] = field(default_factory=dict)
 
     def cast(self, stage: str, begin: float, end: float) -> list[Problem]:
         """Return the problem of each subject, on fresh samples in the stage of these.
@@ -194,6 +216,22 @@ class _Rays:
             problems.append(self._formulated(subject, request, stage == "fresh", keep_going))
         return problems
 
+    @property
+    def are_kept(self) -> bool:
+        """Whether the problem of each subject is known."""
+        return all(
+            KEPT.find([each.scene], problem_key(self.rig, asked, self.model, fresh=False))
+            for each, asked in zip(self.subjects, self.requests, strict=True)
+        )
+
+    def formulate_ahead(self) -> None:
+        """Formulate the problem of each subject to plan on; the questions are asked later."""
+        for subject, request in zip(self.subjects, self.requests, strict=True):
+            asking = _Asking(lambda _: True) if self.pacer.may_stop else None
+            problem = self._cast(subject, request, False, asking)
+            shares = None if asking is None else tuple(asking.shares)
+            self.begun[subject.scene] = KeptProblem(problem, shares)
+
     def _formulated(
         self,
         subject: Subject,
@@ -207,9 +245,12 @@ class _Rays:
         is kept.
         """
         key = problem_key(self.rig, request, self.model, fresh=fresh)
-        kept: KeptProblem | None = KEPT.find([subject.scene], key)
+        begun = None if fresh else self.begun.pop(subject.scene, None)
+        kept: KeptProblem | None = begun or KEPT.find([subject.scene], key)
         asking = None if keep_going is None else _Asking(keep_going)
         if kept and (asking is None or (kept.shares is not None and all(map(asking, kept.shares)))):
+            if begun:
+                KEPT.keep([subject.scene], key, begun)
             return kept.problem
         if asking:
             asking.begin_again()

@@ -14,17 +14,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from focus_planner.core import kernels
+from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.lower_bound import lower_bound
+from focus_planner.core.bounds.lower_bound import prepare as prepare_bound
+from focus_planner.core.notes import Note
+from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import subsample
 from focus_planner.core.planning.holding import Held
 from focus_planner.core.planning.kept import KEPT, with_own_problems
-from focus_planner.core.planning.making import Given, plan_of
-from focus_planner.core.planning.many_subjects import formulate_subjects
+from focus_planner.core.planning.making import Given, judged, plan_of
+from focus_planner.core.planning.many_subjects import Formulated, formulate_subjects
 from focus_planner.core.planning.methods import picture_limit, proves_itself, solver_of
 from focus_planner.core.planning.observations import fewer_samples
 from focus_planner.core.planning.pacer import Pacer
@@ -34,15 +39,16 @@ from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.stop_log import StopLog
 from focus_planner.core.planning.subjects import Scenes, subjects_of
 from focus_planner.core.planning.time_budget import TimeBudget
-from focus_planner.core.planning.warm_start import warm_options
+from focus_planner.core.planning.warm_start import warm_options, warm_prices
 from focus_planner.core.planning.worst import Balanced, balance_subjects
 from focus_planner.core.problem.cost_model import CostModel
+from focus_planner.core.problem.derived import keeps_derived
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import spread_start
 from focus_planner.core.problem.spatial_order import SortedProblem, sort_by_place
 from focus_planner.core.progress import ProgressCallback, never_stop
 from focus_planner.core.rig.rig import Rig
-from focus_planner.core.solvers import Options
+from focus_planner.core.solvers import Options, k_view
 from focus_planner.core.validation import InputError
 
 # Price steps of a quick bound: on bodies they bring it within a quarter of a percent, in about the
@@ -75,34 +81,72 @@ def solve(
     formulated = formulate_subjects(subjects, rig, request, model, pacer, limits)
     solving_began = clock()
     problem = _with_cells(formulated.problem, request, pacer)
-    options = replace(options, start=spread_start(problem))
-    if warm_start is not None:
-        limited = picture_limit(problem, request) is not None
-        options = warm_options(options, warm_start, problem, limited=limited)
-    proven = proves_itself(problem, request)
-    bounded = not proven and (request.bound != "none" or request.method == "optimal")
-    pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
-    with kernels.threads_for(len(problem.depth)):
-        placed = _placed(problem, request)
-        if options.prices is not None:
-            options = replace(options, prices=placed.sorted(options.prices))
-        solved = _solved(placed.problem, request, options, pacer)
+    formulated, small = replace(formulated, problem=problem), formulated.small
+    with Ahead(partial(_Beside.of, formulated, request, options, warm_start), when=small) as beside:
+        options = replace(options, start=spread_start(problem))
+        if warm_start is not None:
+            limited = picture_limit(problem, request) is not None
+            options = warm_options(options, warm_start, problem, limited=limited)
+        proven = proves_itself(problem, request)
+        bounded = not proven and (request.bound != "none" or request.method == "optimal")
+        pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
+        with kernels.threads_for(len(problem.depth)):
+            placed = _placed(problem, request)
+            if request.method == "optimal" or request.worst:
+                options = replace(options, prices=_sorted(beside.result().prices, placed))
+            solved = _solved(placed.problem, request, options, pacer)
         solve_seconds = clock() - solving_began
-        # A caller who stopped the plan is waiting for it, not for a bound.
-        if bounded and not pacer.callback_stopped:
-            pacer.start_bound()
-            solved = _bounded(solved, request, options, pacer)
-        solved = _restored(solved, placed)
-    notes = formulated.notes
+        given = Given(subjects, rig, request, Held(warm_start, min_change))
+        with Ahead(partial(judged, given, formulated, solved), when=small) as judging:
+            # A caller who stopped the plan is waiting for it, not for a bound.
+            if bounded and not pacer.callback_stopped:
+                pacer.start_bound()
+                options = replace(options, prices=_sorted(beside.result().prices, placed))
+                with kernels.threads_for(len(problem.depth)):
+                    solved = _bounded(solved, request, options, pacer)
+            solved = _restored(solved, placed)
+            worth = judging.result()
+        notes = beside.result().notes
     if pacer.samples_left_out:
         stopped = pacer.callback_stopped
         notes = (*notes, fewer_samples(request, problem, formulated.fresh, stopped=stopped))
-    formulated = replace(formulated, problem=problem, notes=notes)
-    given = Given(subjects, rig, request, Held(warm_start, min_change))
-    with kernels.threads_for(len(formulated.fresh.depth)):
-        plan = plan_of(given, formulated, solved, pacer, solve_seconds)
+    plan = plan_of(given, formulated, solved, worth, notes, pacer, solve_seconds)
     KEPT.measure(formulated.problem, formulated.fresh)
     return with_own_problems(plan)
+
+
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """What a plan needs besides its solution, and can be found meanwhile.
+
+    Attributes
+    ----------
+    notes : tuple of Note
+    prices : (N,) array or None
+        To start a bound from.
+    """
+
+    notes: tuple[Note, ...]
+    prices: FloatArray | None
+
+    @classmethod
+    def of(
+        cls,
+        formulated: Formulated,
+        request: PlanRequest,
+        options: Options,
+        warm_start: WarmStart | None,
+    ) -> _Beside:
+        """Find it, and what solving will ask for, if that is kept."""
+        problem = formulated.problem
+        is_usual = keeps_derived(problem) and picture_limit(problem, request) is None
+        if is_usual and request.method == "k_view":
+            k_view.prepare(problem, options)
+        needed = request.bound != "none" or request.method == "optimal" or request.worst
+        prices = warm_prices(warm_start, problem) if needed else None
+        if is_usual and request.bound != "none":
+            prepare_bound(problem)
+        return cls(formulated.observe(), prices)
 
 
 def _placed(problem: Problem, request: PlanRequest) -> SortedProblem:
@@ -114,6 +158,11 @@ def _placed(problem: Problem, request: PlanRequest) -> SortedProblem:
     if exact and len(problem.depth) >= _LARGE:
         return sort_by_place(problem)
     return SortedProblem(problem, None)
+
+
+def _sorted(prices: FloatArray | None, placed: SortedProblem) -> FloatArray | None:
+    """Return prices in the order of the samples as they are solved for."""
+    return None if prices is None else placed.sorted(prices)
 
 
 def _restored(solved: Balanced, placed: SortedProblem) -> Balanced:

@@ -29,7 +29,7 @@ from focus_planner.core.rig.camera import Camera
 from focus_planner.core.rig.rig import Rig
 from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
-from focus_planner.core.surface.visibility import Visibility, visible_pairs
+from focus_planner.core.surface.visibility import Visibility, seen_by_any, visible_pairs
 
 _TRIAL_SAMPLES = 300
 _TRIAL_CAMERAS = 64
@@ -144,11 +144,11 @@ def blind_cameras(scene: Scene, rig: Rig) -> NDArray[np.bool_]:
 def seen_from_behind(scene: Scene, rig: Rig) -> float:
     """Return the share of the surface that cameras see from behind, and none from the front."""
     samples = scene.sample(_TRIAL_SAMPLES, 0)
-    unseen = samples.take(np.flatnonzero(~_seen(samples, visible_pairs(scene, rig, samples))))
+    unseen = samples.take(np.flatnonzero(~seen_by_any(scene, rig, samples)))
     if not len(unseen):
         return 0.0
     turned = replace(unseen, normals=-unseen.normals)
-    behind = _seen(turned, visible_pairs(scene, rig, turned))
+    behind = seen_by_any(scene, rig, turned)
     return float(unseen.weights[behind].sum() / samples.weights.sum())
 
 

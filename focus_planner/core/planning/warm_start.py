@@ -33,8 +33,7 @@ def warm_options(
     Cameras are matched by name and shots by their order. New cameras start as they would without
     a warm start, and so do all if the number of shots has changed. If pictures are limited, the
     search starts from those that the earlier plan takes; otherwise, shots that it does not take
-    start like new ones. Each sample takes the price of the nearest sample of the earlier plan: a
-    price is what focus on a place gains, and differs little from place to place.
+    start like new ones.
     """
     start = options.start
     if start is None:
@@ -42,11 +41,20 @@ def warm_options(
     if limited or _same_shots(warm_start, problem):
         known = _distances(warm_start, problem)
         start = np.where(np.isfinite(known), known, kernels.UNTAKEN if limited else start)
-    if warm_start.prices is None:
-        return replace(options, start=start)
+    return replace(options, start=start)
+
+
+def warm_prices(warm_start: WarmStart | None, problem: Problem) -> FloatArray | None:
+    """Return (N,) prices to start from; None if an earlier plan left none.
+
+    Each sample takes the price of the nearest sample of the earlier plan: a price is what focus on
+    a place gains, and differs little from place to place.
+    """
+    if warm_start is None or warm_start.prices is None:
+        return None
     tree = tree_of(warm_start.points)
-    nearest = tree.query(problem.samples.points, workers=-1)[1]
-    return replace(options, start=start, prices=warm_start.prices[nearest])
+    prices: FloatArray = warm_start.prices[tree.query(problem.samples.points, workers=-1)[1]]
+    return prices
 
 
 def earlier_distances(warm_start: WarmStart, problem: Problem) -> FloatArray:

@@ -12,8 +12,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Hashable
 from dataclasses import is_dataclass
+from threading import RLock
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
@@ -24,13 +26,25 @@ from focus_planner.core.rig.lens import Lens
 
 Found = TypeVar("Found")
 
+
+class _Derived:
+    """What is kept of a problem; found by one thread while others that ask wait for it."""
+
+    def __init__(self) -> None:
+        self.found: dict[Hashable, Any] = {}
+        self.unlock()
+
+    def unlock(self) -> None:
+        self.lock = RLock()
+
+
 # A problem of one plan alone keeps nothing: what its solver has done with is given back.
-_derived: WeakKeyDictionary[Problem, dict[Hashable, Any]] = WeakKeyDictionary()
+_derived: WeakKeyDictionary[Problem, _Derived] = WeakKeyDictionary()
 
 
 def keep_derived(problem: Problem) -> None:
     """Have what is derived of a problem from now on kept for as long as the problem."""
-    _derived.setdefault(problem, {})
+    _derived.setdefault(problem, _Derived())
 
 
 def derived(problem: Problem, key: Hashable, find: Callable[[], Found]) -> Found:
@@ -38,9 +52,10 @@ def derived(problem: Problem, key: Hashable, find: Callable[[], Found]) -> Found
     kept = _derived.get(problem)
     if kept is None:
         return find()
-    if key not in kept:
-        kept[key] = find()
-    found: Found = kept[key]
+    with kept.lock:
+        if key not in kept.found:
+            kept.found[key] = find()
+        found: Found = kept.found[key]
     return found
 
 
@@ -52,7 +67,8 @@ def keeps_derived(problem: Problem) -> bool:
 def bytes_with_derived(problem: Problem) -> int:
     """Return the memory of a problem's arrays, and of those that are kept with it."""
     arrays: dict[int, int] = {}
-    _note_arrays([problem, _derived.get(problem, {})], arrays)
+    kept = _derived.get(problem)
+    _note_arrays([problem, dict(kept.found) if kept else {}], arrays)
     return sum(arrays.values())
 
 
@@ -68,3 +84,13 @@ def _note_arrays(value: Any, sizes: dict[int, int]) -> None:
         _note_arrays(list(value.values()), sizes)
     elif is_dataclass(value):
         _note_arrays(vars(value), sizes)
+
+
+def _unlock() -> None:
+    """Be usable in a forked process, whatever other threads did when it was forked."""
+    for kept in _derived.values():
+        kept.unlock()
+
+
+if hasattr(os, "register_at_fork"):  # Windows has no forks
+    os.register_at_fork(after_in_child=_unlock)

@@ -218,7 +218,10 @@ class Problem:
             self.focus_weight,
         )
         chosen = np.ascontiguousarray(focus, dtype=np.float64)
-        kernels.best_cameras(pairs, chosen, self.view, costs, best)
+        if self.views == 1:
+            kernels.best_camera(pairs, chosen, costs, best[:, 0])
+        else:
+            kernels.best_cameras(pairs, chosen, self.view, costs, best)
         return costs, best
 
     def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:

@@ -36,9 +36,12 @@ def solve(
     With several views the shots of a camera, which are one of them, move together.
     """
     options = options or Options()
-    start = closest.closest_depths(problem)
-    if options.start is not None:
-        start = np.where(np.isnan(options.start), start, options.start)
+    start = options.start
+    if start is None or np.isnan(start).any():
+        closest_depths = closest.closest_depths(problem)
+        start = (
+            closest_depths if start is None else np.where(np.isnan(start), closest_depths, start)
+        )
     cell = start_cells(problem, start)
     best, units = assign_samples(problem, cell)
     iteration = 0

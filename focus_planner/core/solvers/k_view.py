@@ -90,6 +90,12 @@ def solve(
     return solution
 
 
+def prepare(problem: Problem, options: Options) -> None:
+    """Find the pairs of cameras that :func:`solve` will ask for, for a problem that keeps them."""
+    if problem.camera_count > 1:
+        _tuples(problem, replace(options, k=2), lambda: True)
+
+
 def gains_of_pairs(
     problem: Problem, focus: FloatArray, pairs: IntArray, scope: str = "all"
 ) -> FloatArray:

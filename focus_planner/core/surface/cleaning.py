@@ -18,6 +18,7 @@ name vertices that do not exist, is refused by :class:`Mesh` and :class:`PointCl
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,21 @@ def clean_mesh(
     InputError
         If no triangle is left, or as :class:`Mesh` does.
     """
+    with suppress(InputError):  # most have nothing wrong, and are looked at once
+        return Mesh(vertices, triangles, normals, importance, notes, colours, texture)
+    return _cleaned_mesh(vertices, triangles, normals, importance, notes, colours, texture)
+
+
+def _cleaned_mesh(
+    vertices: NDArray[Any],
+    triangles: NDArray[Any],
+    normals: NDArray[Any] | None,
+    importance: NDArray[Any] | None,
+    notes: tuple[Note, ...],
+    colours: Colours | None,
+    texture: Texture | None,
+) -> Mesh:
+    """Return the same of a mesh that has something wrong."""
     vertices = check_array("mesh vertices", vertices, (None, 3))
     triangles = check_array("mesh triangles", triangles, (None, 3), np.int64)
     if len(triangles) == 0 or len(vertices) == 0:

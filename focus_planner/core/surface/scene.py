@@ -18,7 +18,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import get_args
+from threading import Lock
+from typing import Any, get_args
 
 import numpy as np
 from numba import config
@@ -108,6 +109,8 @@ class Scene:
             np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
             np.ascontiguousarray(triangles, dtype=np.uint32),
         )
+        self._building = Lock()
+        self._is_built = False
         on_progress(1.0)
 
     def __repr__(self) -> str:
@@ -234,10 +237,23 @@ class Scene:
         -------
         (n,) array of bool
         """
-        hits: NDArray[np.bool_] = self._raycasting.test_occlusions(
-            o3d.core.Tensor.from_numpy(rays), 0.0, 1.0, nthreads=_threads()
-        ).numpy()
+        hits: NDArray[np.bool_] = (
+            self._built()
+            .test_occlusions(o3d.core.Tensor.from_numpy(rays), 0.0, 1.0, nthreads=_threads())
+            .numpy()
+        )
         return hits
+
+    def _built(self) -> Any:
+        """Return the ray-casting structure.
+
+        Open3D builds it when it is first asked, which no other thread may do meanwhile.
+        """
+        with self._building:
+            if not self._is_built:
+                self._raycasting.count_intersections(np.zeros((1, 6), dtype=np.float32))
+                self._is_built = True
+        return self._raycasting
 
     def patches_hit(self, rays: NDArray[np.float32]) -> IntArray:
         """Return (n,) the patch that each ray first hits, of a cloud that is not oriented.
@@ -252,7 +268,7 @@ class Scene:
         assert self._prepared is not None
         labels = self._prepared.shape.patches
         assert labels is not None
-        hits = self._raycasting.cast_rays(o3d.core.Tensor.from_numpy(rays), nthreads=_threads())
+        hits = self._built().cast_rays(o3d.core.Tensor.from_numpy(rays), nthreads=_threads())
         hit = np.isfinite(hits["t_hit"].numpy())
         # Two triangles per point: the first of all points, then the second.
         point = hits["primitive_ids"].numpy().astype(np.int64) % len(labels)
@@ -289,7 +305,7 @@ class Scene:
         rays = np.empty((len(directions), 6), dtype=np.float32)
         rays[:, :3] = origins - self._centre
         rays[:, 3:] = directions
-        result = self._raycasting.cast_rays(rays, nthreads=_threads())
+        result = self._built().cast_rays(rays, nthreads=_threads())
         distance: FloatArray = result["t_hit"].numpy().astype(np.float64)
         normals = result["primitive_normals"].numpy()
         return distance, np.isfinite(distance) & ((normals * directions).sum(axis=1) < 0)
@@ -304,11 +320,12 @@ def _extent(surface: Surface) -> tuple[FloatArray, FloatArray]:
     """Return the centre and the size of the bounding box."""
     if isinstance(surface, Mesh):
         used = np.zeros(len(surface.vertices), dtype=np.bool_)
-        used[surface.triangles] = True
-        points = surface.vertices[used]
+        used[surface.triangles.ravel()] = True
+        points = surface.vertices if used.all() else surface.vertices[used]
     else:
         points = surface.points
-    low, high = points.min(axis=0), points.max(axis=0)
+    coordinates = points.T.copy()  # NumPy is slow on short rows
+    low, high = coordinates.min(axis=1), coordinates.max(axis=1)
     return (low + high) / 2, high - low
 
 

@@ -38,6 +38,8 @@ _MIN_SAMPLES = 64
 _RAYS_BETWEEN_CHECKS = 60_000
 # Roughly one in so many pairs of a camera and a sample is visible.
 _PAIRS_PER_VISIBLE = 16
+# Of so many cameras one is tried first, to know what some camera sees.
+_FIRST_OF = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,12 @@ class _Views:
     projections: FloatArray | None
 
     def part(self, cameras: slice) -> kernels.Views:
-        return kernels.Views(*(array[cameras] for array in self.views))
+        return kernels.Views(*(np.ascontiguousarray(array[cameras]) for array in self.views))
+
+    def some(self, cameras: slice) -> _Views:
+        projections = self.projections
+        kept = None if projections is None else np.ascontiguousarray(projections[cameras])
+        return _Views(self.part(cameras), kept)
 
 
 def visible_pairs(
@@ -138,6 +145,24 @@ def visible_pairs(
     if low < len(samples):
         parts = _leading_parts(parts, enough())
     return _sorted_by_sample(parts[0] if len(parts) == 1 else _concatenated(parts))
+
+
+def seen_by_any(scene: Scene, rig: Rig, samples: Samples) -> NDArray[np.bool_]:
+    """Return (N,) whether some camera sees each sample, as :func:`visible_pairs` tells.
+
+    Most are seen by some of the cameras, and need not be tried by the others.
+    """
+    views = _views(rig)
+    samples = _turned(scene, views, samples)
+    seen = np.zeros(len(samples), dtype=np.bool_)
+    for cameras in (slice(None, None, _FIRST_OF), slice(None)):
+        left = np.flatnonzero(~seen)
+        if len(left):
+            with kernels.threads_for(len(left) * len(rig) // _PAIRS_PER_VISIBLE):
+                part = samples.take(left)
+                found, _ = _find_visible(scene, views.some(cameras), part, left, facing=True)
+            seen[left[found.sample_index]] = True
+    return seen
 
 
 def _leading_parts(parts: list[Visibility], enough: float) -> list[Visibility]:

@@ -44,7 +44,8 @@ def nothing_kept():
 
 @pytest.fixture
 def formulated(monkeypatch):
-    """Whether each problem that was formulated is on fresh samples."""
+    """Whether each problem that was formulated is on fresh samples, one after the other."""
+    monkeypatch.setattr("numba.config.NUMBA_NUM_THREADS", 1)
     calls = []
     formulate = many_subjects.formulate_problem
 

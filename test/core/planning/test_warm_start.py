@@ -29,7 +29,7 @@ from focus_planner import (
 )
 from focus_planner.core.planning.plan import WarmStart
 from focus_planner.core.planning.request import METHODS
-from focus_planner.core.planning.warm_start import warm_options
+from focus_planner.core.planning.warm_start import warm_options, warm_prices
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.solvers import Options
 from focus_planner.core.surface.sampling import sample_mesh
@@ -107,7 +107,7 @@ class TestOptions:
         before = self.warm_start(problem)
         options = warm_options(Options(k=3, gap=0.1), before, problem)
         np.testing.assert_array_equal(options.start, before.focus_distances)
-        np.testing.assert_array_equal(options.prices, before.prices)
+        np.testing.assert_array_equal(warm_prices(before, problem), before.prices)
         assert (options.k, options.gap) == (3, 0.1)
 
     def test_cameras_are_known_by_name(self):
@@ -144,7 +144,7 @@ class TestOptions:
     def test_a_sample_takes_the_price_of_the_nearest(self):
         before = self.warm_start(random_problem(0, 50, 3))
         problem = random_problem(1, 80, 3)
-        prices = warm_options(Options(), before, problem).prices
+        prices = warm_prices(before, problem)
         old, new = before.points, problem.samples.points
         for p, price in enumerate(prices):
             away = np.linalg.norm(old - new[p], axis=1)
@@ -152,9 +152,12 @@ class TestOptions:
 
     def test_without_prices_only_distances_are_known(self):
         problem = random_problem(0, 30, 4)
-        options = warm_options(Options(), self.warm_start(problem, prices=False), problem)
-        assert options.prices is None
-        assert options.start is not None
+        before = self.warm_start(problem, prices=False)
+        assert warm_prices(before, problem) is None
+        assert warm_options(Options(), before, problem).start is not None
+
+    def test_without_an_earlier_plan_there_are_no_prices(self):
+        assert warm_prices(None, random_problem(0, 30, 4)) is None
 
 
 def test_the_same_again_takes_far_fewer_steps():
