@@ -98,7 +98,6 @@ from focus_planner.core.kernels.odd_holes import (
     list_edges,
     odd_cycles,
 )
-from focus_planner.core.kernels.one_view import best_camera
 from focus_planner.core.kernels.orientation import agreement, join, refine
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.point_grid import PointGrid
@@ -208,7 +207,6 @@ __all__ = [
     "agreement",
     "assign",
     "base_costs",
-    "best_camera",
     "best_cameras",
     "best_pair",
     "block_keys",

@@ -218,10 +218,7 @@ class Problem:
             self.focus_weight,
         )
         chosen = np.ascontiguousarray(focus, dtype=np.float64)
-        if self.views == 1:
-            kernels.best_camera(pairs, chosen, costs, best[:, 0])
-        else:
-            kernels.best_cameras(pairs, chosen, self.view, costs, best)
+        kernels.best_cameras(pairs, chosen, self.view, costs, best)
         return costs, best
 
     def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:

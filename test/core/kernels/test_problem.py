@@ -31,11 +31,6 @@ def evaluate(problem, focus):
     return costs, best
 
 
-def best_of_one_view(problem, focus):
-    costs, best = problem.assign(np.asarray(focus, dtype=np.float64))
-    return costs, best[:, 0]
-
-
 @pytest.mark.parametrize("ties", [False, True])
 def test_best_cameras(ties):
     unseen = 0
@@ -45,7 +40,6 @@ def test_best_cameras(ties):
         focus = np.random.default_rng(seed).uniform(0.5, 0.8, 4)
         costs, best = evaluate(problem, focus)
         best = best[:, 0]
-        np.testing.assert_array_equal(best_of_one_view(problem, focus), [costs, best])
         phi = reference.assign(table, focus)
         assert [None if c < 0 else c for c in best] == phi
         assert sum(table.share(p) * costs[p] for p in range(25)) == pytest.approx(
@@ -105,13 +99,3 @@ def test_pairs_are_found_by_camera_in_their_own_order():
     offsets = np.concatenate([[0], np.cumsum(np.bincount(camera, minlength=7))])
     expected = np.argsort(camera, kind="stable")
     np.testing.assert_array_equal(kernels.sort_by_camera(camera, offsets), expected)
-
-
-@pytest.mark.parametrize("shots", [1, 3])
-def test_one_view_takes_a_short_path_to_the_same(shots):
-    for seed in range(20):
-        problem = random_problem(seed, 25, 4, ties=True, share=0.5, shots=shots)
-        focus = np.random.default_rng(seed).uniform(0.5, 0.8, 4 * shots)
-        focus[0], focus[1] = np.nan, kernels.UNTAKEN
-        costs, best = evaluate(problem, focus)
-        np.testing.assert_array_equal(best_of_one_view(problem, focus), [costs, best[:, 0]])
