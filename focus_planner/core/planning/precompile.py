@@ -247,12 +247,6 @@ class _Stage:
         )
 
 
-# --- the work ------------------------------------------------------------------------------------
-
-
-# --- kinds of work -------------------------------------------------------------------------------
-
-
 # What this process has done, and what it has found that others compiled.
 _done: set[Work] = set()
 _found: set[Work] = set()
