@@ -136,11 +136,13 @@ from focus_planner.core.kernels.shading import (
 )
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
+from focus_planner.core.kernels.spatial_order import Pairs, list_by_camera, move_pairs
 from focus_planner.core.kernels.visibility import (
     PER_BLOCK,
     PLACES,
     Blocks,
     Views,
+    ascending,
     block_keys,
     blocks_of,
     count_seen,
@@ -190,6 +192,7 @@ __all__ = [
     "Neighbourhoods",
     "Nodes",
     "PairCosts",
+    "Pairs",
     "PairsByCamera",
     "PairsBySample",
     "PointGrid",
@@ -205,6 +208,7 @@ __all__ = [
     "activate",
     "adapt_all",
     "agreement",
+    "ascending",
     "assign",
     "base_costs",
     "best_cameras",
@@ -246,6 +250,7 @@ __all__ = [
     "kept_in",
     "light_corners",
     "list_both_ways",
+    "list_by_camera",
     "list_by_tile",
     "list_common",
     "list_edges",
@@ -258,6 +263,7 @@ __all__ = [
     "most_frequent",
     "most_gains",
     "move_cameras",
+    "move_pairs",
     "near_view",
     "odd_cycles",
     "place",

@@ -43,6 +43,7 @@ from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.request import SCOPES, TUPLES, PlanRequest
 from focus_planner.core.planning.solving import solve
 from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.spatial_order import sort_by_place
 from focus_planner.core.progress import COMPILING, COMPILING_IN_VAIN, Progress, time_spent
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import image_corners
@@ -92,6 +93,7 @@ _SECONDS = {
     "shading": 25.0,
     "smoothing": 10.0,
     "solution": 2.0,
+    "spatial_order": 3.0,
     "stabbing": 5.5,
     "visibility": 12.0,
 }
@@ -331,6 +333,8 @@ def _plan() -> None:
     for method in ("closest", "average", "em"):
         solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
     solve(Scene(ball), rig, PlanRequest("em", _SAMPLES, views=2, shots=2))
+    # Only large problems are sorted.
+    sort_by_place(formulate_problem(Scene(ball), rig, PlanRequest(samples=_SAMPLES)))
 
 
 def _little(request: PlanRequest) -> PlanRequest:
@@ -459,6 +463,7 @@ PLANNING = _work(
         "lagrangian",
         "problem",
         "solution",
+        "spatial_order",
         "stabbing",
         "visibility",
     ),

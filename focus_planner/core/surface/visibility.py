@@ -230,7 +230,8 @@ def spatial_order(samples: Samples, *, facing: bool = False) -> NDArray[np.int64
     extent = float((samples.points.max(axis=0) - low).max())
     scale = kernels.PLACES / extent if extent > 0 else 0.0
     keys = kernels.block_keys(samples.points, samples.normals, low, scale, facing)
-    return np.argsort(keys, kind="stable")
+    order: NDArray[np.int64] = kernels.ascending(keys)
+    return order
 
 
 def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:
