@@ -58,6 +58,7 @@ from focus_planner.core.kernels.cells import (
     put,
     take,
 )
+from focus_planner.core.kernels.closest import least_depths
 from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
 from focus_planner.core.kernels.cut_prices import (
     CutNode,
@@ -76,7 +77,7 @@ from focus_planner.core.kernels.distortion import (
     distort,
     keep_imaged,
 )
-from focus_planner.core.kernels.em import stab, stab_brackets
+from focus_planner.core.kernels.em import held_weights, stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
 from focus_planner.core.kernels.greedy import GreedyState, first_gains, take_cameras
 from focus_planner.core.kernels.k_view import DescentState, improve_tuples, move_cameras
@@ -109,6 +110,7 @@ from focus_planner.core.kernels.problem import (
     base_costs,
     best_cameras,
     focus_intervals,
+    held_in_best,
     sort_by_camera,
     sort_by_sample,
 )
@@ -244,10 +246,13 @@ __all__ = [
     "gains_of_pictures",
     "gather",
     "graph_of",
+    "held_in_best",
+    "held_weights",
     "improve_tuples",
     "join",
     "keep_imaged",
     "kept_in",
+    "least_depths",
     "light_corners",
     "list_both_ways",
     "list_by_camera",

@@ -144,6 +144,20 @@ def best_cameras(pairs, focus, view, costs, best):
 
 
 @parallel_kernel
+def held_in_best(pairs, focus, best, held):
+    """Fill ``held`` (N,): whether each sample is in focus in camera ``best`` (N,).
+
+    ``focus`` (C,) are focus distances; a sample is held by no camera that does not see it.
+    """
+    for p in prange(len(held)):
+        held[p] = False
+        for q in range(pairs.offsets[p], pairs.offsets[p + 1]):
+            if pairs.camera[q] == best[p]:
+                s = focus[best[p]]
+                held[p] = (pairs.near[q] <= s) & (s <= pairs.far[q])
+
+
+@parallel_kernel
 def base_costs(samples, poses, sample_index, camera_index, terms, depth, base_cost):
     """Fill ``depth`` and ``base_cost`` (P,) of pairs of a sample and a camera (Eq. 1).
 

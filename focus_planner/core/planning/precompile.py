@@ -73,6 +73,7 @@ _SECONDS = {
     "budget": 4.0,
     "camera_tuples": 7.0,
     "cells": 3.5,
+    "closest": 1.0,
     "cut_prices": 20.0,
     "distortion": 2.5,
     "em": 2.0,
@@ -457,6 +458,7 @@ PLANNING = _work(
     _plan,
     *(
         "cells",
+        "closest",
         "distortion",
         "em",
         "gains",
