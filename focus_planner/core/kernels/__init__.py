@@ -14,8 +14,8 @@ The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
 ``pairs`` the search within ``k_view``, ``local_prices`` and ``stabbing`` those within
 ``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
-and the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is
-kept.
+and the surface that fits them, ``ranks`` the places of numbers among sorted ones, ``compiling`` the
+decorators, and ``kept`` where machine code is kept.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
@@ -116,6 +116,7 @@ from focus_planner.core.kernels.problem import (
     sort_by_sample,
 )
 from focus_planner.core.kernels.ranking import NO_PICTURE, VIEW_BITS, rank_views
+from focus_planner.core.kernels.ranks import ranks_among
 from focus_planner.core.kernels.rasterize import (
     AFFINE,
     BLOCK,
@@ -277,6 +278,7 @@ __all__ = [
     "project",
     "put",
     "rank_views",
+    "ranks_among",
     "reassign",
     "refine",
     "residuals",

@@ -93,12 +93,19 @@ def _spread(value):
 
 
 @parallel_kernel
-def block_keys(points, normals, low, scale, facing):
+def block_keys(points, normals, facing):
     """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by position.
 
-    Above the position's Morton code, 20 bits per axis from ``low`` on, is the normal's octant.
+    Above the position's Morton code, 20 bits per axis of a cube around all, is the normal's octant.
     """
     keys = np.empty(len(points), dtype=np.uint64)
+    low, high = points[0].copy(), points[0].copy()
+    for p in range(len(points)):
+        for axis in range(3):
+            low[axis] = min(low[axis], points[p, axis])
+            high[axis] = max(high[axis], points[p, axis])
+    extent = (high - low).max()
+    scale = PLACES / extent if extent > 0 else 0.0
     for p in prange(len(points)):
         key = np.uint64(0)
         for axis in range(3):

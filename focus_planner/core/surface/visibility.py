@@ -226,10 +226,7 @@ def spatial_order(samples: Samples, *, facing: bool = False) -> NDArray[np.int64
 
     If ``facing``, those whose normals are in the same octant.
     """
-    low = samples.points.min(axis=0)
-    extent = float((samples.points.max(axis=0) - low).max())
-    scale = kernels.PLACES / extent if extent > 0 else 0.0
-    keys = kernels.block_keys(samples.points, samples.normals, low, scale, facing)
+    keys = kernels.block_keys(samples.points, samples.normals, facing)
     order: NDArray[np.int64] = kernels.ascending(keys)
     return order
 
