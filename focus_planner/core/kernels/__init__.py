@@ -14,8 +14,8 @@ The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
 ``pairs`` the search within ``k_view``, ``local_prices`` and ``stabbing`` those within
 ``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
-and the surface that fits them, ``compiling`` the decorators, and ``kept`` where machine code is
-kept.
+and the surface that fits them, ``ranks`` the places of numbers among sorted ones, ``compiling`` the
+decorators, and ``kept`` where machine code is kept.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
@@ -45,6 +45,7 @@ from focus_planner.core.kernels.camera_tuples import (
     NEVER,
     colour,
     count_common,
+    count_of_pairs,
     count_shared,
     list_both_ways,
     list_common,
@@ -58,6 +59,7 @@ from focus_planner.core.kernels.cells import (
     put,
     take,
 )
+from focus_planner.core.kernels.closest import least_depths
 from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
 from focus_planner.core.kernels.cut_prices import (
     CutNode,
@@ -76,7 +78,7 @@ from focus_planner.core.kernels.distortion import (
     distort,
     keep_imaged,
 )
-from focus_planner.core.kernels.em import stab, stab_brackets
+from focus_planner.core.kernels.em import held_weights, stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
 from focus_planner.core.kernels.greedy import GreedyState, first_gains, take_cameras
 from focus_planner.core.kernels.k_view import DescentState, improve_tuples, move_cameras
@@ -109,10 +111,12 @@ from focus_planner.core.kernels.problem import (
     base_costs,
     best_cameras,
     focus_intervals,
+    held_in_best,
     sort_by_camera,
     sort_by_sample,
 )
 from focus_planner.core.kernels.ranking import NO_PICTURE, VIEW_BITS, rank_views
+from focus_planner.core.kernels.ranks import ranks_among
 from focus_planner.core.kernels.rasterize import (
     AFFINE,
     BLOCK,
@@ -136,11 +140,13 @@ from focus_planner.core.kernels.shading import (
 )
 from focus_planner.core.kernels.smoothing import cell_areas, project, thin
 from focus_planner.core.kernels.solution import assign, focus_room
+from focus_planner.core.kernels.spatial_order import Pairs, list_by_camera, move_pairs
 from focus_planner.core.kernels.visibility import (
     PER_BLOCK,
     PLACES,
     Blocks,
     Views,
+    ascending,
     block_keys,
     blocks_of,
     count_seen,
@@ -190,6 +196,7 @@ __all__ = [
     "Neighbourhoods",
     "Nodes",
     "PairCosts",
+    "Pairs",
     "PairsByCamera",
     "PairsBySample",
     "PointGrid",
@@ -205,6 +212,7 @@ __all__ = [
     "activate",
     "adapt_all",
     "agreement",
+    "ascending",
     "assign",
     "base_costs",
     "best_cameras",
@@ -223,6 +231,7 @@ __all__ = [
     "costs_in_units",
     "count_common",
     "count_gains",
+    "count_of_pairs",
     "count_seen",
     "count_shared",
     "cuts_of_cycles",
@@ -240,12 +249,16 @@ __all__ = [
     "gains_of_pictures",
     "gather",
     "graph_of",
+    "held_in_best",
+    "held_weights",
     "improve_tuples",
     "join",
     "keep_imaged",
     "kept_in",
+    "least_depths",
     "light_corners",
     "list_both_ways",
+    "list_by_camera",
     "list_by_tile",
     "list_common",
     "list_edges",
@@ -258,12 +271,14 @@ __all__ = [
     "most_frequent",
     "most_gains",
     "move_cameras",
+    "move_pairs",
     "near_view",
     "odd_cycles",
     "place",
     "project",
     "put",
     "rank_views",
+    "ranks_among",
     "reassign",
     "refine",
     "residuals",

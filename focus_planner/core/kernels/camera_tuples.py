@@ -28,7 +28,7 @@ def count_common(by_camera, camera_pairs, by_sample, low, counts):
     ``camera_pairs`` (P,) are the indices of each camera's pairs among those by sample. Returns (B,)
     with how many later cameras each shares a sample.
     """
-    sharing = np.zeros(len(counts), dtype=np.int64)
+    sharing = np.empty(len(counts), dtype=np.int64)
     camera_offsets, seen, _, _, _ = by_camera
     sample_offsets, camera, _, _, _ = by_sample
     for row in prange(len(counts)):
@@ -37,9 +37,8 @@ def count_common(by_camera, camera_pairs, by_sample, low, counts):
         for j in range(camera_offsets[c], camera_offsets[c + 1]):
             pair = camera_pairs[j]
             for q in range(pair + 1, sample_offsets[seen[j] + 1]):
-                d = camera[q]
-                sharing[row] += counts[row, d] == 0
-                counts[row, d] += 1
+                counts[row, camera[q]] += 1
+        sharing[row] = np.count_nonzero(counts[row])
     return sharing
 
 
@@ -50,12 +49,12 @@ def list_common(low, counts, offsets, cameras, common):
     ``counts`` are as :func:`count_common` fills them; row r's are written from ``offsets[r]`` on.
     """
     for row in prange(len(counts)):
-        at, end = offsets[row], offsets[row + 1]
-        camera = low + row + 1
-        while at < end:
-            cameras[at], common[at] = camera, counts[row, camera]
-            at += counts[row, camera] > 0
-            camera += 1
+        at = offsets[row]
+        # Neighbours have neighbouring numbers, so these branches are guessed well.
+        for camera in range(low + row + 1, counts.shape[1]):
+            if counts[row, camera] > 0:
+                cameras[at], common[at] = camera, counts[row, camera]
+                at += 1
 
 
 @kernel
@@ -99,31 +98,56 @@ def strongest(offsets, neighbours, shared, most):
 def colour(tuples, reach_offsets, reach):
     """Return a colour per tuple such that tuples of one colour do not reach each other.
 
-    A tuple reaches its cameras and, for each of them, ``reach[reach_offsets[c] : ...]``. Greedy,
-    in the tuples' order: each takes the first free colour.
+    A tuple reaches its cameras and, for each of them, ``reach[reach_offsets[c] : ...]``, which
+    reach it too. Greedy, in the tuples' order: each takes the first free colour.
     """
     words = 4
-    cameras = len(reach_offsets) - 1
-    used = np.zeros((cameras, words), dtype=np.uint64)
+    # The colours, a bit each, that tuples with a given camera cannot have any more.
+    barred = np.zeros((words, len(reach_offsets) - 1), dtype=np.uint64)
     colours = np.empty(len(tuples), dtype=np.int32)
     for t in range(len(tuples)):
-        taken = np.zeros(words, dtype=np.uint64)
-        for c in tuples[t]:
-            taken |= used[c]
-            for j in range(reach_offsets[c], reach_offsets[c + 1]):
-                taken |= used[reach[j]]
-        found = 0
-        while found < 64 * words and (taken[found >> 6] >> np.uint64(found & 63)) & np.uint64(1):
-            found += 1
+        found = _first_free(tuples[t], barred)
         if found == 64 * words:
-            wider = np.zeros((cameras, 2 * words), dtype=np.uint64)
-            wider[:, :words] = used
-            used = wider
+            barred = np.concatenate((barred, np.zeros_like(barred)))
             words *= 2
+        barred_here, bit = barred[found >> 6], np.uint64(1) << np.uint64(found & 63)
         for c in tuples[t]:
-            used[c, found >> 6] |= np.uint64(1) << np.uint64(found & 63)
+            barred_here[c] |= bit
+            for d in reach[reach_offsets[c] : reach_offsets[c + 1]]:
+                barred_here[d] |= bit
         colours[t] = found
     return colours
+
+
+@kernel
+def _first_free(members, barred):
+    """Return the first colour that is barred to none of some cameras."""
+    for word in range(len(barred)):
+        taken = np.uint64(0)
+        for c in members:
+            taken |= barred[word, c]
+        if taken != ~np.uint64(0):
+            found = 64 * word
+            while taken & np.uint64(1):
+                taken >>= np.uint64(1)
+                found += 1
+            return found
+    return 64 * len(barred)
+
+
+@parallel_kernel
+def count_of_pairs(pairs, offsets, neighbours, common):
+    """Return (T,) how many samples both cameras of each pair (T, 2) see.
+
+    ``common`` has it for each of a camera's ``neighbours``, which are ascending.
+    """
+    counts = np.zeros(len(pairs), dtype=np.int64)
+    for t in prange(len(pairs)):
+        own = slice(offsets[pairs[t, 0]], offsets[pairs[t, 0] + 1])
+        at = np.searchsorted(neighbours[own], pairs[t, 1])
+        if at < len(neighbours[own]) and neighbours[own][at] == pairs[t, 1]:
+            counts[t] = common[own][at]
+    return counts
 
 
 @kernel
@@ -146,27 +170,12 @@ def count_shared(cameras, offsets, seen):
     """
     counts = np.zeros(len(cameras), dtype=np.int64)
     for t in prange(len(cameras)):
-        if cameras.shape[1] == 2:
-            counts[t] = _count_of_pair(cameras[t, 0], cameras[t, 1], offsets, seen)
-        else:
-            counts[t] = _count_of_many(cameras[t], offsets, seen)
+        counts[t] = _count_shared(cameras[t], offsets, seen)
     return counts
 
 
 @kernel
-def _count_of_pair(a, b, offsets, seen):
-    """Count what two cameras share, without branches to guess."""
-    i, j, count = offsets[a], offsets[b], 0
-    while i < offsets[a + 1] and j < offsets[b + 1]:
-        p, q = seen[i], seen[j]
-        count += p == q
-        i += p <= q
-        j += q <= p
-    return count
-
-
-@kernel
-def _count_of_many(members, offsets, seen):
+def _count_shared(members, offsets, seen):
     """Count what at least two of several cameras share."""
     heads, count = offsets[members], 0
     p = _next_sample(members, offsets, seen, heads)
@@ -184,21 +193,29 @@ def _count_of_many(members, offsets, seen):
 
 @kernel
 def _list_of_pair(t, tuples, by_camera):
-    """Fill the samples that the two cameras of tuple t share, without branches to guess."""
+    """Fill the samples that the two cameras of tuple t share.
+
+    Where they are is found first, without branches to guess: few of the steps find one.
+    """
     offsets, seen, base, first, last = by_camera
     samples, bases = tuples.samples, tuples.bases
     firsts, lasts = tuples.firsts, tuples.lasts
-    i, j = offsets[tuples.cameras[t, 0]], offsets[tuples.cameras[t, 1]]
-    at, end = tuples.shared_offsets[t], tuples.shared_offsets[t + 1]
-    while at < end:
+    begin = tuples.shared_offsets[t]
+    count = tuples.shared_offsets[t + 1] - begin
+    of_a, of_b = np.empty((2, count), dtype=np.int64)
+    i, j, found = offsets[tuples.cameras[t, 0]], offsets[tuples.cameras[t, 1]], 0
+    while found < count:
         p, q = seen[i], seen[j]
-        samples[at] = p
+        of_a[found], of_b[found] = i, j
+        found += p == q
+        i += p <= q
+        j += q <= p
+    for n in range(count):
+        i, j, at = of_a[n], of_b[n], begin + n
+        samples[at] = seen[i]
         bases[at, 0], bases[at, 1] = base[i], base[j]
         firsts[at, 0], firsts[at, 1] = first[i], first[j]
         lasts[at, 0], lasts[at, 1] = last[i], last[j]
-        at += p == q
-        i += p <= q
-        j += q <= p
 
 
 @kernel

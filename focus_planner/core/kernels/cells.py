@@ -21,7 +21,8 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+from focus_planner.core.kernels.compiling import parallel_kernel
+from focus_planner.core.kernels.ranks import ranks_among
 
 
 @parallel_kernel
@@ -50,53 +51,6 @@ def maximal_cells(offsets, starts, ends, cell_counts, cell_near, cell_far):
         cell_counts[c] = count
 
 
-@kernel
-def _bucket(value, low, scale, count):
-    """Return the bucket that a value falls into: never a later one than a larger value's."""
-    place = (value - low) * scale
-    if not place > 0:
-        return 0
-    return count - 1 if place >= count - 1 else np.int64(place)
-
-
-@kernel
-def _buckets(ascending, count):
-    """Return where each bucket's numbers begin, (count + 1,), and what tells a value's bucket."""
-    low, high = np.inf, -np.inf
-    for value in ascending:
-        if np.isfinite(value):
-            low, high = min(low, value), max(high, value)
-    scale = np.divide(count, high - low) if high > low else 0.0
-    low = low if np.isfinite(low) else 0.0
-    begins = np.zeros(count + 1, dtype=np.int64)
-    for value in ascending:
-        begins[_bucket(value, low, scale, count) + 1] += 1
-    for b in range(count):
-        begins[b + 1] += begins[b]
-    return begins, low, scale
-
-
-@kernel
-def _ranks(ascending, values, equal, ranks):
-    """Fill how many numbers are below each value, or not above it if ``equal``.
-
-    Each value is looked for in its bucket only, of which there are twice as many as numbers.
-    """
-    count = 2 * len(ascending) + 1
-    begins, least, scale = _buckets(ascending, count)
-    for j in range(len(values)):
-        value = values[j]
-        b = _bucket(value, least, scale, count)
-        low, high = begins[b], begins[b + 1]
-        while low < high:
-            middle = (low + high) >> 1
-            if ascending[middle] < value or (equal and ascending[middle] == value):
-                low = middle + 1
-            else:
-                high = middle
-        ranks[j] = low
-
-
 @parallel_kernel
 def cell_ranges(offsets, starts, ends, cell_offsets, cell_near, cell_far, first, last):
     """Fill ``first`` and ``last`` (P,), camera by camera: the cells that hold a pair in focus.
@@ -105,8 +59,8 @@ def cell_ranges(offsets, starts, ends, cell_offsets, cell_near, cell_far, first,
     """
     for c in prange(len(offsets) - 1):
         own, cells = slice(offsets[c], offsets[c + 1]), slice(cell_offsets[c], cell_offsets[c + 1])
-        _ranks(cell_near[cells], starts[own], False, first[own])
-        _ranks(cell_far[cells], ends[own], True, last[own])
+        ranks_among(cell_near[cells], starts[own], False, first[own])
+        ranks_among(cell_far[cells], ends[own], True, last[own])
         last[own] -= 1
 
 

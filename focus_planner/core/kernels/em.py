@@ -21,28 +21,41 @@ from focus_planner.core.kernels.stabbing import Intervals, best_cells
 
 
 @parallel_kernel
-def stab(by_camera, focus, cell_offsets, best, cell):
+def held_weights(by_camera, focus, cell_offsets, held):
+    """Fill ``held`` (M,) with the weight that each cell holds in focus of all its camera sees."""
+    offsets, seen, _, first, last = by_camera
+    for c in prange(len(offsets) - 1):
+        steps = np.zeros(cell_offsets[c + 1] - cell_offsets[c] + 1, dtype=np.int64)
+        for j in range(offsets[c], offsets[c + 1]):
+            if first[j] <= last[j]:
+                steps[first[j]] += focus[seen[j]]
+                steps[last[j] + 1] -= focus[seen[j]]
+        total = np.int64(0)
+        for i in range(len(steps) - 1):
+            total += steps[i]
+            held[cell_offsets[c] + i] = total
+
+
+@parallel_kernel
+def stab(by_camera, focus, cell_offsets, held, best, cell):
     """Move each camera to the cell that holds most of its samples' weight in focus (Eq. 8).
 
     Camera c's samples are those with it in ``best`` (N, needed). Ties go to the cell that holds
-    most of everything the camera sees, which the next assignment may profit from; without a better
-    cell a camera stays. Two prefix sums per camera. Returns how many cameras moved.
+    most of everything the camera sees, ``held`` (M,), which the next assignment may profit from;
+    without a better cell a camera stays. A prefix sum per camera. Returns how many cameras moved.
     """
     offsets, seen, _, first, last = by_camera
     moved = 0
     for c in prange(len(offsets) - 1):
         count = cell_offsets[c + 1] - cell_offsets[c]
         if count > 0:
-            own, all_seen = np.zeros((2, count + 1), dtype=np.int64)
+            own, all_seen = np.zeros(count + 1, dtype=np.int64), held[cell_offsets[c] :]
             for j in range(offsets[c], offsets[c + 1]):
-                if first[j] <= last[j]:
-                    p = seen[j]
-                    all_seen[first[j]] += focus[p]
-                    all_seen[last[j] + 1] -= focus[p]
-                    if is_assigned(p, c, best):
-                        own[first[j]] += focus[p]
-                        own[last[j] + 1] -= focus[p]
-            own, all_seen = np.cumsum(own[:-1]), np.cumsum(all_seen[:-1])
+                p = seen[j]
+                if is_assigned(p, c, best) and first[j] <= last[j]:
+                    own[first[j]] += focus[p]
+                    own[last[j] + 1] -= focus[p]
+            own = np.cumsum(own[:-1])
             where = cell[c]
             for i in range(count):
                 if own[i] > own[where] or (own[i] == own[where] and all_seen[i] > all_seen[where]):

@@ -145,8 +145,8 @@ def _sum_steps(c, by_camera, focus, views, cell_offsets, state):
     steps[:] = 0
     if _is_plain(views, state):
         for j in range(offsets[c], offsets[c + 1]):
-            if first[j] <= last[j]:
-                gain = _alone_in_one_view(seen[j], c, base[j], focus[seen[j]], state.ranking)
+            gain = _alone_in_one_view(seen[j], c, base[j], focus[seen[j]], state.ranking)
+            if gain > 0 and first[j] <= last[j]:
                 steps[first[j]] += gain
                 steps[last[j] + 1] -= gain
         return
@@ -232,10 +232,14 @@ def _move(c, to, now, by_camera, by_sample, focus, views, state):
     offsets, seen, base, first, last = by_camera
     cell, touched, summed = state.cell, state.touched, state.summed
     was, cell[c] = cell[c], to
+    if was == to:
+        return
     view = views.number[c]
     for j in range(offsets[c], offsets[c + 1]):
-        holds = first[j] <= to <= last[j]
-        if (first[j] <= was <= last[j]) == holds:
+        # Without branches to guess: most samples stay as they are.
+        held = (first[j] <= was) & (was <= last[j])
+        holds = (first[j] <= to) & (to <= last[j])
+        if held == holds:
             continue
         p = seen[j]
         if held_by_another(c, view, first[j], last[j], views, cell):
@@ -253,8 +257,7 @@ def move_cameras(cameras, to, by_camera, by_sample, focus, views, state):
     """Move some cameras to cells, ``to``, whatever that costs; with scope "all" only."""
     now = tick(state)
     for m in range(len(cameras)):
-        if state.cell[cameras[m]] != to[m]:
-            _move(cameras[m], to[m], now, by_camera, by_sample, focus, views, state)
+        _move(cameras[m], to[m], now, by_camera, by_sample, focus, views, state)
 
 
 @kernel

@@ -101,31 +101,33 @@ def _even_parts(offsets, others, parts):
 
 
 @kernel
-def _count_active(low, high, gains, price, reach, counts):
-    """Fill how many pairs of cameras ``low`` to ``high`` gain more than ``price - reach``."""
+def _count_active(low, high, gains, level, counts):
+    """Fill how many pairs of cameras ``low`` to ``high`` gain more than ``level``."""
     offsets, sample, gain, _, _ = gains
     for c in range(low, high):
         count = 0
         for j in range(offsets[c], offsets[c + 1]):
-            count += gain[j] > price[sample[j]] - reach[sample[j]]
+            count += gain[j] > level[sample[j]]
         counts[c] = count
 
 
 @kernel
-def _list_active(low, high, gains, price, reach, active, floor):
+def _list_active(low, high, gains, level, active, floor):
     """List those pairs; raise floors to what the others gain."""
     offsets, sample, gain, first, last = gains
     active_offsets, active_sample, active_gain, active_first, active_last = active
     for c in range(low, high):
-        at = active_offsets[c]
-        for j in range(offsets[c], offsets[c + 1]):
-            p = sample[j]
-            if gain[j] > price[p] - reach[p]:
-                active_sample[at], active_gain[at] = p, gain[j]
-                active_first[at], active_last[at] = first[j], last[j]
-                at += 1
-            elif gain[j] > floor[p]:
-                floor[p] = gain[j]
+        at, end, j = active_offsets[c], active_offsets[c + 1], offsets[c]
+        # Without branches to guess, as long as there is room for what may not belong there.
+        while at < end:
+            p, more = sample[j], gain[j] > level[sample[j]]
+            active_sample[at], active_gain[at] = p, gain[j]
+            active_first[at], active_last[at] = first[j], last[j]
+            floor[p] = max(floor[p], 0 if more else gain[j])
+            at += more
+            j += 1
+        for rest in range(j, offsets[c + 1]):
+            floor[sample[rest]] = max(floor[sample[rest]], gain[rest])
 
 
 @parallel_kernel
@@ -138,13 +140,16 @@ def activate(gains, price, reach, active, floor, parts):
     offsets, active_offsets = gains.offsets, active.offsets
     begins = _even_parts(offsets, offsets, parts)
     floors = np.zeros((parts, len(floor)), dtype=np.int64)
+    level = np.empty_like(price)
     active_offsets[0] = 0
+    for p in prange(len(price)):
+        level[p] = price[p] - reach[p]
     for part in prange(parts):
-        _count_active(begins[part], begins[part + 1], gains, price, reach, active_offsets[1:])
+        _count_active(begins[part], begins[part + 1], gains, level, active_offsets[1:])
     for c in range(len(offsets) - 1):
         active_offsets[c + 1] += active_offsets[c]
     for part in prange(parts):
-        _list_active(begins[part], begins[part + 1], gains, price, reach, active, floors[part])
+        _list_active(begins[part], begins[part + 1], gains, level, active, floors[part])
     for p in prange(len(floor)):
         for part in range(parts):
             floor[p] = max(floor[p], floors[part, p])

@@ -80,6 +80,24 @@ def _cost(pairs, q, focus):
 
 
 @kernel
+def _cheapest_one(p, pairs, focus, best):
+    """Fill sample p's cheapest camera of all; return what it costs, 1 if there is none.
+
+    Without branches to guess.
+    """
+    best[0] = UNSEEN
+    least = np.inf
+    for q in range(pairs.offsets[p], pairs.offsets[p + 1]):
+        s = focus[pairs.camera[q]]
+        held = (pairs.near[q] <= s) & (s <= pairs.far[q])  # not where s is NaN
+        cost = pairs.base[q] + (0.0 if held else pairs.weight)
+        cost = np.inf if s == UNTAKEN else cost
+        best[0] = pairs.camera[q] if cost < least else best[0]
+        least = min(cost, least)
+    return 1.0 if best[0] == UNSEEN else least
+
+
+@kernel
 def _least_costs(p, pairs, focus, view, best, least):
     """Fill sample p's cheapest cameras, each of another view, and what they cost; return the sum.
 
@@ -117,8 +135,26 @@ def best_cameras(pairs, focus, view, costs, best):
     view that is missing costs 1, its camera is ``UNSEEN``. Ties go to the first camera.
     """
     count = best.shape[1]
+    if count == 1:
+        for p in prange(len(costs)):
+            costs[p] = _cheapest_one(p, pairs, focus, best[p])
+        return
     for p in prange(len(costs)):
         costs[p] = _least_costs(p, pairs, focus, view, best[p], np.empty(count)) / count
+
+
+@parallel_kernel
+def held_in_best(pairs, focus, best, held):
+    """Fill ``held`` (N,): whether each sample is in focus in camera ``best`` (N,).
+
+    ``focus`` (C,) are focus distances; a sample is held by no camera that does not see it.
+    """
+    for p in prange(len(held)):
+        held[p] = False
+        for q in range(pairs.offsets[p], pairs.offsets[p + 1]):
+            if pairs.camera[q] == best[p]:
+                s = focus[best[p]]
+                held[p] = (pairs.near[q] <= s) & (s <= pairs.far[q])
 
 
 @parallel_kernel

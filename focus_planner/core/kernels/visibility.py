@@ -28,6 +28,10 @@ PLACES = 2**20 - 1
 # square root of a difference.
 _SLACK = 1e-9
 _SLACK_OF_ROOT = 1e-6
+# Keys are sorted by so many bits at a time: the counts of their values stay in the fastest cache.
+_BITS = 11
+_VALUES = 2**_BITS
+_DIGITS = (64 + _BITS - 1) // _BITS
 _DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)
 _PLACES_OF_BITS = np.empty(64, dtype=np.int64)
 for _place in range(64):
@@ -89,12 +93,19 @@ def _spread(value):
 
 
 @parallel_kernel
-def block_keys(points, normals, low, scale, facing):
+def block_keys(points, normals, facing):
     """Return (N,) keys that sort samples into blocks: by normal if ``facing``, then by position.
 
-    Above the position's Morton code, 20 bits per axis from ``low`` on, is the normal's octant.
+    Above the position's Morton code, 20 bits per axis of a cube around all, is the normal's octant.
     """
     keys = np.empty(len(points), dtype=np.uint64)
+    low, high = points[0].copy(), points[0].copy()
+    for p in range(len(points)):
+        for axis in range(3):
+            low[axis] = min(low[axis], points[p, axis])
+            high[axis] = max(high[axis], points[p, axis])
+    extent = (high - low).max()
+    scale = PLACES / extent if extent > 0 else 0.0
     for p in prange(len(points)):
         key = np.uint64(0)
         for axis in range(3):
@@ -103,6 +114,39 @@ def block_keys(points, normals, low, scale, facing):
             key |= _spread(np.int64((points[p, axis] - low[axis]) * scale)) << np.uint64(axis)
         keys[p] = key
     return keys
+
+
+@kernel
+def _digit(key, digit):
+    """Return a digit of a key, the lowest being 0."""
+    return np.int64((key >> np.uint64(_BITS * digit)) & np.uint64(_VALUES - 1))
+
+
+@kernel
+def ascending(keys):
+    """Return (N,) indices that sort (N,) keys of 64 bits; equal ones stay in order.
+
+    Digit by digit, the lowest first, each by counting.
+    """
+    begins = np.zeros((_DIGITS, _VALUES + 1), dtype=np.int64)
+    for key in keys:
+        for digit in range(_DIGITS):
+            begins[digit, _digit(key, digit) + 1] += 1
+    order, other = np.arange(len(keys)), np.empty(len(keys), dtype=np.int64)
+    key, other_key = keys.copy(), np.empty_like(keys)
+    for digit in range(_DIGITS):
+        at = begins[digit]
+        if at.max() == len(keys):
+            continue  # all the same
+        for value in range(_VALUES):
+            at[value + 1] += at[value]
+        for i in range(len(keys)):
+            value = _digit(key[i], digit)
+            other[at[value]], other_key[at[value]] = order[i], key[i]
+            at[value] += 1
+        order, other = other, order
+        key, other_key = other_key, key
+    return order
 
 
 @parallel_kernel

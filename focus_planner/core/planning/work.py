@@ -31,6 +31,7 @@ from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.request import SCOPES, TUPLES, PlanRequest
 from focus_planner.core.planning.solving import solve
 from focus_planner.core.problem.gains import gains_of
+from focus_planner.core.problem.spatial_order import sort_by_place
 from focus_planner.core.rig.camera import CameraIntrinsics
 from focus_planner.core.rig.geometry import image_corners
 from focus_planner.core.rig.layouts import cylinder_rig
@@ -57,6 +58,7 @@ SECONDS = {
     "budget": 4.0,
     "camera_tuples": 7.0,
     "cells": 3.5,
+    "closest": 1.0,
     "cut_prices": 20.0,
     "distortion": 2.5,
     "em": 2.0,
@@ -73,10 +75,12 @@ SECONDS = {
     "point_grid": 1.0,
     "problem": 2.5,
     "ranking": 3.0,
+    "ranks": 1.5,
     "rasterize": 14.0,
     "shading": 25.0,
     "smoothing": 10.0,
     "solution": 2.0,
+    "spatial_order": 3.0,
     "stabbing": 5.5,
     "visibility": 12.0,
 }
@@ -115,6 +119,8 @@ def _plan() -> None:
     for method in ("closest", "average", "em"):
         solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
     solve(Scene(ball), rig, PlanRequest("em", _SAMPLES, views=2, shots=2))
+    # Only large problems are sorted.
+    sort_by_place(formulate_problem(Scene(ball), rig, PlanRequest(samples=_SAMPLES)))
 
 
 def plan_alike(request: PlanRequest) -> Work:
@@ -237,12 +243,15 @@ PLANNING = _work(
     _plan,
     *(
         "cells",
+        "closest",
         "distortion",
         "em",
         "gains",
         "lagrangian",
         "problem",
+        "ranks",
         "solution",
+        "spatial_order",
         "stabbing",
         "visibility",
     ),

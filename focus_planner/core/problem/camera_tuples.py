@@ -53,6 +53,13 @@ class _Graph:
         return both[both[:, 0] < both[:, 1]]
 
 
+@dataclass(frozen=True, eq=False)
+class _Overlap(_Graph):
+    """The graph of cameras that see a common sample; ``common`` tells of each edge how many."""
+
+    common: Offsets
+
+
 def camera_tuples(
     problem: Problem,
     k: int,
@@ -88,12 +95,10 @@ def camera_tuples(
     Abandoned
         If ``keep_going`` returned False.
     """
-    overlap, shared = _overlaps(problem, keep_going)
-    if grid is not None:
-        edges = _grid_pairs(grid, rings)
-    else:
-        edges = _overlap_edges(overlap, shared, problem.shots)
-    graph = _graph(problem.camera_count, _shot_edges(edges, problem.camera_count, problem.shots))
+    overlap = _overlaps(problem, keep_going)
+    shots = problem.shots
+    edges = _overlap_edges(overlap, shots) if grid is None else _grid_pairs(grid, rings)
+    graph = _graph(problem.camera_count, _shot_edges(edges, problem.camera_count, shots))
     cameras = graph.edges() if k == 2 else _triples(graph)
     cell_counts = np.diff(problem.cells.offsets)
     cameras = cameras[(cell_counts[cameras] > 0).all(axis=1)]
@@ -104,17 +109,18 @@ def camera_tuples(
     colours = kernels.colour(cameras, reach, overlap.neighbours)
     batched = cameras[np.argsort(colours, kind="stable")].astype(np.int32)
     batch_offsets = np.concatenate([[0], np.cumsum(np.bincount(colours))])
-    return _with_shared_samples(problem, batched, batch_offsets, keep_going)
+    return _with_shared_samples(problem, overlap, batched, batch_offsets, keep_going)
 
 
 def tuples_one_by_one(problem: Problem, cameras: IntArray) -> kernels.CameraTuples:
     """Return these tuples, (T, k) cameras with cells, each a batch of its own."""
-    batch_offsets = np.arange(len(cameras) + 1)
-    return _with_shared_samples(problem, cameras.astype(np.int32), batch_offsets, lambda: True)
+    overlap, batch_offsets = _overlaps(problem, lambda: True), np.arange(len(cameras) + 1)
+    alone = cameras.astype(np.int32)
+    return _with_shared_samples(problem, overlap, alone, batch_offsets, lambda: True)
 
 
-def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph, Offsets]:
-    """Return the graph of cameras that see a common sample, and for each edge how many they do."""
+def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> _Overlap:
+    """Return which cameras see common samples, and how many."""
     cameras, offsets = problem.camera_count, problem.camera_offsets
     seeing = len(problem.camera_index) / problem.sample_count
     work = np.diff(offsets) * (seeing / 2)
@@ -132,37 +138,38 @@ def _overlaps(problem: Problem, keep_going: Callable[[], bool]) -> tuple[_Graph,
     return _both_ways(_offsets(np.concatenate(rows)), np.concatenate(later), np.concatenate(common))
 
 
-def _both_ways(
-    later_offsets: Offsets, later: IntArray, of_later: Offsets
-) -> tuple[_Graph, Offsets]:
+def _both_ways(later_offsets: Offsets, later: IntArray, of_later: Offsets) -> _Overlap:
     """Return the graph given the neighbours that come later than each camera, and their counts."""
     degrees = np.diff(later_offsets) + np.bincount(later, minlength=len(later_offsets) - 1)
     offsets = _offsets(degrees)
     neighbours, common = np.empty(offsets[-1], dtype=np.int32), np.empty(offsets[-1], np.int64)
     kernels.list_both_ways(later_offsets, later, of_later, offsets, neighbours, common)
-    return _Graph(offsets, neighbours), common
+    return _Overlap(offsets, neighbours, common)
 
 
 def _offsets(counts: Offsets) -> Offsets:
     return np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])
 
 
-def _overlap_edges(overlap: _Graph, shared: Offsets, shots: int) -> NDArray[np.int64]:
+def _overlap_edges(overlap: _Overlap, shots: int) -> NDArray[np.int64]:
     """Return (E, 2) each of the rig's cameras with those that it shares most samples with."""
     if shots > 1:
-        overlap, shared = _of_first_shots(overlap, shared, shots)
-    found = kernels.strongest(overlap.offsets, overlap.neighbours, shared, _NEIGHBOURS_PER_CAMERA)
+        overlap = _of_first_shots(overlap, shots)
+    found = kernels.strongest(
+        overlap.offsets, overlap.neighbours, overlap.common, _NEIGHBOURS_PER_CAMERA
+    )
     camera, place = np.nonzero(found >= 0)
     return np.stack([camera, found[camera, place]], axis=1)
 
 
-def _of_first_shots(overlap: _Graph, shared: Offsets, shots: int) -> tuple[_Graph, Offsets]:
+def _of_first_shots(overlap: _Overlap, shots: int) -> _Overlap:
     """Return the same of the rig's cameras: of the first shot of each."""
     cameras = len(overlap.offsets) - 1
     a = np.repeat(np.arange(cameras), np.diff(overlap.offsets))
     first = (a % shots == 0) & (overlap.neighbours % shots == 0)
     offsets = _offsets(np.bincount(a[first] // shots, minlength=cameras // shots))
-    return _Graph(offsets, overlap.neighbours[first] // np.int32(shots)), shared[first]
+    neighbours = overlap.neighbours[first] // np.int32(shots)
+    return _Overlap(offsets, neighbours, overlap.common[first])
 
 
 def _shot_edges(edges: NDArray[np.int64], cameras: int, shots: int) -> NDArray[np.int64]:
@@ -229,15 +236,18 @@ def _chunks(
 
 
 def _with_shared_samples(
-    problem: Problem, cameras: IntArray, batch_offsets: Offsets, keep_going: Callable[[], bool]
+    problem: Problem,
+    overlap: _Overlap,
+    cameras: IntArray,
+    batch_offsets: Offsets,
+    keep_going: Callable[[], bool],
 ) -> kernels.CameraTuples:
     pairs = problem.pairs_by_camera
     offsets = np.zeros(len(cameras) + 1, dtype=np.int64)
     work = np.diff(pairs.offsets)[cameras].sum(axis=1).astype(np.float64)
     parts = partial(_chunks, work, _LISTED_BETWEEN_CHECKS, keep_going)
     for low, high in parts():
-        counts = kernels.count_shared(cameras[low:high], pairs.offsets, pairs.sample)
-        offsets[low + 1 : high + 1] = counts
+        offsets[low + 1 : high + 1] = _shared_counts(problem, overlap, cameras[low:high])
     offsets = np.cumsum(offsets)
     shape = (int(offsets[-1]), cameras.shape[1])
     tuples = kernels.CameraTuples(
@@ -252,3 +262,16 @@ def _with_shared_samples(
     for low, high in parts():
         kernels.list_shared(tuples, low, high, pairs)
     return tuples
+
+
+def _shared_counts(problem: Problem, overlap: _Overlap, cameras: IntArray) -> Offsets:
+    """Return (T,) how many samples at least two cameras of each tuple see."""
+    counts: Offsets
+    if cameras.shape[1] == 2:
+        counts = kernels.count_of_pairs(
+            cameras, overlap.offsets, overlap.neighbours, overlap.common
+        )
+    else:
+        pairs = problem.pairs_by_camera
+        counts = kernels.count_shared(cameras, pairs.offsets, pairs.sample)
+    return counts

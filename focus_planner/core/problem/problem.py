@@ -209,7 +209,13 @@ class Problem:
         """
         costs = np.empty(self.sample_count)
         best = np.empty((self.sample_count, self.views), dtype=np.int32)
-        pairs = kernels.PairCosts(
+        chosen = np.ascontiguousarray(focus, dtype=np.float64)
+        kernels.best_cameras(self._pair_costs, chosen, self.view, costs, best)
+        return costs, best
+
+    @property
+    def _pair_costs(self) -> kernels.PairCosts:
+        return kernels.PairCosts(
             self.sample_offsets,
             self.camera_index,
             self.base_cost,
@@ -217,9 +223,6 @@ class Problem:
             self.focus_far,
             self.focus_weight,
         )
-        chosen = np.ascontiguousarray(focus, dtype=np.float64)
-        kernels.best_cameras(pairs, chosen, self.view, costs, best)
-        return costs, best
 
     def in_focus(self, focus: FloatArray, best: IntArray) -> NDArray[np.bool_]:
         """Return, as an (N,) array, whether each sample is in focus in its best camera.
@@ -231,11 +234,10 @@ class Problem:
         best : (N,) array of int32
             As :meth:`evaluate` returns it.
         """
-        pairs = np.flatnonzero(self.camera_index == best[self.sample_index])
-        chosen = focus[self.camera_index[pairs]]
-        sharp = (self.focus_near[pairs] <= chosen) & (chosen <= self.focus_far[pairs])
-        held = np.zeros(self.sample_count, dtype=np.bool_)
-        held[self.sample_index[pairs[sharp]]] = True
+        held = np.empty(self.sample_count, dtype=np.bool_)
+        chosen = np.ascontiguousarray(focus, dtype=np.float64)
+        of_each = np.ascontiguousarray(best, dtype=np.int32)
+        kernels.held_in_best(self._pair_costs, chosen, of_each, held)
         return held
 
     def cost(self, focus: FloatArray) -> float:

@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.problem.cells import Cells
@@ -66,39 +67,63 @@ def sort_by_place(problem: Problem) -> SortedProblem:
     order = np.concatenate(
         [part.start + spatial_order(problem.samples.take(part)) for part in problem.subjects]
     )
-    counts = np.diff(problem.sample_offsets)[order]
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    pairs = np.arange(offsets[-1]) + np.repeat(problem.sample_offsets[order] - offsets[:-1], counts)
-    moved = replace(
+    offsets = np.concatenate([[0], np.cumsum(np.diff(problem.sample_offsets)[order])])
+    came_from, pairs = problem.sample_offsets, _pairs(problem)
+    moved = kernels.Pairs(*map(np.empty_like, pairs))
+    kernels.move_pairs(order, came_from, offsets, pairs, moved)
+    placed = replace(
         problem,
         samples=problem.samples.take(order),
         sample_offsets=offsets,
-        sample_index=np.repeat(np.arange(len(order), dtype=np.int32), counts),
-        camera_index=problem.camera_index[pairs],
-        depth=problem.depth[pairs],
-        base_cost=problem.base_cost[pairs],
-        focus_near=problem.focus_near[pairs],
-        focus_far=problem.focus_far[pairs],
+        sample_index=moved.sample,
+        camera_index=moved.camera,
+        depth=moved.depth,
+        base_cost=moved.base_cost,
+        focus_near=moved.near,
+        focus_far=moved.far,
     )
-    moved.__dict__["cells"] = _moved_cells(problem.cells, moved, order, pairs)
-    return SortedProblem(moved, order)
+    which, seen = np.empty_like(moved.sample), _room_by_camera(problem)
+    kernels.list_by_camera(moved, which, seen)
+    cells = _moved_cells(problem.cells, order, moved, seen)
+    placed.__dict__.update(
+        camera_offsets=problem.camera_offsets, camera_pairs=which, pairs_by_camera=seen, cells=cells
+    )
+    return SortedProblem(placed, order)
+
+
+def _pairs(problem: Problem) -> kernels.Pairs:
+    cells = problem.cells
+    return kernels.Pairs(
+        problem.sample_index,
+        problem.camera_index,
+        problem.depth,
+        problem.base_cost,
+        problem.focus_near,
+        problem.focus_far,
+        cells.base,
+        cells.first,
+        cells.last,
+    )
+
+
+def _room_by_camera(problem: Problem) -> kernels.PairsByCamera:
+    offsets, *others = problem.pairs_by_camera
+    return kernels.PairsByCamera(offsets, *map(np.empty_like, others))
 
 
 def _moved_cells(
-    cells: Cells, moved: Problem, order: NDArray[np.int64], pairs: NDArray[np.int64]
+    cells: Cells, order: NDArray[np.int64], moved: kernels.Pairs, seen: kernels.PairsByCamera
 ) -> Cells:
-    """Return the cells, given where each sample and each pair comes from."""
-    base, first, last = cells.base[pairs], cells.first[pairs], cells.last[pairs]
-    by_camera = moved.camera_pairs
+    """Return the cells with their pairs moved: sample by sample, and camera by camera."""
     return replace(
         cells,
-        base=base,
-        first=first,
-        last=last,
-        seen=moved.sample_index[by_camera],
-        seen_base=base[by_camera],
-        seen_first=first[by_camera],
-        seen_last=last[by_camera],
+        base=moved.base,
+        first=moved.first,
+        last=moved.last,
+        seen=seen.sample,
+        seen_base=seen.base,
+        seen_first=seen.first,
+        seen_last=seen.last,
         focus=cells.focus[order],
         unseen=cells.unseen[order],
     )

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.progress import Progress, ProgressCallback, never_stop
@@ -32,7 +33,13 @@ def solve(
 
 def closest_depths(problem: Problem) -> FloatArray:
     """Return (C,) each camera's least depth, metres; NaN where it sees no sample of any weight."""
-    depths = np.full(problem.camera_count, np.inf)
-    counts = problem.samples.weights[problem.sample_index] > 0
-    np.minimum.at(depths, problem.camera_index[counts], problem.depth[counts])
-    return np.where(np.isfinite(depths), depths, np.nan)
+    depths = np.empty(problem.camera_count)
+    kernels.least_depths(
+        problem.camera_offsets,
+        problem.camera_pairs,
+        problem.sample_index,
+        problem.depth,
+        problem.samples.weights,
+        depths,
+    )
+    return depths

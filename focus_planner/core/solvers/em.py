@@ -12,6 +12,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from focus_planner.core import kernels
@@ -44,22 +47,23 @@ def solve(
         )
     cell = start_cells(problem, start)
     best, units = assign_samples(problem, cell)
+    move = _mover(problem)
     iteration = 0
     while True:
         iteration += 1
-        moved = _move(problem, best, cell)
+        moved = move(best, cell)
         best, units = assign_samples(problem, cell)
         keep_going = on_progress(Progress("em", iteration, cost_of_units(units)))
         if not (moved and keep_going):
             return finish_cells(problem, cell, iteration, not moved)
 
 
-def _move(problem: Problem, best: IntArray, cell: IntArray) -> int:
-    """Move cameras to the best cells for their samples; return how many moved."""
+def _mover(problem: Problem) -> Callable[[IntArray, IntArray], int]:
+    """Return what moves cameras to the best cells for their samples; it returns how many moved."""
     pairs, cells = problem.pairs_by_camera, problem.cells
+    focus, offsets = cells.focus, cells.offsets
     if problem.views > 1 and problem.shots > 1:
-        views = problem.camera_views
-        moved = kernels.stab_brackets(pairs, cells.focus, views, cells.offsets, best, cell)
-    else:
-        moved = kernels.stab(pairs, cells.focus, cells.offsets, best, cell)
-    return int(moved)
+        return partial(kernels.stab_brackets, pairs, focus, problem.camera_views, offsets)
+    held = np.empty(len(cells.near), dtype=np.int64)
+    kernels.held_weights(pairs, focus, offsets, held)
+    return partial(kernels.stab, pairs, focus, offsets, held)

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.surface.cloud_shape import CloudShape, normalised, tangents
 from focus_planner.core.surface.surface import Mesh, PointCloud, Samples, squared_lengths
@@ -170,7 +171,12 @@ def _draw_indices(
     """
     # Less than the last whatever the rounding, so that an index with no share is never drawn.
     drawn = random.random(count) * cumulative[-1]
-    return np.searchsorted(cumulative, drawn, side="right"), float(cumulative[-1])
+    if count < len(cumulative):
+        return np.searchsorted(cumulative, drawn, side="right"), float(cumulative[-1])
+    # A table of all is made first, which pays where as many are looked for.
+    chosen = np.empty(count, dtype=np.int64)
+    kernels.ranks_among(cumulative, drawn, True, chosen)
+    return chosen, float(cumulative[-1])
 
 
 def _draw_by_area(

@@ -251,11 +251,9 @@ def spatial_order(samples: Samples, *, facing: bool = False) -> NDArray[np.int64
 
     If ``facing``, those whose normals are in the same octant.
     """
-    low = samples.points.min(axis=0)
-    extent = float((samples.points.max(axis=0) - low).max())
-    scale = kernels.PLACES / extent if extent > 0 else 0.0
-    keys = kernels.block_keys(samples.points, samples.normals, low, scale, facing)
-    return np.argsort(keys, kind="stable")
+    keys = kernels.block_keys(samples.points, samples.normals, facing)
+    order: NDArray[np.int64] = kernels.ascending(keys)
+    return order
 
 
 def _camera_blocks(most: NDArray[np.int64]) -> Iterator[slice]:

@@ -136,3 +136,11 @@ def test_shared_samples_are_those_that_two_cameras_see(k):
                         cells.first[q],
                         cells.last[q],
                     )
+
+
+def test_common_samples_of_pairs_are_looked_up():
+    offsets = np.array([0, 2, 3, 4, 4])
+    neighbours, common = np.array([1, 2, 0, 0], dtype=np.int32), np.array([5, 7, 5, 7])
+    pairs = np.array([[0, 1], [1, 0], [0, 2], [1, 2], [3, 0], [0, 3]], dtype=np.int32)
+    counts = kernels.count_of_pairs(pairs, offsets, neighbours, common)
+    assert counts.tolist() == [5, 5, 7, 0, 0, 0]

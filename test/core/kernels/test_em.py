@@ -21,7 +21,9 @@ from testing.problems import random_problem
 
 def stab(problem, best, cell):
     cells = problem.cells
-    return kernels.stab(problem.pairs_by_camera, cells.focus, cells.offsets, best, cell)
+    held = np.empty(len(cells.near), dtype=np.int64)
+    kernels.held_weights(problem.pairs_by_camera, cells.focus, cells.offsets, held)
+    return kernels.stab(problem.pairs_by_camera, cells.focus, cells.offsets, held, best, cell)
 
 
 def random_cells(problem, random):

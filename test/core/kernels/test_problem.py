@@ -99,3 +99,19 @@ def test_pairs_are_found_by_camera_in_their_own_order():
     offsets = np.concatenate([[0], np.cumsum(np.bincount(camera, minlength=7))])
     expected = np.argsort(camera, kind="stable")
     np.testing.assert_array_equal(kernels.sort_by_camera(camera, offsets), expected)
+
+
+def test_a_sample_is_held_by_the_camera_it_is_asked_about_only():
+    held_at_all = 0
+    for seed in range(20):
+        problem = random_problem(seed, 25, 4, share=0.5)
+        random = np.random.default_rng(seed)
+        focus, best = random.uniform(0.5, 0.8, 4), random.integers(-1, 4, 25)
+        table = reference.table(problem)
+        held = problem.in_focus(focus, best)
+        assert held.tolist() == [
+            c in table.seen[p] and table.seen[p][c].near <= focus[c] <= table.seen[p][c].far
+            for p, c in enumerate(best.tolist())
+        ]
+        held_at_all += held.sum()
+    assert held_at_all > 20

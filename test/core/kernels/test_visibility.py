@@ -97,3 +97,11 @@ def test_what_is_not_hidden_is_listed_ascending():
             own = listed[room[c] : room[c] + counts[c]]
             expected = np.sort(order[own[~hidden[offsets[c] : offsets[c + 1]]]])
             np.testing.assert_array_equal(found[seen_offsets[c] : seen_offsets[c + 1]], expected)
+
+
+def test_keys_are_sorted_like_a_stable_sort_of_numpy():
+    random = np.random.default_rng(3)
+    for count in (0, 1, 2, 1000, 5000):
+        for most in (1, 3, 2**11, 2**40, 2**64 - 1):
+            keys = random.integers(0, most, count, dtype=np.uint64)
+            np.testing.assert_array_equal(kernels.ascending(keys), np.argsort(keys, kind="stable"))
