@@ -59,14 +59,7 @@ from focus_planner.core.kernels.cells import (
     take,
 )
 from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
-from focus_planner.core.kernels.cut_prices import (
-    CutNode,
-    CutPool,
-    FractionalPlan,
-    Steps,
-    Whole,
-    adapt_all,
-)
+from focus_planner.core.kernels.cut_prices import FractionalPlan, Steps, adapt_all
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
     FISHEYE,
@@ -87,6 +80,7 @@ from focus_planner.core.kernels.lagrangian import (
     descend,
     most_frequent,
 )
+from focus_planner.core.kernels.local_cuts import CutNode, CutPool, Whole
 from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
 from focus_planner.core.kernels.odd_holes import (
