@@ -22,15 +22,20 @@ import numpy as np
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import Offsets
-from focus_planner.core.bounds.branch_and_bound import REACH, STEPS, Branching, Node, Part
-from focus_planner.core.bounds.cut_prices import DAMPED, CutPrices
+from focus_planner.core.bounds.branch_and_bound import REACH, Branching, Node, Part
+from focus_planner.core.bounds.cut_prices import CutPrices
 from focus_planner.core.problem.gains import Gains
 
 # Cuts are sought at the node with the highest bound after so many steps of branching, by so many
 # price steps, until there are so many cuts.
 _SEARCH_EVERY = 10
-_SEARCH_STEPS = 150
+_SEARCH_STEPS = 50
+_SEARCH_WIDTH = 0.03
 _MOST_CUTS = 6000
+
+
+# Of nodes: how many steps, and how wide their corners are rounded at first and at last.
+_STEPS, _WIDTH, _NARROWEST = 90, 0.1, 0.02
 
 
 class BranchingWithCuts(Branching):
@@ -62,27 +67,28 @@ class BranchingWithCuts(Branching):
             return
         node = self._open[0]
         gains = self._gains
-        averages = kernels.FractionalPlan(
+        plan = kernels.FractionalPlan(
             np.zeros(len(gains.gain)), np.zeros(int(gains.cell_offsets[-1]))
         )
         node.price = self._padded(node.price)
         samples = len(gains.most)
-        bound = -node.negative_bound
-        steps = kernels.Steps(_SEARCH_STEPS, 0.05 * (bound - goal), 1e-4, 20, DAMPED)
-        bound = kernels.adapt_all(
+        bound, last = -node.negative_bound, node.price.copy()
+        width = _SEARCH_WIDTH * self._root.unit
+        bound, _ = kernels.adapt_all(
             kernels.CutNode(node.low, node.high, node.price[:samples], node.price[samples:]),
+            (last[:samples], last[samples:]),
             self._root.cuts,
             self._root.whole,
             bound,
             goal,
             4,
-            steps,
-            averages,
+            kernels.Steps(_SEARCH_STEPS, width, width),
+            plan,
         )
         heapq.heappop(self._open)
         node.negative_bound = -bound
         self._keep([node], goal)
-        self._root.add_cuts(averages)
+        self._root.add_cuts(plan)
 
     @property
     def _price_count(self) -> int:
@@ -94,8 +100,10 @@ class BranchingWithCuts(Branching):
         return super()._adapt(parts, goal)
 
     def _confine(self, cuts: kernels.Cuts, nodes: kernels.Nodes, goal: int) -> None:
+        unit = self._root.unit
+        steps = kernels.Steps(_STEPS, _WIDTH * unit, _NARROWEST * unit)
         kernels.confine_with_cuts(
-            cuts, self._near, self._root.cuts, *self._root.whole, nodes, goal, REACH, STEPS
+            cuts, self._near, self._root.cuts, *self._root.whole, nodes, goal, REACH, steps
         )
 
     def _padded(self, price: Offsets) -> Offsets:

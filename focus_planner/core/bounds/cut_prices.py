@@ -18,23 +18,16 @@ from focus_planner.core.arrays import Offsets
 from focus_planner.core.bounds.odd_holes import chosen, joined, no_cuts, separate
 from focus_planner.core.problem.gains import Gains
 
-# Price steps between two searches for cuts, and where no cuts are sought yet.
-_STEPS, _FIRST_STEPS = 60, 100
-_PATIENCE = 30
-_BEYOND = 1e-6
-# Of 0 to 3, 0.1 to 0.3 came nearest to the relaxation's optimum in 600 steps, and with a third of
-# the pairs taken in part.
-DAMPED = 0.15
+# Price steps between two searches for cuts.
+_STEPS = 50
 _REACH = 4
-# Steps aim at this part of what is left to the goal: more after those that got a tenth of it, less
-# after others.
-_HOPE_FIRST, _HOPE_LEAST, _HOPE_MOST = 0.04, 5e-4, 0.06
-_HOPE_GROWTH, _HOPE_FALL = 1.3, 0.7
-_REACHED = 0.1
-# Cuts without a price are dropped every so many rounds, and these many rounds have to lower the
-# bound by this part of what is left.
-_ROUNDS = 8
+# Corners are rounded by this part of what is left to the goal, dealt among the cameras, while cuts
+# are sought. When these many rounds lower the bound by less than this part of what is left,
+# corners shrink by a factor from round to round, down to the narrowest.
+_WIDTH, _NARROWER, _NARROWEST = 0.12, 0.7, 0.01
 _WORTHWHILE = 0.02
+# Cuts without a price are dropped every so many rounds.
+_ROUNDS = 8
 
 
 class CutPrices:
@@ -56,6 +49,11 @@ class CutPrices:
         The prices of the samples and of the K cuts that prove the bound, units.
     bound : int
         The least so far; exact, in units.
+    plan : FractionalPlan
+        What the last steps take; of no sample and no camera before the first.
+    unit : float
+        Of the widths of rounded corners: what was left to the goal at first, dealt among the
+        cameras.
     """
 
     def __init__(self, gains: Gains, price: Offsets, bound: int) -> None:
@@ -64,66 +62,76 @@ class CutPrices:
         self.price, self.bound = price.copy(), bound
         self._gains = gains
         self._random = np.random.default_rng(0)
-        self._averages = kernels.FractionalPlan(
+        self.plan = kernels.FractionalPlan(
             np.zeros(len(gains.gain)), np.zeros(int(gains.cell_offsets[-1]))
         )
-        self._hope = _HOPE_FIRST
+        # Where steps go on from, and what that proves.
+        self._last, self._last_bound = price.copy(), bound
+        self._width, self.unit = _WIDTH, 1.0
+        self._before = 2**62
+        self._narrowing = False
         self._rounds = 0
-        self._before = 0
         self.settled = False
 
     def descend(self, goal: int) -> None:
-        """Seek cuts, and take some steps towards a bound of ``goal``, some 20 ms.
+        """Take some steps towards a bound of ``goal``, some 20 ms, and seek cuts.
 
         ``settled`` becomes whether more of these would hardly lower the bound.
         """
         if self._rounds == 0:
-            self._adapt(goal, _FIRST_STEPS)
-            self._before = self.bound
-        self.add_cuts(self._averages)
-        before = self.bound
-        self._adapt(goal, _STEPS)
-        if before - self.bound > _REACHED * self._hope * (before - goal):
-            self._hope = min(_HOPE_GROWTH * self._hope, _HOPE_MOST)
-        else:
-            self._hope = max(_HOPE_FALL * self._hope, _HOPE_LEAST)
+            self.unit = max((self.bound - goal) / self._gains.camera_count, 1.0)
+        self._adapt(goal)
         self._rounds += 1
+        if self._narrowing:
+            self._width *= _NARROWER
+            self.settled = self._width < _NARROWEST
+        elif self._rounds % _ROUNDS == 0:
+            fallen = self._before - self._last_bound
+            self._narrowing = fallen < _WORTHWHILE * (self._last_bound - goal)
+            self._before = self._last_bound
         if self._rounds % _ROUNDS == 0:
             self._drop_cuts()
-            self.settled = self._before - self.bound < _WORTHWHILE * (self._before - goal)
-            self._before = self.bound
+        if not self.settled:
+            self.add_cuts(self.plan)
 
-    def add_cuts(self, averages: kernels.FractionalPlan) -> int:
+    def add_cuts(self, plan: kernels.FractionalPlan) -> int:
         """Add cuts that a fractional solution violates, without a price; return how many."""
-        found = separate(self._gains, self.whole.camera, averages, self._random)
+        found = separate(self._gains, self.whole.camera, plan, self._random)
         self.cuts = joined(self.cuts, found)
-        self.price = np.concatenate([self.price, np.zeros_like(found.limit)])
+        none = np.zeros_like(found.limit)
+        self.price = np.concatenate([self.price, none])
+        self._last = np.concatenate([self._last, none])
         return len(found.limit)
 
     def _drop_cuts(self) -> None:
         samples = len(self._gains.most)
-        kept = np.flatnonzero(self.price[samples:]).astype(np.int64)
+        priced = (self.price[samples:] > 0) | (self._last[samples:] > 0)
+        kept = np.flatnonzero(priced).astype(np.int64)
         self.cuts = chosen(self.cuts, kept)
-        self.price = np.concatenate([self.price[:samples], self.price[samples:][kept]])
+        every = np.concatenate([np.arange(samples), samples + kept])
+        self.price, self._last = self.price[every], self._last[every]
 
-    def _adapt(self, goal: int, steps: int) -> None:
-        hope = self._hope * (self.bound - goal)
+    def _adapt(self, goal: int) -> None:
         high = (np.diff(self._gains.cell_offsets) - 1).astype(np.int32)
-        adapted = kernels.Steps(steps, hope, _BEYOND, _PATIENCE, DAMPED)
-        self.bound = kernels.adapt_all(
-            kernels.CutNode(np.zeros_like(high), high, *self._parts()),
+        best, last = self._last.copy(), self._last
+        width = self._width * self.unit
+        bound, self._last_bound = kernels.adapt_all(
+            kernels.CutNode(np.zeros_like(high), high, *self._parts(best)),
+            self._parts(last),
             self.cuts,
             self.whole,
-            self.bound,
+            self._last_bound,
             goal,
             _REACH,
-            adapted,
-            self._averages,
+            kernels.Steps(_STEPS, width, width),
+            self.plan,
         )
+        if bound < self.bound:
+            self.price, self.bound = best, bound
 
-    def _parts(self) -> tuple[Offsets, Offsets]:
+    def _parts(self, price: Offsets) -> tuple[Offsets, Offsets]:
         samples = len(self._gains.most)
-        return self.price[:samples], self.price[samples:]
+        return price[:samples], price[samples:]
 
 
 def whole_of(gains: Gains) -> kernels.Whole:

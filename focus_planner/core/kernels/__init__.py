@@ -61,14 +61,7 @@ from focus_planner.core.kernels.cells import (
 )
 from focus_planner.core.kernels.closest import least_depths
 from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
-from focus_planner.core.kernels.cut_prices import (
-    CutNode,
-    CutPool,
-    FractionalPlan,
-    Steps,
-    Whole,
-    adapt_all,
-)
+from focus_planner.core.kernels.cut_prices import FractionalPlan, Steps, adapt_all
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
     FISHEYE,
@@ -89,6 +82,7 @@ from focus_planner.core.kernels.lagrangian import (
     descend,
     most_frequent,
 )
+from focus_planner.core.kernels.local_cuts import CutNode, CutPool, Whole
 from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
 from focus_planner.core.kernels.odd_holes import (

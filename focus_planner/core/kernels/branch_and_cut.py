@@ -16,24 +16,12 @@ from numba import prange
 
 from focus_planner.core.kernels.branch_and_bound import cut_off
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
-from focus_planner.core.kernels.cut_prices import (
-    CutNode,
-    FractionalPlan,
-    Steps,
-    Whole,
-    adapt_cuts,
-    gather_cuts,
-    spread,
-    takings_with_cuts,
-)
+from focus_planner.core.kernels.cut_prices import adapt_cuts, spread, takings_with_cuts
+from focus_planner.core.kernels.local_cuts import CutNode, Whole, gather_cuts
 from focus_planner.core.kernels.local_prices import Node
 
-_PATIENCE = 12
-# Steps aim at this part of what is left to the goal at first, and beyond it by this part of the
-# bound at most.
-_HOPE = 0.3
-_BEYOND = 2e-4
-_DAMPED = 0.15
+# Shares of cells in so many parts.
+_PARTS = 100
 
 
 @kernel
@@ -80,15 +68,15 @@ def _report(cameras, local, price, multiplier, chosen, slack, node):
 
 
 @kernel
-def _tighten(node, cut_node, base, cameras, cuts, whole, goal, reach, iterations):
+def _tighten(node, cut_node, base, cameras, cuts, whole, goal, reach, steps):
     """Lower a node's bound by the prices and multipliers around cameras; return it."""
     local = gather_cuts(cameras, cut_node, cuts, whole, reach)
     price = np.zeros(len(local.sample) + 1, dtype=np.int64)
     price[:-1] = cut_node.price[local.sample]
-    multiplier, chosen = cut_node.multiplier[local.cut], np.zeros_like(local.fixed)
-    steps = Steps(iterations, _HOPE * (base - goal) + _BEYOND * base, _BEYOND, _PATIENCE, _DAMPED)
-    none = FractionalPlan(np.empty(0), np.empty(0))
-    bound = adapt_cuts(local, whole.most, base, goal, steps, price, multiplier, chosen, none)
+    multiplier = cut_node.multiplier[local.cut]
+    ends = price.copy(), multiplier.copy()
+    bound, _, _, share = adapt_cuts(local, whole.most, base, goal, steps, price, multiplier, ends)
+    chosen = np.rint(_PARTS * share).astype(np.int64)
     cut_node.price[local.sample] = price[:-1]
     cut_node.multiplier[local.cut] = multiplier
     if bound > goal:
@@ -97,7 +85,7 @@ def _tighten(node, cut_node, base, cameras, cuts, whole, goal, reach, iterations
 
 
 @kernel
-def _confine(b, branch, near, cuts, whole, nodes, goal, reach, iterations):
+def _confine(b, branch, near, cuts, whole, nodes, goal, reach, steps):
     """Confine one camera of node b, and bound what is left; return the bound."""
     samples, c, bound = len(whole.most), branch.camera[b], nodes.bound[b]
     low, high = nodes.low[b], nodes.high[b]
@@ -113,7 +101,7 @@ def _confine(b, branch, near, cuts, whole, nodes, goal, reach, iterations):
     else:
         cameras = near.camera[near.offsets[c] : near.offsets[c + 1]].copy()
     node = Node(low, high, nodes.price[b], nodes.score[b], nodes.split[b], nodes.cell[b])
-    return _tighten(node, cut_node, bound, cameras, cuts, whole, goal, reach, iterations)
+    return _tighten(node, cut_node, bound, cameras, cuts, whole, goal, reach, steps)
 
 
 @parallel_kernel
@@ -130,7 +118,7 @@ def confine_with_cuts(
     nodes,
     goal,
     reach,
-    iterations,
+    steps,
 ):
     """Confine one camera of each node to some of its cells, and bound what is left.
 
@@ -148,10 +136,10 @@ def confine_with_cuts(
         Units; nodes that cannot gain more need no better bound.
     reach : int
         Pairs that gain less than the price by 2^-reach of the sample's most are left out.
-    iterations : int
-        The most price steps per node.
+    steps : Steps
+        Of each node.
     """
     bound = nodes.bound
     for b in prange(len(bound)):
         whole = Whole(gains, camera, sample_offsets, by_sample, most, cell_offsets)
-        bound[b] = _confine(b, branch, near, cuts, whole, nodes, goal, reach, iterations)
+        bound[b] = _confine(b, branch, near, cuts, whole, nodes, goal, reach, steps)

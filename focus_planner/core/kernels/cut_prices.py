@@ -10,13 +10,15 @@
 
 """Prices of samples and of cuts, adapted together (docs/algorithm.md).
 
-With cuts Σ x ≤ limit + Σ Y of multipliers λ ≥ 0 no plan gains more than
+The bound of :mod:`focus_planner.core.kernels.local_cuts` has a corner wherever a camera's best cell
+changes. Smoothed, the best cell is log-sum-exp over all cells, and what is taken above a price,
+(s)⁺, is a parabola up to some width: the bound then rises by that width times the logarithm of the
+number of cells per camera at most, and has a gradient, along which accelerated steps go down. The
+widths shrink step by step. What is reported is always the bound itself, at whole prices.
 
-    D(v, λ) = Σ_p v_p + Σ_k limit_k λ_k + Σ_c max_j [
-                  Σ_{p held by cell j of c} (g − v_p − Σ_{k ∋ pc} λ_k)⁺ + Σ_{k: j ∈ U_kc} λ_k].
-
-A local problem has some of the cameras, and those prices and multipliers that no other camera's
-part depends on; with all cameras, it is the whole. All is in whole units, so D is exact.
+Y. Nesterov, *Smooth minimization of non-smooth functions*, Math. Programming 103 (2005); A. Beck
+and M. Teboulle, *A fast iterative shrinkage-thresholding algorithm*, SIAM J. Imaging Sciences 2
+(2009); B. O'Donoghue and E. Candès, *Adaptive restart*, Found. Comput. Math. 15 (2015).
 """
 
 from __future__ import annotations
@@ -25,103 +27,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from focus_planner.core.arrays import FloatArray, IntArray, Offsets
-from focus_planner.core.kernels.arrays import GainsByCamera
+from focus_planner.core.arrays import FloatArray
 from focus_planner.core.kernels.compiling import kernel
+from focus_planner.core.kernels.local_cuts import gather_cuts
 
-_MOMENTUM = 0.8
-_PROGRESS = 0.25
-_GROWTH = 1.5
-_FALL = 0.7
-# The averages of the last steps, one over so many, are a fractional solution.
-_AVERAGED = 0.03
-
-
-class CutPool(NamedTuple):
-    """K cuts: Σ x of their pairs ≤ limit + Σ Y of their ranges, in every plan.
-
-    x is 1 for a pair of a camera and a sample that is assigned to it in focus, and Y for a range
-    of cells that has the camera's cell; else they are 0.
-
-    Attributes
-    ----------
-    limit : (K,) array of int64
-    pair_offsets : (K + 1,) array of int64
-        Cut k's pairs are ``pair_offsets[k]`` to ``pair_offsets[k + 1]``.
-    pair : (E,) array of int64
-        Their places among all that gain, see :class:`GainsByCamera`. One may be there twice.
-    range_offsets : (K + 1,) array of int64
-        Cut k's ranges are ``range_offsets[k]`` to ``range_offsets[k + 1]``.
-    camera, first, last : (R,) arrays of int32
-        Of each range.
-    """
-
-    limit: Offsets
-    pair_offsets: Offsets
-    pair: Offsets
-    range_offsets: Offsets
-    camera: IntArray
-    first: IntArray
-    last: IntArray
-
-
-class CutNode(NamedTuple):
-    """What cameras may be set to, and what proves its bound.
-
-    ``low``, ``high`` (C,) are each camera's first and last cell, low > high if it has none;
-    ``price`` (N,) and ``multiplier`` (K,) are units.
-    """
-
-    low: IntArray
-    high: IntArray
-    price: Offsets
-    multiplier: Offsets
-
-
-class Whole(NamedTuple):
-    """What all nodes share.
-
-    ``gains`` are all pairs, ``camera`` (G,) those of each, ``by_sample`` (G,) their places sample
-    by sample, sample p's from ``sample_offsets[p]`` on, and ``most`` (N,) the samples' largest.
-    """
-
-    gains: GainsByCamera
-    camera: IntArray
-    sample_offsets: Offsets
-    by_sample: Offsets
-    most: Offsets
-    cell_offsets: Offsets
-
-
-class LocalCuts(NamedTuple):
-    """What n cameras' bound depends on: F free prices and L free multipliers.
-
-    ``gains`` are pairs of the k-th camera with numbers of free prices instead of samples, their
-    cells counted from ``low`` of the node; number F, of price 0, stands for samples whose prices
-    are held, and their gains are less these. ``pair`` are their places among all. ``sample`` (F,)
-    and ``floor`` (F + 1,) are the samples and the least prices, ``cut`` (L,) the free cuts;
-    ``pairs`` of the l-th, places among those here, are ``pair_offsets[l]`` to
-    ``pair_offsets[l + 1]``, and ``ranges`` of the k-th camera ``range_offsets[k]`` to
-    ``range_offsets[k + 1]``: the cut's number, its first and its last cell. ``fixed`` is what all
-    else adds, as differences from cell to cell; the k-th camera's part is ``cell_offsets[k]`` to
-    ``cell_offsets[k + 1]``, one longer than its cells, of which the first is
-    number ``origin[k]`` of all cells; ``low`` (n,) is 0.
-    """
-
-    gains: GainsByCamera
-    pair: Offsets
-    sample: IntArray
-    floor: Offsets
-    cut: IntArray
-    limit: Offsets
-    pair_offsets: Offsets
-    pairs: IntArray
-    range_offsets: Offsets
-    ranges: IntArray
-    fixed: Offsets
-    cell_offsets: Offsets
-    origin: Offsets
-    low: IntArray
+# Steps between two looks at the bound itself, and between two checks of the step's length, which
+# grows by so much after each, and is halved until it is not too long.
+_LOOK, _CHECK = 10, 5
+_LONGER = 1.0 / 0.9
+# The first step's length, in widths.
+_LENGTH = 0.1
+# Of multipliers' steps, in parts of those of prices: more pairs depend on one.
+_OF_CUTS = 0.3
+_NEGLIGIBLE = -30.0  # e to this power adds nothing
 
 
 class FractionalPlan(NamedTuple):
@@ -131,222 +49,37 @@ class FractionalPlan(NamedTuple):
     stands: FloatArray
 
 
-@kernel
-def _sort_cuts(node, cuts, whole, slot, extra):
-    """Return the free cuts; add the multipliers of all others to their pairs' ``extra`` (G,)."""
-    pair_offsets, pair, camera = cuts.pair_offsets, cuts.pair, whole.camera
-    range_offsets, ranged, multiplier = cuts.range_offsets, cuts.camera, node.multiplier
-    free = np.empty(len(multiplier), dtype=np.int32)
-    count = 0
-    for k in range(len(multiplier)):
-        inside = True
-        for r in range(range_offsets[k], range_offsets[k + 1]):
-            inside &= slot[ranged[r]] >= 0
-        for e in range(pair_offsets[k], pair_offsets[k + 1]):
-            inside &= slot[camera[pair[e]]] >= 0
-        if inside:
-            free[count] = k
-            count += 1
-        elif multiplier[k] > 0:
-            for e in range(pair_offsets[k], pair_offsets[k + 1]):
-                extra[pair[e]] += multiplier[k]
-    return free[:count]
+class Steps(NamedTuple):
+    """How many steps there are at most, and how wide corners are rounded at first and at last.
 
-
-@kernel
-def _add_range(first, last, low, high, weight, part):
-    """Add what a range adds, as differences between the cells ``low`` to ``high``."""
-    if first <= high and last >= low:
-        part[max(first, low) - low] += weight
-        part[min(last, high) - low + 1] -= weight
-
-
-@kernel
-def _fix_ranges(node, cuts, slot, free, cell_offsets, fixed):
-    """Add the ranges of cuts that are not free to what is fixed."""
-    is_free = np.zeros(len(cuts.limit), dtype=np.bool_)
-    is_free[free] = True
-    for k in range(len(cuts.limit)):
-        if is_free[k] or node.multiplier[k] == 0:
-            continue
-        for r in range(cuts.range_offsets[k], cuts.range_offsets[k + 1]):
-            c = cuts.camera[r]
-            if slot[c] >= 0 and node.low[c] <= node.high[c]:
-                part = fixed[cell_offsets[slot[c]] : cell_offsets[slot[c] + 1]]
-                weight = node.multiplier[k]
-                _add_range(cuts.first[r], cuts.last[r], node.low[c], node.high[c], weight, part)
-
-
-@kernel
-def _place(cameras, node, whole, slot, extra, place, sample, floor):
-    """Find the samples that cameras gain from, and whose prices are free; return how many are.
-
-    A sample's price is free if no other camera takes anything above it. ``place`` (N,) becomes its
-    number, -2 if the price is held.
+    ``width`` and ``narrowest`` are units.
     """
-    offsets, member, gain, _, _ = whole.gains
-    sample_offsets, by_sample, camera, price = (
-        whole.sample_offsets,
-        whole.by_sample,
-        whole.camera,
-        node.price,
-    )
-    count = 0
-    for c in cameras:
-        for j in range(offsets[c], offsets[c + 1]):
-            p = member[j]
-            if place[p] != -1:
-                continue
-            least = np.int64(0)
-            for q in range(sample_offsets[p], sample_offsets[p + 1]):
-                other = by_sample[q]
-                if slot[camera[other]] < 0:
-                    least = max(least, gain[other] - extra[other])
-            if least > price[p]:
-                place[p] = -2
-            else:
-                place[p], sample[count], floor[count] = count, p, least
-                count += 1
-    return count
+
+    most: int
+    width: float
+    narrowest: float
 
 
-@kernel
-def _clip(cameras, node, whole, extra, reach, place, is_cut, count, floor, cell_offsets, fixed):
-    """Return the cameras' pairs that are active, and their places among all.
+class _Slopes(NamedTuple):
+    """The gradient of the smoothed bound, and the fractional solution it comes from.
 
-    Those with held prices that no free cut has are added to what is fixed.
+    ``price`` (F + 1,) and ``multiplier`` (L,) are the slopes; ``taken`` is how much of each pair is
+    taken, ``before`` how much of each camera's cells stands before each, one longer than these, and
+    ``extra`` what multipliers take from each pair's gain.
     """
-    offsets, sample, gain, first, last = whole.gains
-    most, price = whole.most, node.price
-    room = 0
-    for c in cameras:
-        room += offsets[c + 1] - offsets[c]
-    own = np.zeros(len(cameras) + 1, dtype=np.int64)
-    member, own_first, own_last = np.empty((3, room), dtype=np.int32)
-    own_gain, pair = np.empty((2, room), dtype=np.int64)
-    at = 0
-    for k in range(len(cameras)):
-        c = cameras[k]
-        low, high = node.low[c], node.high[c]
-        part = fixed[cell_offsets[k] : cell_offsets[k + 1]]
-        for j in range(offsets[c], offsets[c + 1]):
-            if first[j] > high or last[j] < low:
-                continue
-            p = sample[j]
-            number, above = place[p], gain[j] - extra[j]
-            if number == -2:
-                above -= price[p]
-                if above <= 0:
-                    continue
-                if not is_cut[j]:
-                    _add_range(first[j], last[j], low, high, above, part)
-                    continue
-                number = count
-            elif above <= price[p] - (most[p] >> reach):
-                floor[number] = max(floor[number], above)
-                continue
-            member[at], own_gain[at], pair[at] = number, above, j
-            own_first[at], own_last[at] = max(first[j], low) - low, min(last[j], high) - low
-            at += 1
-        own[k + 1] = at
-    gains = GainsByCamera(own, member[:at], own_gain[:at], own_first[:at], own_last[:at])
-    return gains, pair[:at]
+
+    price: FloatArray
+    multiplier: FloatArray
+    taken: FloatArray
+    before: FloatArray
+    extra: FloatArray
 
 
-@kernel
-def _pairs_of_cuts(free, cuts, position):
-    """Return the free cuts' pairs, as places among those here."""
-    begins, pair = cuts.pair_offsets, cuts.pair
-    offsets = np.zeros(len(free) + 1, dtype=np.int64)
-    room = 0
-    for k in free:
-        room += begins[k + 1] - begins[k]
-    pairs = np.empty(room, dtype=np.int32)
-    at = 0
-    for i in range(len(free)):
-        k = free[i]
-        for e in range(begins[k], begins[k + 1]):
-            if position[pair[e]] >= 0:
-                pairs[at] = position[pair[e]]
-                at += 1
-        offsets[i + 1] = at
-    return offsets, pairs[:at]
+class _Point(NamedTuple):
+    """Prices (F + 1,), of which the last is 0, and multipliers (L,)."""
 
-
-@kernel
-def _ranges_of_cuts(free, cuts, node, slot, count):
-    """Return the free cuts' ranges camera by camera: the cut's number, its first and last cell."""
-    begins, camera, first, last = cuts.range_offsets, cuts.camera, cuts.first, cuts.last
-    low, high = node.low, node.high
-    offsets = np.zeros(count + 2, dtype=np.int64)
-    for k in free:
-        for r in range(begins[k], begins[k + 1]):
-            c = camera[r]
-            offsets[slot[c] + 2] += first[r] <= high[c] and last[r] >= low[c]
-    for k in range(count):
-        offsets[k + 2] += offsets[k + 1]
-    ranges = np.empty((offsets[count + 1], 3), dtype=np.int32)
-    for i in range(len(free)):
-        for r in range(begins[free[i]], begins[free[i] + 1]):
-            c = camera[r]
-            if first[r] <= high[c] and last[r] >= low[c]:
-                at = offsets[slot[c] + 1]
-                offsets[slot[c] + 1] += 1
-                ranges[at, 0] = i
-                ranges[at, 1] = max(first[r], low[c]) - low[c]
-                ranges[at, 2] = min(last[r], high[c]) - low[c]
-    return offsets[: count + 1].copy(), ranges
-
-
-@kernel
-def gather_cuts(cameras, node, cuts, whole, reach):
-    """Return the local problem of some cameras of a node.
-
-    Pairs that gain less than the price by more than 2^-reach of the sample's most are left out.
-    """
-    count, pairs = len(cameras), len(whole.camera)
-    slot = np.full(len(node.low), -1, dtype=np.int32)
-    cell_offsets, origin = np.zeros(count + 1, dtype=np.int64), np.empty(count, dtype=np.int64)
-    for k in range(count):
-        c = cameras[k]
-        slot[c], origin[k] = k, whole.cell_offsets[c] + node.low[c]
-        cells = node.high[c] - node.low[c] + 1
-        cell_offsets[k + 1] = cell_offsets[k] + (cells + 1 if cells > 0 else 0)
-    fixed, extra = np.zeros(cell_offsets[count], dtype=np.int64), np.zeros(pairs, dtype=np.int64)
-    free = _sort_cuts(node, cuts, whole, slot, extra)
-    _fix_ranges(node, cuts, slot, free, cell_offsets, fixed)
-    place = np.full(len(node.price), -1, dtype=np.int32)
-    sample = np.empty(len(node.price), dtype=np.int32)
-    floor = np.zeros(len(node.price) + 1, dtype=np.int64)
-    prices = _place(cameras, node, whole, slot, extra, place, sample, floor)
-    floor[prices] = 0
-    is_cut = np.zeros(pairs, dtype=np.bool_)
-    for k in free:
-        is_cut[cuts.pair[cuts.pair_offsets[k] : cuts.pair_offsets[k + 1]]] = True
-    gains, pair = _clip(
-        cameras, node, whole, extra, reach, place, is_cut, prices, floor, cell_offsets, fixed
-    )
-    position = np.full(pairs, -1, dtype=np.int32)
-    for i in range(len(pair)):
-        position[pair[i]] = i
-    pair_offsets, own_pairs = _pairs_of_cuts(free, cuts, position)
-    range_offsets, ranges = _ranges_of_cuts(free, cuts, node, slot, count)
-    return LocalCuts(
-        gains,
-        pair,
-        sample[:prices],
-        floor[: prices + 1],
-        free,
-        cuts.limit[free],
-        pair_offsets,
-        own_pairs,
-        range_offsets,
-        ranges,
-        fixed,
-        cell_offsets,
-        origin,
-        np.zeros(count, dtype=np.int32),
-    )
+    price: FloatArray
+    multiplier: FloatArray
 
 
 @kernel
@@ -384,199 +117,285 @@ def takings_with_cuts(k, local, price, multiplier, extra, takings):
 
 
 @kernel
-def _count_taken(k, cell, local, price, extra, taken, slope):
-    """Mark the pairs that the k-th camera's cell takes, and lower their prices' slopes."""
-    offsets, member, gain, first, last = local.gains
-    for j in range(offsets[k], offsets[k + 1]):
-        i = member[j]
-        held = (first[j] <= cell) & (cell <= last[j]) & (gain[j] > price[i] + extra[j])
-        taken[j] = held
-        slope[i] -= held
-
-
-@kernel
-def _bound(local, price, multiplier, extra, takings, chosen, taken, slope, slack):
-    """Return the local bound; fill its subgradient, ``slope`` and ``slack``, and the best cells."""
-    cell_offsets, limit = local.cell_offsets, local.limit
+def exact_bound(local, price, multiplier, extra, takings):
+    """Return the local bound at whole prices and multipliers."""
     bound = price.sum()
-    slope[:] = 1.0
     spread(local, multiplier, extra)
     for i in range(len(multiplier)):
-        bound += limit[i] * multiplier[i]
-        slack[i] = limit[i]
+        bound += local.limit[i] * multiplier[i]
+    cell_offsets = local.cell_offsets
     for k in range(len(cell_offsets) - 1):
-        chosen[k] = -1
-        if cell_offsets[k + 1] == cell_offsets[k]:
-            continue
-        part = takings[cell_offsets[k] : cell_offsets[k + 1]]
-        value, cell = takings_with_cuts(k, local, price, multiplier, extra, part)
-        bound += value
-        chosen[k] = cell
-        _count_taken(k, cell, local, price, extra, taken, slope)
-    _count_slack(local, chosen, taken, slack)
+        if cell_offsets[k + 1] > cell_offsets[k]:
+            part = takings[cell_offsets[k] : cell_offsets[k + 1]]
+            bound += takings_with_cuts(k, local, price, multiplier, extra, part)[0]
     return bound
 
 
 @kernel
-def _count_slack(local, chosen, taken, slack):
-    """Add the ranges that have their camera's cell to the cuts' slacks; take pairs away."""
-    range_offsets, ranges = local.range_offsets, local.ranges
-    pair_offsets, pairs = local.pair_offsets, local.pairs
-    for k in range(len(chosen)):
-        for r in range(range_offsets[k], range_offsets[k + 1]):
-            slack[ranges[r, 0]] += (ranges[r, 1] <= chosen[k]) & (chosen[k] <= ranges[r, 2])
-    for i in range(len(slack)):
-        for e in range(pair_offsets[i], pair_offsets[i + 1]):
-            slack[i] -= taken[pairs[e]]
+def _soft_takings(k, local, point, width, slopes):
+    """Fill what each cell of the k-th camera takes, with rounded corners."""
+    offsets, member, gain, first, last = local.gains
+    begin, end = local.cell_offsets[k], local.cell_offsets[k + 1]
+    price, extra, taken, takings = point.price, slopes.extra, slopes.taken, slopes.before[begin:end]
+    takings[:] = local.fixed[begin:end]
+    for j in range(offsets[k], offsets[k + 1]):
+        above = gain[j] - price[member[j]] - extra[j]
+        taken[j] = min(max(above / width, 0.0), 1.0)
+        if above > 0:
+            above = above - 0.5 * width if above > width else above * above / (2.0 * width)
+            takings[first[j]] += above
+            takings[last[j] + 1] -= above
+    ranges = local.ranges
+    for r in range(local.range_offsets[k], local.range_offsets[k + 1]):
+        takings[ranges[r, 1]] += point.multiplier[ranges[r, 0]]
+        takings[ranges[r, 2] + 1] -= point.multiplier[ranges[r, 0]]
 
 
 @kernel
-def _turn(slope, slack, multiplier, direction, turned):
-    """Turn the directions to the subgradient; return the sum of their squares."""
-    square = 0.0
-    for i in range(len(slope) - 1):
-        direction[i] += (1.0 - _MOMENTUM) * (slope[i] - direction[i])
-        square += direction[i] * direction[i]
-    for i in range(len(slack)):
-        turned[i] += (1.0 - _MOMENTUM) * (slack[i] - turned[i])
-        if multiplier[i] > 0 or turned[i] < 0:
-            square += turned[i] * turned[i]
-    return square
+def _soft_most(takings, width):
+    """Return the most that one cell takes, smoothed; fill how much stands before each cell."""
+    cells = len(takings) - 1
+    best, total = -np.inf, 0.0
+    for i in range(cells):
+        total += takings[i]
+        takings[i] = total
+        best = max(best, total)
+    total = 0.0
+    for i in range(cells):
+        power = (takings[i] - best) / width
+        takings[i] = np.exp(power) if power > _NEGLIGIBLE else 0.0
+        total += takings[i]
+    before = 0.0
+    for i in range(cells):
+        share = takings[i] / total
+        takings[i] = before
+        before += share
+    takings[cells] = before
+    return best + width * np.log(total)
 
 
 @kernel
-def _move(local, most, step, direction, turned, price, multiplier):
-    """Move prices and multipliers by a step against their directions."""
-    floor, sample = local.floor, local.sample
-    for i in range(len(direction) - 1):
-        moved = price[i] - np.int64(np.rint(step * direction[i]))
-        price[i] = min(max(moved, floor[i]), most[sample[i]])
-    for i in range(len(turned)):
-        multiplier[i] = max(multiplier[i] - np.int64(np.rint(step * turned[i])), 0)
+def _soft_slopes(k, local, slopes):
+    """Take what the k-th camera takes off the slopes of prices; add where it stands to cuts'."""
+    offsets, member, _, first, last = local.gains
+    price, taken = slopes.price, slopes.taken
+    before = slopes.before[local.cell_offsets[k] : local.cell_offsets[k + 1]]
+    for j in range(offsets[k], offsets[k + 1]):
+        if taken[j] > 0:
+            taken[j] *= before[last[j] + 1] - before[first[j]]
+            price[member[j]] -= taken[j]
+    ranges = local.ranges
+    for r in range(local.range_offsets[k], local.range_offsets[k + 1]):
+        slopes.multiplier[ranges[r, 0]] += before[ranges[r, 2] + 1] - before[ranges[r, 1]]
 
 
 @kernel
-def _count_chosen(cell_offsets, chosen, count):
-    """Count the cells that were best."""
-    for k in range(len(chosen)):
-        if chosen[k] >= 0:
-            count[cell_offsets[k] + chosen[k]] += 1
+def _soft_bound(local, point, width, slopes):
+    """Return the smoothed local bound; fill its slopes."""
+    cell_offsets = local.cell_offsets
+    bound = point.price.sum()
+    slopes.price[:] = 1.0
+    spread(local, point.multiplier, slopes.extra)
+    for i in range(len(point.multiplier)):
+        bound += local.limit[i] * point.multiplier[i]
+        slopes.multiplier[i] = local.limit[i]
+    for k in range(len(cell_offsets) - 1):
+        if cell_offsets[k + 1] > cell_offsets[k]:
+            _soft_takings(k, local, point, width, slopes)
+            bound += _soft_most(slopes.before[cell_offsets[k] : cell_offsets[k + 1]], width)
+            _soft_slopes(k, local, slopes)
+        else:
+            slopes.taken[local.gains.offsets[k] : local.gains.offsets[k + 1]] = 0.0
+    for i in range(len(point.multiplier)):
+        for e in range(local.pair_offsets[i], local.pair_offsets[i + 1]):
+            slopes.multiplier[i] -= slopes.taken[local.pairs[e]]
+    return bound
 
 
 @kernel
-def _average(pair, taken, origin, chosen, weight, averages):
-    """Add what a step chose to the averages, with a weight."""
-    held, stands = averages
-    for j in range(len(pair)):
-        held[pair[j]] += weight * taken[j]
-    for k in range(len(chosen)):
-        if chosen[k] >= 0:
-            stands[origin[k] + chosen[k]] += weight
+def _clip_price(i, price, local, most):
+    """Return the i-th price within what it may be."""
+    return min(max(price, float(local.floor[i])), float(most[local.sample[i]]))
 
 
-class Steps(NamedTuple):
-    """How subgradient steps adapt.
+@kernel
+def _step(local, most, length, start, slopes, end):
+    """Step down from a point; return by how much a parabola of that length would fall.
 
-    ``most`` is how many there are at most. A step aims ``hope`` units below the best so far, at
-    first, and this part, ``beyond``, of the bound below the goal at most; after ``patience`` steps
-    without progress hope falls, and steps go on from the best. So much per price, ``damped``, is
-    added to the squares of the direction: as directions become short, steps would become long, and
-    what they choose would no longer average to a solution.
+    That is how far the smoothed bound falls at least, unless the step is too long.
     """
-
-    most: int
-    hope: float
-    beyond: float
-    patience: int
-    damped: float
+    fall = 0.0
+    for i in range(len(local.sample)):
+        moved = _clip_price(i, start.price[i] - length * slopes.price[i], local, most)
+        by = moved - start.price[i]
+        fall -= by * slopes.price[i] + 0.5 * by * by / length
+        end.price[i] = moved
+    for i in range(len(local.cut)):
+        slope = slopes.multiplier[i]
+        moved = max(start.multiplier[i] - _OF_CUTS * length * slope, 0.0)
+        by = moved - start.multiplier[i]
+        fall -= by * slope + 0.5 * by * by / (_OF_CUTS * length)
+        end.multiplier[i] = moved
+    return fall
 
 
 @kernel
-def adapt_cuts(local, most, base, goal, steps, price, multiplier, count, averages):
-    """Adapt prices and multipliers by subgradient steps; return the bound, ``base`` at first.
+def _turns_back(start, end, last):
+    """Return whether a step from ``start`` to ``end`` goes back towards the last point."""
+    product = 0.0
+    for i in range(len(end.price)):
+        product += (start.price[i] - end.price[i]) * (end.price[i] - last.price[i])
+    for i in range(len(end.multiplier)):
+        product += (
+            (start.multiplier[i] - end.multiplier[i])
+            * (end.multiplier[i] - last.multiplier[i])
+            / _OF_CUTS
+        )
+    return product > 0
+
+
+@kernel
+def _go_on(local, most, momentum, end, last, start):
+    """Move the next step's start beyond the end of this one; the end becomes the last point."""
+    for i in range(len(local.sample)):
+        beyond = end.price[i] + momentum * (end.price[i] - last.price[i])
+        start.price[i] = _clip_price(i, beyond, local, most)
+    for i in range(len(local.cut)):
+        by = end.multiplier[i] - last.multiplier[i]
+        start.multiplier[i] = max(end.multiplier[i] + momentum * by, 0.0)
+    last.price[:] = end.price
+    last.multiplier[:] = end.multiplier
+
+
+@kernel
+def _slopes_of(local):
+    """Return room for slopes."""
+    pairs = len(local.pair)
+    return _Slopes(
+        np.zeros(len(local.floor)),
+        np.zeros(len(local.cut)),
+        np.zeros(pairs),
+        np.zeros(len(local.fixed)),
+        np.zeros(pairs),
+    )
+
+
+@kernel
+def _copy_of(point):
+    return _Point(point.price.copy(), point.multiplier.copy())
+
+
+@kernel
+def _shares_of(cell_offsets, before):
+    """Turn how much stands before each cell into how much stands at it."""
+    for k in range(len(cell_offsets) - 1):
+        for i in range(cell_offsets[k], cell_offsets[k + 1] - 1):
+            before[i] = before[i + 1] - before[i]
+
+
+@kernel
+def adapt_cuts(local, most, base, goal, steps, price, multiplier, last):
+    """Adapt prices and multipliers; return the least bound, that of the last, and a solution.
 
     Parameters
     ----------
     local : LocalCuts
     most : (N,) array of int64
     base, goal : int
-        Units; steps end when the bound is at the goal.
+        Units; steps end when a bound, at first ``base``, is at the goal.
     steps : Steps
     price : (F + 1,) array of int64
-        Becomes the best found; the last is 0.
+        Become the best found; the last of them is 0.
     multiplier : (L,) array of int64
-        Becomes the best found.
-    count : array of int64
-        As long as ``local.fixed``: counts how often each cell was best.
-    averages : FractionalPlan
-        Moves towards what the steps choose; without any pairs, none are kept.
+        Become the best found.
+    last : tuple of arrays
+        As these two; become those of the last step.
+
+    Returns
+    -------
+    best, final : int
+        What the best and the last prove, units.
+    taken : array
+        How much of each local pair is taken, 0 to 1.
+    share : array
+        How much of each camera stands at each cell; as long as ``local.fixed``.
     """
-    now, now_of_cuts = price.copy(), multiplier.copy()
-    pairs, cameras = len(local.pair), len(local.cell_offsets) - 1
-    extra, takings = np.zeros(pairs, dtype=np.int64), np.empty(len(local.fixed), dtype=np.int64)
-    chosen, taken = np.empty(cameras, dtype=np.int64), np.zeros(pairs, dtype=np.int8)
-    slope, slack = np.empty(len(price)), np.empty(len(multiplier))
-    direction, turned = np.zeros(len(price)), np.zeros(len(multiplier))
-    best = reference = start = np.int64(2**62)
-    hope, since, total = steps.hope, 0, 1.0
-    for step in range(steps.most):
-        bound = _bound(local, now, now_of_cuts, extra, takings, chosen, taken, slope, slack)
-        _count_chosen(local.cell_offsets, chosen, count)
-        if len(averages.held) > 0:
-            total /= 1.0 - _AVERAGED
-            _average(local.pair, taken, local.origin, chosen, total * _AVERAGED, averages)
-        if step == 0:
-            start = bound
-        if bound < best:
-            best = bound
-            price[:] = now
-            multiplier[:] = now_of_cuts
-        left = base + best - start - goal
-        if left <= 0:
-            break
-        aim = min(hope, left + steps.beyond * base)
-        if best <= reference - _PROGRESS * aim:
-            reference, since, hope = best, 0, _GROWTH * aim
-        else:
-            since += 1
-        if since < steps.patience:
-            square = _turn(slope, slack, now_of_cuts, direction, turned)
-            length = (bound - best + hope) / (square + steps.damped * len(price) + 1e-9)
-            _move(local, most, length, direction, turned, now, now_of_cuts)
-        else:
-            hope, reference, since = _FALL * aim, best, 0
-            now[:] = price
-            now_of_cuts[:] = multiplier
-            direction[:] = 0
-            turned[:] = 0
-    if len(averages.held) > 0:
-        averages.held[:] = averages.held / total
-        averages.stands[:] = averages.stands / total
-    return base + best - start
+    now, now_of_cuts = last
+    extra, takings = np.zeros(len(local.pair), dtype=np.int64), np.empty_like(local.fixed)
+    rest = base - exact_bound(local, price, multiplier, extra, takings)
+    start = _Point(price.astype(np.float64), multiplier.astype(np.float64))
+    end, before, tried = _copy_of(start), _copy_of(start), _slopes_of(local)
+    slopes = _slopes_of(local)
+    best, final = base, base
+    width, momentum = steps.width, 1.0
+    length = _LENGTH * width
+    narrower = (steps.narrowest / steps.width) ** (1.0 / max(steps.most, 1))
+    for step in range(1, steps.most + 1):
+        bound = _soft_bound(local, start, width, slopes)
+        fall = _step(local, most, length, start, slopes, end)
+        if step % _CHECK == 1:
+            while _soft_bound(local, end, width, tried) > bound - fall + 1e-9 * abs(bound):
+                length *= 0.5
+                fall = _step(local, most, length, start, slopes, end)
+            length *= _LONGER
+        if _turns_back(start, end, before):
+            momentum = 1.0
+        grown = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
+        _go_on(local, most, (momentum - 1.0) / grown, end, before, start)
+        momentum = grown
+        width *= narrower
+        length *= narrower
+        if step % _LOOK == 0 or step == steps.most:
+            now[:] = np.rint(end.price)
+            now_of_cuts[:] = np.rint(end.multiplier)
+            final = rest + exact_bound(local, now, now_of_cuts, extra, takings)
+            if final < best:
+                best = final
+                price[:] = now
+                multiplier[:] = now_of_cuts
+            if best <= goal:
+                break
+    _shares_of(local.cell_offsets, slopes.before)
+    return best, final, slopes.taken, slopes.before
 
 
 @kernel
-def adapt_all(node, cuts, whole, base, goal, reach, steps, averages):
-    """Adapt all prices and multipliers of a node; return its bound, ``base`` at first.
+def adapt_all(node, last, cuts, whole, base, goal, reach, steps, plan):
+    """Adapt all prices and multipliers of a node; return the least bound and that of the last.
 
     Parameters
     ----------
     node : CutNode
         Its prices and multipliers become the best found.
+    last : tuple of arrays
+        Prices (N,) and multipliers (K,); become those of the last step.
     cuts : CutPool
     whole : Whole
     base, goal : int
-        Units.
+        Units; the first is what the node's prices prove.
     reach : int
         Pairs that gain less than the price by 2^-reach of the sample's most are left out.
     steps : Steps
-    averages : FractionalPlan
+    plan : FractionalPlan
+        Becomes what the last step takes.
     """
     local = gather_cuts(np.arange(len(node.low)).astype(np.int32), node, cuts, whole, reach)
     price, multiplier = np.zeros(len(local.sample) + 1, dtype=np.int64), node.multiplier[local.cut]
     price[:-1] = node.price[local.sample]
-    count = np.zeros_like(local.fixed)
-    bound = adapt_cuts(local, whole.most, base, goal, steps, price, multiplier, count, averages)
+    ends = price.copy(), multiplier.copy()
+    best, final, taken, share = adapt_cuts(
+        local, whole.most, base, goal, steps, price, multiplier, ends
+    )
+    last[0][:], last[1][:] = node.price, node.multiplier
+    last[0][local.sample], last[1][local.cut] = ends[0][:-1], ends[1]
     node.price[local.sample] = price[:-1]
     node.multiplier[local.cut] = multiplier
-    return bound
+    plan.held[:], plan.stands[:] = 0.0, 0.0
+    plan.held[local.pair] = taken
+    for k in range(len(local.origin)):
+        begin, end = local.cell_offsets[k], local.cell_offsets[k + 1]
+        if end > begin:
+            plan.stands[local.origin[k] : local.origin[k] + end - begin - 1] = share[
+                begin : end - 1
+            ]
+    return best, final

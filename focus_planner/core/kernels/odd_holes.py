@@ -255,7 +255,7 @@ def odd_cycles(graph, sources, limit, lengths, counts, paths):
 class Room(NamedTuple):
     """Room for cuts; ``counts`` (3,) is how many cuts, pairs and ranges there are.
 
-    The rest is as in :class:`focus_planner.core.kernels.cut_prices.CutPool`, and ``used`` (G,)
+    The rest is as in :class:`focus_planner.core.kernels.local_cuts.CutPool`, and ``used`` (G,)
     counts the cuts of each pair.
     """
 

@@ -66,6 +66,7 @@ SECONDS = {
     "greedy": 5.0,
     "k_view": 24.0,
     "lagrangian": 14.0,
+    "local_cuts": 8.0,
     "local_fit": 7.5,
     "local_prices": 9.0,
     "noise": 5.0,
@@ -166,9 +167,9 @@ def _plan_tuples() -> None:
                 request = PlanRequest("k_view", _SAMPLES, k=k, scope=scope, tuples=tuples)
                 solve(scene, _rig(), request)
     problem = formulate_problem(scene, _rig(), PlanRequest(samples=_SAMPLES))
-    counts = np.diff(problem.cells.offsets)
-    kicks = Kicks(Descent(problem, Options()), counts)
-    kicks.start(np.minimum(counts - 1, 0).astype(np.int32))
+    offsets = problem.cells.offsets
+    kicks = Kicks(Descent(problem, Options()), offsets)
+    kicks.start(np.minimum(np.diff(offsets) - 1, 0).astype(np.int32))
     kicks.kick()
 
 
@@ -269,7 +270,14 @@ GREEDY = _work(_plan_greedily, "greedy", after=(PLANNING, TUPLES_OF_CAMERAS))
 #: Proving that a plan is the best.
 PROOFS = _work(
     _prove,
-    *("branch_and_bound", "branch_and_cut", "cut_prices", "local_prices", "odd_holes"),
+    *(
+        "branch_and_bound",
+        "branch_and_cut",
+        "cut_prices",
+        "local_cuts",
+        "local_prices",
+        "odd_holes",
+    ),
     after=(PLANNING,),
 )
 #: Choosing pictures within a budget of them.

@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from focus_planner.core.arrays import IntArray
+from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
 from focus_planner.core.bounds.cut_prices import CutPrices
@@ -48,9 +48,9 @@ _FIRST_RECOVERY_NODES = 16
 # much of the cost.
 _PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 40_000_000, 8_000_000
 _MUCH = 2e-3
-# Then the plan is kicked so many times, or as often as these pairs allow, which takes a second; and
-# so many times for every round of cuts or step of branching: about a tenth of the time.
-_FIRST_KICKS, _KICKS = 256, 0.1
+# Then the plan is kicked so many times, or as often as these pairs allow, which takes half a
+# second, and so many times for every round of cuts and step of branching, a fifth of the time.
+_FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 8, 2
 _KICKED_PAIRS = 2_500_000
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
@@ -89,7 +89,6 @@ class _Search:
         self._prices: Prices | None = None
         self._descent: Descent | None = None
         self._kicks: Kicks | None = None
-        self._due = 0.0
         self._keep_going = True
         self._iterations = 0
         self._reported = np.inf
@@ -195,18 +194,20 @@ class _Search:
             cuts.descend(self._goal)
             self._bound = min(self._bound, cuts.bound)
             if self._report_stage("cuts"):
-                self._kick(_KICKS)
+                self._kick(_KICKS_PER_ROUND, cuts.plan.stands)
         return BranchingWithCuts(gains, cuts, self._goal)
 
-    def _kick(self, count: float) -> None:
-        """Kick the best plan so many times; parts of a kick add up."""
+    def _kick(self, count: int, share: FloatArray | None = None) -> None:
+        """Kick the best plan so many times, mostly to cells that have a share, if that is given."""
         if self._descent is None:
             return
         if self._kicks is None:
-            self._kicks = Kicks(self._descent, np.diff(self._problem.cells.offsets))
-        self._due += count
-        while self._due >= 1 and self._unproven():
-            self._due -= 1
+            self._kicks = Kicks(self._descent, self._problem.cells.offsets)
+        if share is not None:
+            self._kicks.guide(share)
+        for _ in range(count):
+            if not self._unproven():
+                return
             if self._units < self._kicks.units:
                 self._kicks.start(self._cell)
             self._kicks.kick()
@@ -233,7 +234,7 @@ class _Search:
                 self._polish(branching.leaf)
                 branching.leaf = None
             if self._kicks is not None:
-                self._kick(_KICKS)
+                self._kick(_KICKS_PER_STEP)
 
     def _cheapest(self, plans: list[IntArray]) -> list[IntArray]:
         """Return the plans, cheapest first."""

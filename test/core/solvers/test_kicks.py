@@ -25,7 +25,7 @@ SHALLOW = Lens(0.05, 40.0)
 
 def kicks_of(problem):
     descent = Descent(problem, Options())
-    kicks = Kicks(descent, np.diff(problem.cells.offsets))
+    kicks = Kicks(descent, problem.cells.offsets)
     kicks.start(start_cells(problem, k_view.solve(problem).focus_distances))
     return descent, kicks
 
@@ -86,3 +86,31 @@ def test_cameras_that_see_nothing_or_share_nothing_are_not_kicked():
     )
     _, kicks = kicks_of(alone)
     assert not any(kicks.kick() for _ in range(5))
+
+
+def test_guided_kicks_draw_cells_by_their_share():
+    problem = random_problem(4, 200, 12, visible=ring_mask(200, 12), lens=SHALLOW)
+    _, kicks = kicks_of(problem)
+    offsets = problem.cells.offsets
+    share = np.zeros(offsets[-1])
+    share[offsets[:-1] + 1] = 1.0
+    kicks.guide(share)
+    drawn = [kicks._draw() for _ in range(300)]
+    cells = np.concatenate([cells for _, cells in drawn])
+    assert 0.65 < (cells == 1).mean() < 0.85
+    counts = np.diff(offsets)
+    assert all(((cells >= 0) & (cells < counts[cameras])).all() for cameras, cells in drawn)
+
+
+def test_what_stays_as_it_is_starts_again_from_a_drawn_plan(monkeypatch):
+    monkeypatch.setattr("focus_planner.core.solvers.kicks._PATIENCE", 3)
+    problem = random_problem(5, 200, 12, visible=ring_mask(200, 12), lens=SHALLOW)
+    descent, kicks = kicks_of(problem)
+    run, started = descent.run, []
+    monkeypatch.setattr(descent, "run", lambda cell, tell: started.append(1) or run(cell, tell))
+    kicks.guide(np.ones(problem.cells.offsets[-1]))
+    for _ in range(60):
+        before = kicks.units
+        assert kicks.kick() == (kicks.units < before)
+        assert kicks.units == assign_samples(problem, kicks.cell)[1]
+    assert len(started) > 3
