@@ -23,6 +23,8 @@ from typing import Generic, TypeVar
 
 from numba import config
 
+from focus_planner.core import kernels
+
 Result = TypeVar("Result")
 
 
@@ -71,5 +73,6 @@ class Ahead(Generic[Result]):
         return self._results[0] if self._results else self._work()
 
     def _run(self) -> None:
-        with suppress(Exception):  # which the work tells who asks for its result
+        # An error is told by the work of who asks for its result.
+        with suppress(Exception), kernels.threads_for(0):
             self._results.append(self._work())

@@ -144,7 +144,8 @@ def visible_pairs(
         size = max(size, _MIN_SAMPLES)
     if low < len(samples):
         parts = _leading_parts(parts, enough())
-    return _sorted_by_sample(parts[0] if len(parts) == 1 else _concatenated(parts))
+    with kernels.threads_for(len(samples) * len(rig) // _PAIRS_PER_VISIBLE):
+        return _sorted_by_sample(parts[0] if len(parts) == 1 else _concatenated(parts))
 
 
 def seen_by_any(scene: Scene, rig: Rig, samples: Samples) -> NDArray[np.bool_]:
