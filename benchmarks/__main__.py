@@ -25,6 +25,7 @@ from importlib import import_module
 from rich.console import Console
 
 from benchmarks.options import options
+from focus_planner.runtime.cores import share_cores
 
 _DEFAULT = (
     "speed",
@@ -69,6 +70,7 @@ def main() -> int:
     if unknown:
         print(f"benchmarks: expected some of {', '.join(_ALL)}, got {unknown[0]!r}")
         return 2
+    share_cores()  # as nodes and commands do
     console = Console(width=None if sys.stdout.isatty() else 160)
     outcomes = [import_module(f"benchmarks.{name}").run(console) for name in chosen]
     return 1 if False in outcomes else 0
