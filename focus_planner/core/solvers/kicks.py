@@ -111,7 +111,7 @@ class Kicks:
     def _drawn_plan(self) -> IntArray:
         """Draw a cell for every camera that has any."""
         cell = self.cell.copy()
-        cameras = np.flatnonzero(np.diff(self._offsets) > 0)
+        cameras = np.flatnonzero(np.diff(self._offsets) > 0).astype(np.int32)
         cell[cameras] = self._draw_cells(cameras)
         return cell
 
@@ -120,8 +120,9 @@ class Kicks:
         first = self._random.choice(self._able)
         near = self._near[first]
         count = min(int(self._random.integers(_FEWEST, _MOST + 1)), len(near))
-        cameras = np.append(self._random.choice(near, count, replace=False), first)
-        return cameras.astype(np.int32), self._draw_cells(cameras).astype(np.int32)
+        drawn = np.append(self._random.choice(near, count, replace=False), first)
+        cameras = drawn.astype(np.int32)
+        return cameras, self._draw_cells(cameras).astype(np.int32)
 
     def _draw_cells(self, cameras: IntArray) -> Offsets:
         """Draw a cell for each of some cameras."""

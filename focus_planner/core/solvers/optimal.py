@@ -45,9 +45,11 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 # Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave
-# much of the cost.
+# much of the cost, unless these close most of that gap.
 _PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 40_000_000, 8_000_000
 _MUCH = 2e-3
+# That is all but this part of it.
+_NEARLY = 0.3
 # Then the plan is kicked so many times, or as often as these pairs allow, which takes half a
 # second, and so many times for every round of cuts and step of branching, a fifth of the time.
 _FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 8, 2
@@ -179,9 +181,13 @@ class _Search:
         gains, prices = self._gains, self._prices
         can_cut = gains.views == 1
         much = prices.bound - self._goal > _MUCH * self._units
-        pairs = _PAIRS_IF_MUCH if much else _PAIRS_WITHOUT_CUTS
         branching = Branching(gains, prices.price, prices.bound, self._goal)
-        self._close(branching, pairs / max(len(gains.gain), 1) if can_cut else np.inf)
+        nodes = [pairs / max(len(gains.gain), 1) for pairs in (_PAIRS_IF_MUCH, _PAIRS_WITHOUT_CUTS)]
+        if can_cut and much:
+            self._close(branching, nodes[0])
+            much = self._bound - self._goal > _NEARLY * (prices.bound - self._goal)
+        if not much or not can_cut:
+            self._close(branching, nodes[1] if can_cut else np.inf)
         if can_cut and self._unproven():
             self._close(self._cut(prices), np.inf)
 

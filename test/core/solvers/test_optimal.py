@@ -18,11 +18,10 @@ import pytest
 from focus_planner import Lens, cylinder_rig
 from focus_planner.core.bounds import branch_and_bound as branching
 from focus_planner.core.kernels import compiling
-from focus_planner.core.problem.cells import UNITS
-from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.solvers import Options, em, k_view, optimal
 from testing import reference
+from testing.optima import Log, check, least_cost
 from testing.problems import (
     TABLE_LENSES,
     TINY_LENSES,
@@ -37,39 +36,6 @@ from testing.problems import (
 
 SHALLOW = Lens(0.05, 40.0)
 EXACT = Options(gap=0.0)
-
-
-class Log:
-    """A callback that remembers, and stops the solver after some steps."""
-
-    def __init__(self, steps=np.inf):
-        self.progress, self.steps = [], steps
-
-    def __call__(self, progress):
-        self.progress.append(progress)
-        return len(self.progress) < self.steps
-
-    @property
-    def stages(self):
-        return [progress.stage for progress in self.progress]
-
-
-def least_cost(problem):
-    """The optimum, from all choices of cells; these are tested against the table below."""
-    gains = gains_of(problem)
-    return 1000 * (gains.out - reference.largest_gain(gains)) / UNITS
-
-
-def check(problem, solution, best):
-    """What holds of every solution, proven or not."""
-    assert solution.cost == problem.cost(solution.focus_distances)
-    assert solution.lower_bound <= best + 1e-9
-    assert solution.lower_bound <= solution.cost
-    assert solution.cost >= best - 1e-8
-    if solution.converged:
-        assert solution.cost == pytest.approx(best, abs=1e-8)
-        # Less one unit per sample, for what the units round off.
-        assert solution.lower_bound >= solution.cost - 1e-8
 
 
 def test_the_optimum_is_that_of_the_table():

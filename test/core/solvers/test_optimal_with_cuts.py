@@ -16,11 +16,10 @@ import pytest
 
 from focus_planner import Lens
 from focus_planner.core.kernels import compiling
-from focus_planner.core.problem.cells import UNITS
-from focus_planner.core.problem.gains import gains_of
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.solvers import Options, optimal
 from testing import reference
+from testing.optima import Log, check, least_cost
 from testing.problems import random_problem, ring_mask, tiny_problem, with_threads
 
 SHALLOW = Lens(0.05, 40.0)
@@ -43,35 +42,6 @@ def search_without_cuts(monkeypatch, pairs):
 def cuts_from_the_start(monkeypatch):
     search_without_cuts(monkeypatch, 0)
     monkeypatch.setattr(optimal, "_FIRST_KICKS", 3)
-
-
-class Log:
-    """A callback that remembers, and stops the solver after some steps."""
-
-    def __init__(self, steps=np.inf):
-        self.progress, self.steps = [], steps
-
-    def __call__(self, progress):
-        self.progress.append(progress)
-        return len(self.progress) < self.steps
-
-    @property
-    def stages(self):
-        return [progress.stage for progress in self.progress]
-
-
-def least_cost(problem):
-    gains = gains_of(problem)
-    return 1000 * (gains.out - reference.largest_gain(gains)) / UNITS
-
-
-def check(problem, solution, best):
-    assert solution.cost == problem.cost(solution.focus_distances)
-    assert solution.lower_bound <= best + 1e-9
-    assert solution.cost >= best - 1e-8
-    if solution.converged:
-        assert solution.cost == pytest.approx(best, abs=1e-8)
-        assert solution.lower_bound >= solution.cost - 1e-8
 
 
 def test_whatever_the_problem_the_optimum_is_found_and_proven():
@@ -119,6 +89,22 @@ def test_after_many_nodes_without_cuts_they_are_sought(monkeypatch):
         check(problem, solution, least_cost(problem))
         sought += "cuts" in log.stages
     assert sought > 2
+
+
+@pytest.mark.parametrize(("nearly", "cuts"), [(0.0, True), (1.0, False)])
+def test_where_few_nodes_nearly_close_the_gap_no_cuts_are_sought(nearly, cuts, monkeypatch):
+    search_without_cuts(monkeypatch, 10**9)
+    monkeypatch.setattr(optimal, "_PAIRS_IF_MUCH", 400)
+    monkeypatch.setattr(optimal, "_MUCH", 0.0)
+    monkeypatch.setattr(optimal, "_NEARLY", nearly)
+    sought = False
+    for seed in range(10):
+        problem, log = random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)), Log()
+        solution = optimal.solve(problem, EXACT, log)
+        assert solution.converged
+        check(problem, solution, least_cost(problem))
+        sought |= "cuts" in log.stages
+    assert sought == cuts
 
 
 def test_stopped_at_any_step_plan_and_bound_are_valid():
