@@ -89,7 +89,12 @@ class Goal:
         Whether the planner accepted it.
     """
 
-    def __init__(self, handle: ClientGoalHandle, send: Send, on_wait: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        handle: ClientGoalHandle,
+        send: Send,
+        on_wait: Callable[[], object] = lambda: None,
+    ) -> None:
         self._handle = handle
         self._send = send
         self._on_wait = on_wait
