@@ -100,9 +100,11 @@ class BranchingWithCuts(Branching):
     def _confine(self, cuts: kernels.Cuts, nodes: kernels.Nodes, goal: int) -> None:
         unit = self._root.unit
         steps = kernels.Steps(_STEPS, _WIDTH * unit, _NARROWEST * unit)
-        kernels.confine_with_cuts(
-            cuts, self._near, self._root.cuts, *self._root.whole, nodes, goal, REACH, steps
-        )
+        # Threads meet once per batch here, not at every step.
+        with kernels.threads_for(_STEPS * len(self._gains.gain)):
+            kernels.confine_with_cuts(
+                cuts, self._near, self._root.cuts, *self._root.whole, nodes, goal, REACH, steps
+            )
 
     def _padded(self, price: Offsets) -> Offsets:
         """Return a node's prices, with 0 for the cuts that were found after it."""
