@@ -31,6 +31,10 @@ class Log:
         return len(self.progress) < self.steps
 
     @property
+    def costs(self):
+        return [progress.cost for progress in self.progress]
+
+    @property
     def stages(self):
         return [progress.stage for progress in self.progress]
 

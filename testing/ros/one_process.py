@@ -25,10 +25,9 @@ _PROFILE = ROOT / "docs" / "one_process.xml"
 def end_deliveries_within_it() -> None:
     """Have Fast DDS carry what is sent within this process as it does between processes.
 
-    It would deliver it by calls from participant to participant, which lock one another for good
-    now and then when one of them is destroyed (eProsima/Fast-DDS#6193): a test that hangs where no
-    signal reaches it. The profile is read with the first participant. Processes that tests start
-    do not get it.
+    It would deliver it by calls from participant to participant, which now and then deadlock when
+    one of them is destroyed (eProsima/Fast-DDS#6193): a test then hangs where no signal reaches it.
+    The profile is read with the first participant. Processes that tests start do not get it.
     """
     name = "FASTRTPS_DEFAULT_PROFILES_FILE"
     given = os.environ.get(name)

@@ -33,7 +33,7 @@ _LINES = 30
 
 
 def ends_of_logs():
-    """Return titles and ends of the logs of nodes that were started here and still matter."""
+    """Return a title and the end of the log of every node that some test still holds."""
     return [(f"log of {node.title}", "\n".join(node.log.splitlines()[-_LINES:])) for node in _NODES]
 
 

@@ -26,6 +26,7 @@ from focus_planner.core.surface.scene import Scene
 from focus_planner.core.surface.surface import Samples
 from focus_planner.core.surface.visibility import visible_pairs
 from testing import reference
+from testing.optima import Log
 from testing.problems import (
     around,
     body,
@@ -69,21 +70,6 @@ PROBLEMS = {
     ),
 }
 each_problem = pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEMS.keys())
-
-
-class Log:
-    """A callback that remembers, and stops the solver after some steps."""
-
-    def __init__(self, steps=np.inf):
-        self.progress, self.steps = [], steps
-
-    def __call__(self, progress):
-        self.progress.append(progress)
-        return len(self.progress) < self.steps
-
-    @property
-    def costs(self):
-        return [progress.cost for progress in self.progress]
 
 
 def solve(setting, problem, on_progress=lambda _: True):
