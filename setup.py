@@ -83,6 +83,7 @@ setup(
     install_requires=[
         "argcomplete>=3.7",
         "lz4>=4.4",
+        "embreex>=4.4; sys_platform != 'linux' or platform_machine == 'x86_64'",
         "mapbox-earcut>=2.1",
         "mcap>=1.6",
         "numba>=0.68",

@@ -15,8 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import open3d as o3d
-from numba import config
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
@@ -25,6 +23,7 @@ from benchmarks.scenes import body_scenes, rig
 from benchmarks.timing import processed, seconds
 from focus_planner import Mesh, PlanRequest, Scene, plan_focus
 from focus_planner.core.planning.formulation import formulate_problem
+from focus_planner.core.surface.ray_casting import ray_caster
 
 _SAMPLES = (1000, 4096, 65536)
 _REPEATS = 9
@@ -79,15 +78,7 @@ def run(console: Console) -> None:
 def _bare(scene: Scene) -> Callable[[Rays], object]:
     """Return what casts rays onto the scene, and does nothing else."""
     vertices, triangles = scene.opaque
-    raycasting = o3d.t.geometry.RaycastingScene()
-    raycasting.add_triangles(
-        np.ascontiguousarray(vertices - scene.centre, dtype=np.float32),
-        np.ascontiguousarray(triangles, dtype=np.uint32),
-    )
-    threads = int(config.NUMBA_NUM_THREADS)
-    return lambda rays: raycasting.test_occlusions(
-        o3d.core.Tensor.from_numpy(rays), 0.0, 1.0, nthreads=threads
-    )
+    return ray_caster(vertices - scene.centre, triangles).occluded
 
 
 def _formulate(scene: Scene, request: PlanRequest) -> None:

@@ -22,9 +22,16 @@ from focus_planner.io.bodies import bodies
 from focus_planner.io.rigs import save_rig
 from testing.plans import RIG
 
-# Of web frameworks and drawing, which Open3D imports, and of what some plans take.
-_HEAVY = ("dash", "flask", "matplotlib", "plotly", "IPython", "pandas", "trimesh")
-_SCIPY = ("scipy.interpolate", "scipy.ndimage", "scipy.optimize", "scipy.spatial", "scipy.sparse")
+# Of Open3D, what it imports and what some plans take.
+_HEAVY = ("dash", "flask", "matplotlib", "plotly", "IPython", "open3d", "pandas", "trimesh")
+_SCIPY = (
+    "scipy.interpolate",
+    "scipy.linalg.lapack",
+    "scipy.ndimage",
+    "scipy.optimize",
+    "scipy.spatial",
+    "scipy.sparse",
+)
 _PRINT = "; import json; print(json.dumps(sorted(sys.modules)))"
 
 pytestmark = pytest.mark.processes
@@ -41,25 +48,35 @@ def test_a_plan_for_a_mesh_imports_nothing_that_takes_longer(tmp_path):
     arguments = ["plan", str(bodies()[0]), "--rig", str(tmp_path / "rig.yaml"), "--samples", "200"]
     arguments += ["--output", str(tmp_path / "plan.json"), "--quiet"]
     modules = imported(f"from focus_planner.cli.main import main; main({arguments!r})")
-    assert "open3d" in modules
+    assert "numba" in modules
     assert not modules & {*_HEAVY, *_SCIPY}
 
 
 def test_a_node_imports_no_solver(tmp_path):
     modules = imported("import focus_planner.ros.planner_node")
     assert "rclpy" in modules
-    assert not modules & {*_HEAVY, *_SCIPY, "scipy", "numba", "open3d"}
+    assert not modules & {*_HEAVY, *_SCIPY, "scipy", "numba"}
 
 
 def test_a_process_that_plans_for_a_node_imports_no_drawing():
     modules = imported("import focus_planner.runtime.planning_process")
-    assert "open3d" in modules
+    assert "numba" in modules
     assert not modules & {*_HEAVY, *_SCIPY}
+
+
+def test_a_plan_for_a_cloud_does_not_import_what_open3d_draws_with():
+    program = (
+        "import numpy as np; from focus_planner.core.surface.open3d import estimated_normals;"
+        " estimated_normals(np.eye(3), 3)"
+    )
+    modules = imported(program)
+    assert "open3d" in modules
+    assert not modules & set(_HEAVY) - {"open3d"}
 
 
 def test_open3d_draws_for_who_wants_it_to():
     program = (
-        "from focus_planner import Scene; import open3d;"
-        " assert callable(open3d.visualization.draw_plotly)"
+        "from focus_planner.core.surface.open3d import open3d;"
+        " assert callable(open3d().visualization.draw_plotly)"
     )
     assert "plotly" in imported(program)

@@ -70,7 +70,7 @@ BROUGHT = {
     "lz4": "mcap-ros2-support",
     "zstandard": "mcap-ros2-support",
 }
-WITHOUT = {"dracopy", "laspy", "lazrs", "openexr", "pye57"}
+WITHOUT = {"dracopy", "embreex", "laspy", "lazrs", "openexr", "pye57"}
 
 
 @pytest.fixture(scope="module")

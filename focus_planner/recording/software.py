@@ -18,9 +18,9 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-_PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy")
+_PACKAGES = ("focus_planner", "numpy", "numba", "llvmlite", "scipy", "embreex")
 # Open3D has these names, and each of its wheels for some systems.
-_RAY_CASTERS = ("open3d-cpu", "open3d")
+_OPEN3D = ("open3d-cpu", "open3d")
 _NOT_INSTALLED = "not installed as a package"
 # Instruction sets between which the ray-casting library chooses at run time.
 _INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
@@ -29,7 +29,7 @@ _INSTRUCTIONS = {"sse2", "sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", 
 @cache
 def software() -> dict[str, str]:
     """Return the versions of the planner, Python, libraries and system, and the CPU, by name."""
-    versions = {name: _version(name) or _NOT_INSTALLED for name in (*_PACKAGES, _ray_caster())}
+    versions = {name: _version(name) or _NOT_INSTALLED for name in (*_PACKAGES, _open3d())}
     return {
         **versions,
         "python": platform.python_version(),
@@ -40,8 +40,8 @@ def software() -> dict[str, str]:
     }
 
 
-def _ray_caster() -> str:
-    return next(filter(_version, _RAY_CASTERS), _RAY_CASTERS[0])
+def _open3d() -> str:
+    return next(filter(_version, _OPEN3D), _OPEN3D[0])
 
 
 def _version(package: str) -> str | None:

@@ -60,7 +60,7 @@ from focus_planner.core.kernels.cells import (
     take,
 )
 from focus_planner.core.kernels.closest import least_depths
-from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, threads_for
+from focus_planner.core.kernels.compiling import KERNELS, Kernel, listening, one_core, threads_for
 from focus_planner.core.kernels.cut_prices import FractionalPlan, Steps, adapt_all
 from focus_planner.core.kernels.distortion import (
     COEFFICIENTS,
@@ -124,6 +124,7 @@ from focus_planner.core.kernels.rasterize import (
     list_by_tile,
     undistort,
 )
+from focus_planner.core.kernels.rays import first_hits, occluded
 from focus_planner.core.kernels.shading import (
     PATTERN,
     TEXTURE,
@@ -236,6 +237,7 @@ __all__ = [
     "farthest_off_focus",
     "fill_rays",
     "first_gains",
+    "first_hits",
     "focus_intervals",
     "focus_room",
     "folders",
@@ -267,7 +269,9 @@ __all__ = [
     "move_cameras",
     "move_pairs",
     "near_view",
+    "occluded",
     "odd_cycles",
+    "one_core",
     "place",
     "project",
     "put",

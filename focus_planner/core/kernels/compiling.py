@@ -21,13 +21,19 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from numba import config, get_num_threads, set_num_threads, threading_layer
 from numba.core.errors import NumbaWarning
 from numba.core.registry import CPUDispatcher
 
+from focus_planner.core.deferred import deferred
 from focus_planner.core.kernels.kept import KeptCode
+
+# To learn whether there is a BLAS, Numba would import all of SciPy's linear algebra.
+with deferred("scipy.linalg"):
+    import_module("numba.np.arraymath")
 
 _PARALLEL_PAIRS = 200_000
 #: Numba's threading layers that several threads may enter at once.
@@ -153,8 +159,22 @@ def threads_for(pairs: int) -> Iterator[None]:
     """
     _layer()
     before = get_num_threads()
-    set_num_threads(config.NUMBA_NUM_THREADS if pairs >= _PARALLEL_PAIRS else 1)
+    may_share = pairs >= _PARALLEL_PAIRS and not getattr(_thread, "beside", 0)
+    set_num_threads(config.NUMBA_NUM_THREADS if may_share else 1)
     try:
         yield
     finally:
         set_num_threads(before)
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Have this thread's kernels take one core, however large problems are: others are at work.
+
+    Such contexts may end in any order.
+    """
+    _thread.beside = getattr(_thread, "beside", 0) + 1
+    try:
+        yield
+    finally:
+        _thread.beside -= 1

@@ -10,13 +10,14 @@
 
 """Work that is begun in a thread of its own before its result is asked for.
 
-Kernels take one core for small problems, so another is free meanwhile.
+Kernels take one core for small problems, and rays do as long as such work goes on, so another is
+free meanwhile.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from threading import Thread
 from types import TracebackType
 from typing import Generic, TypeVar
@@ -47,11 +48,13 @@ class Ahead(Generic[Result]):
         self._when = when and config.NUMBA_NUM_THREADS > 1
         self._thread = Thread(target=self._run, name="ahead")
         self._results: list[Result] = []
+        self._sharing = ExitStack()
 
     def __enter__(self) -> Ahead[Result]:
         if self._when:
             with suppress(RuntimeError):  # no memory for a thread
                 self._thread.start()
+                self._sharing.enter_context(kernels.one_core())
         return self
 
     def __exit__(
@@ -66,6 +69,7 @@ class Ahead(Generic[Result]):
         """Wait for what was begun, if anything was."""
         if self._thread.ident is not None:
             self._thread.join()
+        self._sharing.close()
 
     def result(self) -> Result:
         """Return the result."""
@@ -74,5 +78,5 @@ class Ahead(Generic[Result]):
 
     def _run(self) -> None:
         # An error is told by the work of who asks for its result.
-        with suppress(Exception), kernels.threads_for(0):
+        with suppress(Exception), kernels.one_core(), kernels.threads_for(0):
             self._results.append(self._work())

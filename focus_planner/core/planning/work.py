@@ -78,6 +78,7 @@ SECONDS = {
     "ranking": 3.0,
     "ranks": 1.5,
     "rasterize": 14.0,
+    "rays": 2.0,
     "shading": 25.0,
     "smoothing": 10.0,
     "solution": 2.0,
@@ -120,6 +121,8 @@ def _plan() -> None:
     for method in ("closest", "average", "em"):
         solve(Scene(ball), rig, PlanRequest(method, _SAMPLES))
     solve(Scene(ball), rig, PlanRequest("em", _SAMPLES, views=2, shots=2))
+    # Whether a camera is within the surface is asked of few.
+    Scene(ball).first_hits(np.zeros((1, 3)), np.ones((1, 3)))
     # Only large problems are sorted.
     sort_by_place(formulate_problem(Scene(ball), rig, PlanRequest(samples=_SAMPLES)))
 
@@ -251,6 +254,7 @@ PLANNING = _work(
         "lagrangian",
         "problem",
         "ranks",
+        "rays",
         "solution",
         "spatial_order",
         "stabbing",

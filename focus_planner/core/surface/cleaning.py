@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.appearance import Colours, Texture
+from focus_planner.core.surface.open3d import estimated_normals
 from focus_planner.core.surface.surface import (
     Mesh,
     PointCloud,
@@ -235,14 +236,10 @@ def _complete_point_normals(
         return normals, []
     if missing.all():
         return None, [_no_normals("points", len(points), "estimates from the points")]
-    # Here, as they take a second to load: surfaces are also read where nothing is planned.
+    # Here, as it takes time to load: surfaces are also read where nothing is planned.
     from scipy.spatial import KDTree  # noqa: PLC0415
 
-    from focus_planner.core.surface.open3d import o3d  # noqa: PLC0415
-
-    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points.copy()))
-    shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(min(_NEIGHBOURS, len(points))))
-    estimated = np.asarray(shape.normals)[missing]
+    estimated = estimated_normals(points, min(_NEIGHBOURS, len(points)))[missing]
     given = normals[~missing]
     units = given / np.sqrt((given**2).sum(axis=1, keepdims=True))
     # A list of numbers of neighbours, so that one neighbour is a column too.

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
-from focus_planner.core.surface.open3d import o3d
+from focus_planner.core.surface.open3d import estimated_normals
 from focus_planner.core.surface.orientation import find_patches, refine_normals
 from focus_planner.core.surface.surface import PointCloud
 from focus_planner.core.surface.tree import tree_of
@@ -121,9 +121,8 @@ def cloud_shape(cloud: PointCloud, neighbours: Neighbours | None = None) -> Clou
     importance = relative_importance(cloud, areas)
     if cloud.normals is not None:
         return CloudShape(cloud.normals, None, areas, importance, spacing)
-    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points.copy()))
-    shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(neighbours.count + 1))
-    patches = find_patches(cloud.points, np.asarray(shape.normals).copy(), neighbours.index)
+    estimated = estimated_normals(cloud.points, neighbours.count + 1)
+    patches = find_patches(cloud.points, estimated, neighbours.index)
     normals, on_sheet = refine_normals(cloud.points, patches.normals, neighbours.index)
     areas = areas * (neighbours.count / on_sheet)
     return CloudShape(normals, patches.labels, areas, importance, spacing)

@@ -8,44 +8,42 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Open3D without what it draws with, until somebody draws.
+"""Open3D, imported when it is first used, and without what it draws with until somebody draws.
 
-Its package imports web frameworks for that, which take longer than all the rest of it.
+It takes half a second to import, and web frameworks that it draws with take longer still.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
-from importlib.machinery import ModuleSpec, PathFinder
-from importlib.util import LazyLoader
-from types import ModuleType
 from typing import Any
 
-_DRAWS = "open3d.visualization"
+import numpy as np
+
+from focus_planner.core.arrays import FloatArray
+from focus_planner.core.deferred import deferred
 
 
-class _Later(MetaPathFinder):
-    """Has a module loaded when something of it is first asked for."""
-
-    def find_spec(
-        self, name: str, path: Sequence[str] | None, _: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        spec = PathFinder.find_spec(name, path) if name == _DRAWS else None
-        if spec is not None and isinstance(spec.loader, Loader):
-            spec.loader = LazyLoader(spec.loader)
-        return spec
-
-
-def _open3d() -> Any:
-    later = _Later()
-    sys.meta_path.insert(0, later)
-    try:
+@cache
+def open3d() -> Any:
+    """Return the package."""
+    with deferred("open3d.visualization"):
         return import_module("open3d")
-    finally:
-        sys.meta_path.remove(later)
 
 
-o3d = _open3d()
+def estimated_normals(points: FloatArray, count: int) -> FloatArray:
+    """Return (M, 3) normals of unknown sign, each of the plane through so many nearest points.
+
+    Parameters
+    ----------
+    points : (M, 3) array
+        Metres.
+    count : int
+        The point itself included.
+    """
+    o3d = open3d()
+    shape = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points.copy()))
+    shape.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(count))
+    normals: FloatArray = np.asarray(shape.normals).copy()
+    return normals

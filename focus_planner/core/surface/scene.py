@@ -18,19 +18,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from threading import Lock
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
-from numba import config
 from numpy.typing import NDArray
 
 from focus_planner.core.arrays import FloatArray, IntArray
 from focus_planner.core.notes import Note
 from focus_planner.core.surface.appearance import Colours
 from focus_planner.core.surface.cloud_shape import surfels
-from focus_planner.core.surface.open3d import o3d
 from focus_planner.core.surface.preparation import PreparedCloud, prepare_cloud
+from focus_planner.core.surface.ray_casting import ray_caster
 from focus_planner.core.surface.sampling import (
     Density,
     fresh_seed,
@@ -104,13 +102,7 @@ class Scene:
             self.stop_short = _STOP_SHORT_OF_CLOUD * shape.spacing
             self.overhang = _SURFEL_RADIUS * shape.spacing
         vertices, triangles = self.opaque
-        self._raycasting = o3d.t.geometry.RaycastingScene()
-        self._raycasting.add_triangles(
-            np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
-            np.ascontiguousarray(triangles, dtype=np.uint32),
-        )
-        self._building = Lock()
-        self._is_built = False
+        self._rays = ray_caster(vertices - self._centre, triangles)
         on_progress(1.0)
 
     def __repr__(self) -> str:
@@ -237,23 +229,7 @@ class Scene:
         -------
         (n,) array of bool
         """
-        hits: NDArray[np.bool_] = (
-            self._built()
-            .test_occlusions(o3d.core.Tensor.from_numpy(rays), 0.0, 1.0, nthreads=_threads())
-            .numpy()
-        )
-        return hits
-
-    def _built(self) -> Any:
-        """Return the ray-casting structure.
-
-        Open3D builds it when it is first asked, which no other thread may do meanwhile.
-        """
-        with self._building:
-            if not self._is_built:
-                self._raycasting.count_intersections(np.zeros((1, 6), dtype=np.float32))
-                self._is_built = True
-        return self._raycasting
+        return self._rays.occluded(rays)
 
     def patches_hit(self, rays: NDArray[np.float32]) -> IntArray:
         """Return (n,) the patch that each ray first hits, of a cloud that is not oriented.
@@ -268,11 +244,10 @@ class Scene:
         assert self._prepared is not None
         labels = self._prepared.shape.patches
         assert labels is not None
-        hits = self._built().cast_rays(o3d.core.Tensor.from_numpy(rays), nthreads=_threads())
-        hit = np.isfinite(hits["t_hit"].numpy())
+        _, triangle, _ = self._rays.first_hits(rays)
         # Two triangles per point: the first of all points, then the second.
-        point = hits["primitive_ids"].numpy().astype(np.int64) % len(labels)
-        patches: IntArray = np.where(hit, labels[np.where(hit, point, 0)], -1).astype(np.int32)
+        patch = labels[triangle % len(labels)]
+        patches: IntArray = np.where(triangle >= 0, patch, -1).astype(np.int32)
         return patches
 
     def may_enclose(self, points: FloatArray) -> NDArray[np.bool_]:
@@ -305,15 +280,9 @@ class Scene:
         rays = np.empty((len(directions), 6), dtype=np.float32)
         rays[:, :3] = origins - self._centre
         rays[:, 3:] = directions
-        result = self._built().cast_rays(rays, nthreads=_threads())
-        distance: FloatArray = result["t_hit"].numpy().astype(np.float64)
-        normals = result["primitive_normals"].numpy()
+        length, _, normals = self._rays.first_hits(rays)
+        distance: FloatArray = length.astype(np.float64)
         return distance, np.isfinite(distance) & ((normals * directions).sum(axis=1) < 0)
-
-
-def _threads() -> int:
-    """Return how many threads rays take: as many as kernels may, so one where processes share."""
-    return int(config.NUMBA_NUM_THREADS)
 
 
 def _extent(surface: Surface) -> tuple[FloatArray, FloatArray]:

@@ -15,7 +15,9 @@ from __future__ import annotations
 import threading
 
 import pytest
+from numba import get_num_threads
 
+from focus_planner.core import kernels
 from focus_planner.core.planning import many_subjects, solving
 from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import formulate_problem
@@ -104,6 +106,21 @@ def test_what_failed_is_done_again_by_who_asks(two_cores):
     with Ahead(worker) as ahead:
         assert ahead.result() == "done"
     assert here(worker) == [False, True]
+
+
+def test_kernels_take_one_core_each_while_it_is_being_done(two_cores):
+    def threads() -> int:
+        with kernels.threads_for(10**9):
+            return get_num_threads()
+
+    whole = threads()
+    with Ahead(threads) as outer, Ahead(threads) as inner:
+        assert threads() == 1
+        # In this order, and not that of the contexts.
+        assert outer.result() == 1
+        assert inner.result() == 1
+        assert threads() == whole
+    assert threads() == whole
 
 
 def test_where_no_thread_can_be_started_it_is_done_here(two_cores, monkeypatch):
