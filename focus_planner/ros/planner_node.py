@@ -16,6 +16,7 @@ is in force again.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import threading
@@ -406,6 +407,8 @@ def _serve(node: PlannerNode, wait: Callable[[], None]) -> bool:
     thread.start()
     try:
         start.start()
+        # What is there now is never garbage, and takes long to look through.
+        gc.freeze()
         wait()
     finally:  # also if no other thread can be started
         node.stop()

@@ -16,6 +16,7 @@ Importing this module loads the solvers, which takes seconds.
 from __future__ import annotations
 
 import functools
+import gc
 import math
 import resource
 import time
@@ -136,6 +137,7 @@ class PlanningProcess:
         if compiled.kernels:
             self._connection.send(orders.Compiled(str(compiled), compiled.folder is not None))
         self._unlimited_memory = _data_bytes()
+        _spare_the_loaded()
         return orders.Done()
 
     @_do.register
@@ -221,6 +223,7 @@ class PlanningProcess:
         with suppress(Exception):  # plans that run it will tell what is wrong
             precompile((self._unloaded.pop(0),))
         self._unlimited_memory += _data_bytes() - before
+        _spare_the_loaded()
 
     def _condense(self) -> None:
         """Give back the memory of plans that may be shown; all of it, if there is too little."""
@@ -254,6 +257,11 @@ class PlanningProcess:
         if hard != resource.RLIM_INFINITY:
             most = hard if most == resource.RLIM_INFINITY else min(most, hard)
         resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+
+
+def _spare_the_loaded() -> None:
+    """Have kernels and modules never be looked through for garbage: it takes as long as a plan."""
+    gc.freeze()
 
 
 def _what_a_node_needs(rig: Rig) -> orders.RigInForce:
