@@ -190,6 +190,7 @@ class PlannerClient:
         self._executor.create_task(lambda: None)
         self._thread.join()
         self._executor.shutdown()
+        self._plan.destroy()  # which the node does not, and which would keep all in the graph
         self._node.destroy_node()
         self._context.try_shutdown()
 

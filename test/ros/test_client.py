@@ -10,8 +10,10 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from focus_planner_msgs.srv import PlanFocus
@@ -41,6 +43,26 @@ def test_a_subscription_is_destroyed_on_the_thread_that_waits_on_it(monkeypatch)
             client.status(timeout=0.0)
         until(lambda: threads)
         assert threads == [client._thread]
+
+
+def test_a_closed_client_leaves_nothing_open():
+    """A program that opens many would run out of ports, and others would go on seeing them."""
+
+    def sockets():
+        links = (file.readlink() for file in Path("/proc/self/fd").iterdir() if file.is_symlink())
+        return sum("socket" in str(link) for link in links)
+
+    gc.disable()
+    try:
+        before, closed = sockets(), []
+        for _ in range(2):
+            client = PlannerClient("/nobody")
+            assert sockets() > before
+            client.close()
+            closed.append(client)
+            assert sockets() == before
+    finally:
+        gc.enable()
 
 
 def test_a_call_whose_response_is_lost_is_made_again(make_node, monkeypatch):
