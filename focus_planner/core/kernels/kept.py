@@ -27,7 +27,7 @@ import tempfile
 import uuid
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +107,6 @@ class KeptCode(NullCache):
     def __init__(self, function: Callable[..., Any], on_missing: Callable[[], object]) -> None:
         self._function = function
         self._on_missing = on_missing
-        self._read = [_Folder(function, folder) for folder in folders()]
         self._was_found = False
 
     @property
@@ -115,6 +114,11 @@ class KeptCode(NullCache):
         """The folder that is written to."""
         folder = kept_in()
         return None if folder is None else str(folder)
+
+    @cached_property
+    def _read(self) -> list[_Folder]:
+        """Where code is looked for; most kernels are never asked for any."""
+        return [_Folder(self._function, folder) for folder in folders()]
 
     def is_kept(self, codegen: Any) -> bool:
         """Return whether there is code for this processor, for whatever types.
