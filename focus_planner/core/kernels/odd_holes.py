@@ -81,12 +81,10 @@ def _edge(i, j, cell_offsets, fraction):
     a, b = fraction.first[i], fraction.last[i]
     c, d = fraction.first[j], fraction.last[j]
     both = fraction.held[i] + fraction.held[j]
-    union = _part(fraction.up_to, start, a, b) + _part(fraction.up_to, start, c, d)
-    union -= _part(fraction.up_to, start, max(a, c), min(b, d))
-    ranged = 2.0 * union - both
-    if max(a, c) > min(b, d) and 1.0 - both < ranged:
-        return 1.0 - both, _APART
-    return ranged, _RANGE
+    common = _part(fraction.up_to, start, max(a, c), min(b, d))
+    union = _part(fraction.up_to, start, a, b) + _part(fraction.up_to, start, c, d) - common
+    apart, ranged = 1.0 + 2.0 * common - both, 2.0 * union - both
+    return (apart, _APART) if apart < ranged else (ranged, _RANGE)
 
 
 @kernel
@@ -317,10 +315,13 @@ def _cycle_of(path, cell_offsets, fraction, first, last):
             continue
         for node in (i, j):
             first[node], last[node] = fraction.first[node], fraction.last[node]
-        if path[e, 2] == _APART:
-            continue
         c, low, high = fraction.camera[i], min(first[i], first[j]), max(last[i], last[j])
-        if max(first[i], first[j]) <= min(last[i], last[j]):
+        common, until = max(first[i], first[j]), min(last[i], last[j])
+        if path[e, 2] == _APART:
+            if common <= until:
+                ranges[count, 0], ranges[count, 1], ranges[count, 2] = c, common, until
+                count += 1
+        elif common <= until:
             low, high = _widen(c, low, high, cell_offsets, fraction.up_to)
             first[i] = first[j] = low
             last[i] = last[j] = high
