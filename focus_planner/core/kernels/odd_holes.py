@@ -76,15 +76,14 @@ def _part(up_to, start, first, last):
 
 @kernel
 def _edge(i, j, cell_offsets, fraction):
-    """Return the length and the kind of the edge between two pairs of one camera."""
+    """Return the lengths of the edges between two pairs of one camera, apart and in a range."""
     start = cell_offsets[fraction.camera[i]]
     a, b = fraction.first[i], fraction.last[i]
     c, d = fraction.first[j], fraction.last[j]
     both = fraction.held[i] + fraction.held[j]
     common = _part(fraction.up_to, start, max(a, c), min(b, d))
     union = _part(fraction.up_to, start, a, b) + _part(fraction.up_to, start, c, d) - common
-    apart, ranged = 1.0 + 2.0 * common - both, 2.0 * union - both
-    return (apart, _APART) if apart < ranged else (ranged, _RANGE)
+    return 1.0 + 2.0 * common - both, 2.0 * union - both
 
 
 @kernel
@@ -122,8 +121,9 @@ def list_edges(cell_offsets, fraction, order, edges, lengths):
     for i in range(nodes):
         j = i + 1
         while j < nodes and camera[j] == camera[i]:
-            length, kind = _edge(i, j, cell_offsets, fraction)
-            count = _add(i, j, length, kind, edges, lengths, count)
+            apart, ranged = _edge(i, j, cell_offsets, fraction)
+            count = _add(i, j, apart, _APART, edges, lengths, count)
+            count = _add(i, j, ranged, _RANGE, edges, lengths, count)
             j += 1
     return count
 
