@@ -19,13 +19,13 @@ from focus_planner.core.bounds.odd_holes import chosen, joined, no_cuts, separat
 from focus_planner.core.problem.gains import Gains
 
 # Price steps between two searches for cuts.
-_STEPS = 50
+_STEPS = 80
 _REACH = 4
 # Corners are rounded by this part of what is left to the goal, dealt among the cameras, while cuts
 # are sought. When these many rounds lower the bound by less than this part of what is left,
 # corners shrink by a factor from round to round, down to the narrowest.
-_WIDTH, _NARROWER, _NARROWEST = 0.12, 0.85, 0.004
-_WORTHWHILE = 0.006
+_WIDTH, _NARROWER, _NARROWEST = 0.12, 0.8, 0.004
+_WORTHWHILE = 0.01
 # Cuts without a price are dropped every so many rounds.
 _ROUNDS = 8
 
@@ -74,7 +74,7 @@ class CutPrices:
         self.settled = False
 
     def descend(self, goal: int) -> None:
-        """Take some steps towards a bound of ``goal``, some 20 ms, and seek cuts.
+        """Take some steps towards a bound of ``goal``, and seek cuts.
 
         ``settled`` becomes whether more of these would hardly lower the bound.
         """

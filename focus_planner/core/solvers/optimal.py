@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 from focus_planner.core import kernels
-from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core.arrays import IntArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
 from focus_planner.core.bounds.cut_prices import CutPrices
