@@ -215,7 +215,13 @@ class _Search:
         if self._kicks is not None:
             with kernels.threads_for(0):
                 for _ in range(count):
-                    self._kicks.kick()
+                    self._kick_once(self._kicks)
+
+    def _kick_once(self, kicks: Kicks) -> None:
+        """Kick the best plan, or what came of it."""
+        if self._units < kicks.units:
+            kicks.start(self._cell)
+        kicks.kick()
 
     def _kick(self, count: int) -> None:
         """Kick the best plan so many times."""
@@ -226,9 +232,7 @@ class _Search:
         for _ in range(count):
             if not self._unproven():
                 return
-            if self._units < self._kicks.units:
-                self._kicks.start(self._cell)
-            self._kicks.kick()
+            self._kick_once(self._kicks)
             self._keep(self._kicks.cell)
             self._report_stage("kicks")
 
