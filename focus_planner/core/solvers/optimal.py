@@ -54,7 +54,7 @@ _MUCH = 2e-3
 _NEARLY = 0.3
 # Then the plan is kicked so many times, or as often as these pairs allow, which takes half a
 # second, and so many times for every round of cuts and step of branching, a fifth of the time.
-_FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 12, 2
+_FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 16, 4
 _KICKED_PAIRS = 2_500_000
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
