@@ -25,7 +25,7 @@ _REACH = 4
 # are sought. When these many rounds lower the bound by less than this part of what is left,
 # corners shrink by a factor from round to round, down to the narrowest.
 _WIDTH, _NARROWER, _NARROWEST = 0.12, 0.8, 0.004
-_WORTHWHILE = 0.01
+_WORTHWHILE = 0.006
 # Cuts without a price are dropped every so many rounds.
 _ROUNDS = 8
 # Wide corners prove little, so every so many rounds it is seen what sharp ones would prove.
