@@ -12,9 +12,12 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.sparse import lil_array
 
 from focus_planner.core import kernels
 from focus_planner.core.problem.gains import Gains
+from testing import reference
 
 UNIT = 2**20
 
@@ -67,13 +70,48 @@ def gains_of_rows(rows, cell_counts, samples):
 
 
 def random_plan(gains, random):
-    """Pairs and cells that are taken in part, at random: no fractional solution in general."""
-    held = random.choice([0.0, 0.3, 0.5, 0.7, 1.0], len(gains.gain), p=[0.2, 0.2, 0.3, 0.2, 0.1])
+    """Pairs and cells that are taken in part, at random; of no pair more than of its cells.
+
+    Cameras stand half at one cell and half at another, in most plans. It is no fractional solution,
+    as some samples are taken more than once.
+    """
     stands = np.zeros(int(gains.cell_offsets[-1]))
+    held = random.choice([0.0, 0.5, 0.8], len(gains.gain), p=[0.1, 0.8, 0.1])
     for c in range(gains.camera_count):
-        part = slice(gains.cell_offsets[c], gains.cell_offsets[c + 1])
-        share = random.random(part.stop - part.start) * (
-            random.random(part.stop - part.start) < 0.5
-        )
-        stands[part] = share / max(share.sum(), 1.0)
+        start, cells = gains.cell_offsets[c], int(np.diff(gains.cell_offsets)[c])
+        for cell in random.permutation(cells)[:2]:
+            stands[start + cell] = 1 / min(cells, 2)
+        for j in range(gains.offsets[c], gains.offsets[c + 1]):
+            part = stands[start + gains.first[j] : start + gains.last[j] + 1].sum()
+            held[j] = min(held[j], part)
     return kernels.FractionalPlan(held, stands)
+
+
+def relaxed_gain(gains, cuts):
+    """The most that a fractional solution gains that violates no cut, by HiGHS.
+
+    Its variables are how much of each pair is taken, and where cameras stand.
+    """
+    pairs, samples, cells = len(gains.gain), len(gains.most), int(gains.cell_offsets[-1])
+    rows = lil_array((samples + pairs + gains.camera_count + len(cuts.limit), pairs + cells))
+    limits = np.concatenate([np.ones(samples), np.zeros(pairs), np.ones(gains.camera_count)])
+    for c in range(gains.camera_count):
+        start, end = gains.cell_offsets[c], gains.cell_offsets[c + 1]
+        rows[samples + pairs + c, pairs + start : pairs + end] = 1
+        for j in range(gains.offsets[c], gains.offsets[c + 1]):
+            rows[gains.sample[j], j] = rows[samples + j, j] = 1
+            first, last = start + gains.first[j], start + gains.last[j]
+            rows[samples + j, pairs + first : pairs + last + 1] = -1
+    for k in range(len(cuts.limit)):
+        row = samples + pairs + gains.camera_count + k
+        _, taken, ranges = reference.cut_members(cuts, k)
+        for j in taken:
+            rows[row, j] += 1
+        for c, first, last in ranges:
+            for cell in range(gains.cell_offsets[c] + first, gains.cell_offsets[c] + last + 1):
+                rows[row, pairs + cell] -= 1
+    unit = gains.most.sum()
+    worth = np.concatenate([gains.gain / unit, np.zeros(cells)])
+    result = linprog(-worth, rows.tocsr(), np.concatenate([limits, cuts.limit]), method="highs")
+    assert result.success
+    return -result.fun * unit

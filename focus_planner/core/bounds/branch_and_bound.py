@@ -242,16 +242,18 @@ class Branching:
 
     def _confine(self, cuts: kernels.Cuts, nodes: kernels.Nodes, goal: int) -> None:
         """Confine one camera of each node, and bound what is left."""
-        kernels.confine(
-            cuts,
-            self._near,
-            *self._gains.priced,
-            self._by_sample,
-            nodes,
-            goal,
-            REACH,
-            STEPS,
-        )
+        # Threads meet once per batch here, not at every step.
+        with kernels.threads_for(STEPS * len(self._gains.gain)):
+            kernels.confine(
+                cuts,
+                self._near,
+                *self._gains.priced,
+                self._by_sample,
+                nodes,
+                goal,
+                REACH,
+                STEPS,
+            )
 
 
 class _Choice:

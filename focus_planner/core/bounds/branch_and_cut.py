@@ -33,7 +33,7 @@ _SEARCH_STEPS, _SEARCH_WIDTH = 50, 0.03
 _MOST_CUTS = 6000
 # The price steps of every node, and how much corners are rounded at first and at last. Widths are
 # in units of the root's.
-_STEPS, _WIDTH, _NARROWEST = 90, 0.1, 0.02
+_STEPS, _WIDTH, _NARROWEST = 90, 0.1, 0.007
 
 
 class BranchingWithCuts(Branching):

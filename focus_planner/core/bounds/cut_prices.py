@@ -19,15 +19,17 @@ from focus_planner.core.bounds.odd_holes import chosen, joined, no_cuts, separat
 from focus_planner.core.problem.gains import Gains
 
 # Price steps between two searches for cuts.
-_STEPS = 50
+_STEPS = 80
 _REACH = 4
 # Corners are rounded by this part of what is left to the goal, dealt among the cameras, while cuts
 # are sought. When these many rounds lower the bound by less than this part of what is left,
 # corners shrink by a factor from round to round, down to the narrowest.
-_WIDTH, _NARROWER, _NARROWEST = 0.12, 0.7, 0.01
-_WORTHWHILE = 0.02
+_WIDTH, _NARROWER, _NARROWEST = 0.12, 0.8, 0.004
+_WORTHWHILE = 0.006
 # Cuts without a price are dropped every so many rounds.
 _ROUNDS = 8
+# Wide corners prove little, so every so many rounds it is seen what sharp ones would prove.
+_ROUNDS_PER_LOOK, _LOOK_STEPS = 16, 120
 
 
 class CutPrices:
@@ -74,13 +76,15 @@ class CutPrices:
         self.settled = False
 
     def descend(self, goal: int) -> None:
-        """Take some steps towards a bound of ``goal``, some 20 ms, and seek cuts.
+        """Take some steps towards a bound of ``goal``, and seek cuts.
 
         ``settled`` becomes whether more of these would hardly lower the bound.
         """
         if self._rounds == 0:
             self.unit = max((self.bound - goal) / self._gains.camera_count, 1.0)
-        self._adapt(goal)
+        width = self._width * self.unit
+        steps = kernels.Steps(_STEPS, width, width)
+        self._last_bound = self._adapt(goal, self._last, steps, self.plan)
         self._rounds += 1
         if self._narrowing:
             self._width *= _NARROWER
@@ -91,6 +95,8 @@ class CutPrices:
             self._before = self._last_bound
         if self._rounds % _ROUNDS == 0:
             self._drop_cuts()
+        if self._rounds % _ROUNDS_PER_LOOK == 0 and not self._narrowing:
+            self._look(goal)
         if not self.settled:
             self.add_cuts(self.plan)
 
@@ -111,11 +117,19 @@ class CutPrices:
         every = np.concatenate([np.arange(samples), samples + kept])
         self.price, self._last = self.price[every], self._last[every]
 
-    def _adapt(self, goal: int) -> None:
+    def _look(self, goal: int) -> None:
+        """See what prices near the last prove at sharp corners; leave the last as they are."""
+        plan = kernels.FractionalPlan(*map(np.empty_like, self.plan))
+        steps = kernels.Steps(_LOOK_STEPS, self._width * self.unit, _NARROWEST * self.unit)
+        self._adapt(goal, self._last.copy(), steps, plan)
+
+    def _adapt(
+        self, goal: int, last: Offsets, steps: kernels.Steps, plan: kernels.FractionalPlan
+    ) -> int:
+        """Take steps from the last prices; return what those of the last step prove."""
         high = (np.diff(self._gains.cell_offsets) - 1).astype(np.int32)
-        best, last = self._last.copy(), self._last
-        width = self._width * self.unit
-        bound, self._last_bound = kernels.adapt_all(
+        best = last.copy()
+        bound, final = kernels.adapt_all(
             kernels.CutNode(np.zeros_like(high), high, *self._parts(best)),
             self._parts(last),
             self.cuts,
@@ -123,11 +137,12 @@ class CutPrices:
             self._last_bound,
             goal,
             _REACH,
-            kernels.Steps(_STEPS, width, width),
-            self.plan,
+            steps,
+            plan,
         )
         if bound < self.bound:
             self.price, self.bound = best, bound
+        return int(final)
 
     def _parts(self, price: Offsets) -> tuple[Offsets, Offsets]:
         samples = len(self._gains.most)

@@ -156,18 +156,18 @@ def _room(pairs: int) -> kernels.Room:
     limit, pair = np.empty(most, dtype=np.int64), np.empty(20 * most, dtype=np.int64)
     offsets = np.zeros((2, most + 1), dtype=np.int64)
     ranges = np.empty((3, 20 * most), dtype=np.int32)
-    counts, used = np.zeros(3, dtype=np.int64), np.zeros(pairs, dtype=np.int32)
-    first, last, camera = ranges
-    return kernels.Room(limit, offsets[0], pair, offsets[1], camera, first, last, counts, used)
+    pool = kernels.CutPool(limit, offsets[0], pair, offsets[1], *ranges)
+    return kernels.Room(pool, np.zeros(3, dtype=np.int64), np.zeros(pairs, dtype=np.int32))
 
 
 def _used(room: kernels.Room) -> kernels.CutPool:
     """Return the cuts that were found."""
     cuts, pairs, ranges = room.counts
+    pool = room.pool
     return kernels.CutPool(
-        room.limit[:cuts],
-        room.pair_offsets[: cuts + 1],
-        room.pair[:pairs],
-        room.range_offsets[: cuts + 1],
-        *(column[:ranges] for column in (room.camera, room.first, room.last)),
+        pool.limit[:cuts],
+        pool.pair_offsets[: cuts + 1],
+        pool.pair[:pairs],
+        pool.range_offsets[: cuts + 1],
+        *(column[:ranges] for column in (pool.camera, pool.first, pool.last)),
     )

@@ -219,6 +219,15 @@ def _order(c, shots, low, high):
 
 
 @kernel
+def adapting(b, cuts, near, cameras):
+    """Return those of so many cameras around which node b's prices adapt."""
+    if cuts.wide[b]:
+        return np.arange(cameras).astype(np.int32)
+    c = cuts.camera[b]
+    return near.camera[near.offsets[c] : near.offsets[c + 1]].copy()
+
+
+@kernel
 def _confine(
     b,
     cuts,
@@ -247,10 +256,7 @@ def _confine(
         bound += _most_taken(c, pairs, low, high, price)
     if bound <= goal:
         return bound
-    if cuts.wide[b]:
-        cameras = np.arange(len(low)).astype(np.int32)
-    else:
-        cameras = near.camera[near.offsets[c] : near.offsets[c + 1]].copy()
+    cameras = adapting(b, cuts, near, len(low))
     node = Node(low, high, price, nodes.score[b], nodes.split[b], nodes.cell[b])
     return _tighten(node, bound, cameras, pairs, by_sample, goal, reach, iterations)
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from focus_planner.core.kernels.branch_and_bound import cut_off
+from focus_planner.core.kernels.branch_and_bound import adapting, cut_off
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.cut_prices import adapt_cuts, spread, takings_with_cuts
 from focus_planner.core.kernels.local_cuts import CutNode, Whole, gather_cuts
@@ -96,10 +96,7 @@ def _confine(b, branch, near, cuts, whole, nodes, goal, reach, steps):
         bound += _most_taken(c, cut_node, cuts, whole.gains)
     if bound <= goal:
         return bound
-    if branch.wide[b]:
-        cameras = np.arange(len(low)).astype(np.int32)
-    else:
-        cameras = near.camera[near.offsets[c] : near.offsets[c + 1]].copy()
+    cameras = adapting(b, branch, near, len(low))
     node = Node(low, high, nodes.price[b], nodes.score[b], nodes.split[b], nodes.cell[b])
     return _tighten(node, cut_node, bound, cameras, cuts, whole, goal, reach, steps)
 

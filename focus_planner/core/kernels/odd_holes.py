@@ -14,7 +14,8 @@ The nodes of a graph are pairs (sample, camera) that are taken in part. An edge 
 cannot both be taken whole, or only if the camera stands in some range of cells:
 
 - of one sample: x_i + x_j ≤ 1;
-- of one camera, in ranges without a common cell: x_i + x_j ≤ 1;
+- of one camera, in ranges with the common cells U: x_i + x_j ≤ 1 + 2 Y(U), without Y if there are
+  none;
 - of one camera: x_i + x_j ≤ 2 Y(U), where U holds both their ranges.
 
 Half the sum of these over a cycle, with an odd number of edges of the first two kinds, has whole
@@ -32,6 +33,7 @@ import numpy as np
 
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
 from focus_planner.core.kernels.compiling import kernel
+from focus_planner.core.kernels.local_cuts import CutPool
 
 #: Kinds of edges.
 _SAMPLE, _APART, _RANGE = 0, 1, 2
@@ -76,17 +78,14 @@ def _part(up_to, start, first, last):
 
 @kernel
 def _edge(i, j, cell_offsets, fraction):
-    """Return the length and the kind of the edge between two pairs of one camera."""
+    """Return the lengths of the edges between two pairs of one camera, apart and in a range."""
     start = cell_offsets[fraction.camera[i]]
     a, b = fraction.first[i], fraction.last[i]
     c, d = fraction.first[j], fraction.last[j]
     both = fraction.held[i] + fraction.held[j]
-    union = _part(fraction.up_to, start, a, b) + _part(fraction.up_to, start, c, d)
-    union -= _part(fraction.up_to, start, max(a, c), min(b, d))
-    ranged = 2.0 * union - both
-    if max(a, c) > min(b, d) and 1.0 - both < ranged:
-        return 1.0 - both, _APART
-    return ranged, _RANGE
+    common = _part(fraction.up_to, start, max(a, c), min(b, d))
+    union = _part(fraction.up_to, start, a, b) + _part(fraction.up_to, start, c, d) - common
+    return 1.0 + 2.0 * common - both, 2.0 * union - both
 
 
 @kernel
@@ -124,8 +123,9 @@ def list_edges(cell_offsets, fraction, order, edges, lengths):
     for i in range(nodes):
         j = i + 1
         while j < nodes and camera[j] == camera[i]:
-            length, kind = _edge(i, j, cell_offsets, fraction)
-            count = _add(i, j, length, kind, edges, lengths, count)
+            apart, ranged = _edge(i, j, cell_offsets, fraction)
+            count = _add(i, j, apart, _APART, edges, lengths, count)
+            count = _add(i, j, ranged, _RANGE, edges, lengths, count)
             j += 1
     return count
 
@@ -253,19 +253,12 @@ def odd_cycles(graph, sources, limit, lengths, counts, paths):
 
 
 class Room(NamedTuple):
-    """Room for cuts; ``counts`` (3,) is how many cuts, pairs and ranges there are.
+    """Room for the cuts of a pool; ``counts`` (3,) is how many cuts, pairs and ranges there are.
 
-    The rest is as in :class:`focus_planner.core.kernels.local_cuts.CutPool`, and ``used`` (G,)
-    counts the cuts of each pair.
+    ``used`` (G,) counts the cuts of each pair.
     """
 
-    limit: Offsets
-    pair_offsets: Offsets
-    pair: Offsets
-    range_offsets: Offsets
-    camera: IntArray
-    first: IntArray
-    last: IntArray
+    pool: CutPool
     counts: Offsets
     used: IntArray
 
@@ -317,10 +310,13 @@ def _cycle_of(path, cell_offsets, fraction, first, last):
             continue
         for node in (i, j):
             first[node], last[node] = fraction.first[node], fraction.last[node]
-        if path[e, 2] == _APART:
-            continue
         c, low, high = fraction.camera[i], min(first[i], first[j]), max(last[i], last[j])
-        if max(first[i], first[j]) <= min(last[i], last[j]):
+        common, until = max(first[i], first[j]), min(last[i], last[j])
+        if path[e, 2] == _APART:
+            if common <= until:
+                ranges[count, 0], ranges[count, 1], ranges[count, 2] = c, common, until
+                count += 1
+        elif common <= until:
             low, high = _widen(c, low, high, cell_offsets, fraction.up_to)
             first[i] = first[j] = low
             last[i] = last[j] = high
@@ -372,19 +368,20 @@ def _candidates(i, j, most, cycle, gains, averages, fraction, room, found):
 def _append(pairs, cycle, limit, room):
     """Append a cut; return whether there was room."""
     cuts, at, ranged = room.counts
-    fits = cuts < len(room.limit) and at + len(pairs) <= len(room.pair)
-    if not fits or ranged + len(cycle.ranges) > len(room.camera):
+    pool = room.pool
+    fits = cuts < len(pool.limit) and at + len(pairs) <= len(pool.pair)
+    if not fits or ranged + len(cycle.ranges) > len(pool.camera):
         return False
-    room.limit[cuts] = limit
+    pool.limit[cuts] = limit
     for j in pairs:
-        room.pair[at] = j
+        pool.pair[at] = j
         room.used[j] += 1
         at += 1
     for r in range(len(cycle.ranges)):
-        room.camera[ranged], room.first[ranged] = cycle.ranges[r, 0], cycle.ranges[r, 1]
-        room.last[ranged] = cycle.ranges[r, 2]
+        pool.camera[ranged], pool.first[ranged] = cycle.ranges[r, 0], cycle.ranges[r, 1]
+        pool.last[ranged] = cycle.ranges[r, 2]
         ranged += 1
-    room.pair_offsets[cuts + 1], room.range_offsets[cuts + 1] = at, ranged
+    pool.pair_offsets[cuts + 1], pool.range_offsets[cuts + 1] = at, ranged
     room.counts[0], room.counts[1], room.counts[2] = cuts + 1, at, ranged
     return True
 

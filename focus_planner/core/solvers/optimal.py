@@ -12,12 +12,14 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from focus_planner.core.arrays import FloatArray, IntArray
+from focus_planner.core import kernels
+from focus_planner.core.arrays import IntArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
 from focus_planner.core.bounds.cut_prices import CutPrices
@@ -46,13 +48,13 @@ _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 # Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave
 # much of the cost, unless these close most of that gap.
-_PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 40_000_000, 8_000_000
+_PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 64_000_000, 8_000_000
 _MUCH = 2e-3
 # That is all but this part of it.
 _NEARLY = 0.3
 # Then the plan is kicked so many times, or as often as these pairs allow, which takes half a
 # second, and so many times for every round of cuts and step of branching, a fifth of the time.
-_FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 8, 2
+_FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 16, 4
 _KICKED_PAIRS = 2_500_000
 # How many plans are recovered from open nodes, and how many of them, the cheapest, are polished.
 _PLANS, _POLISHED = 32, 3
@@ -196,27 +198,41 @@ class _Search:
         gains = self._gains
         cuts = CutPrices(gains, prices.price, prices.bound)
         self._kick(min(_FIRST_KICKS, _KICKED_PAIRS // max(len(gains.gain), 1)))
-        while self._unproven() and not cuts.settled:
-            cuts.descend(self._goal)
-            self._bound = min(self._bound, cuts.bound)
-            if self._report_stage("cuts"):
-                self._kick(_KICKS_PER_ROUND, cuts.plan.stands)
+        with ThreadPoolExecutor(1) as beside:
+            while self._unproven() and not cuts.settled:
+                kicked = beside.submit(self._kick_unasked, _KICKS_PER_ROUND)
+                cuts.descend(self._goal)
+                kicked.result()
+                self._bound = min(self._bound, cuts.bound)
+                if self._kicks is not None:
+                    self._keep(self._kicks.cell)
+                    self._kicks.guide(cuts.plan.stands)
+                self._report_stage("cuts")
         return BranchingWithCuts(gains, cuts, self._goal)
 
-    def _kick(self, count: int, share: FloatArray | None = None) -> None:
-        """Kick the best plan so many times, mostly to cells that have a share, if that is given."""
+    def _kick_unasked(self, count: int) -> None:
+        """Kick so many times without asking whether to go on; in another thread."""
+        if self._kicks is not None:
+            with kernels.threads_for(0):
+                for _ in range(count):
+                    self._kick_once(self._kicks)
+
+    def _kick_once(self, kicks: Kicks) -> None:
+        """Kick the best plan, or what came of it."""
+        if self._units < kicks.units:
+            kicks.start(self._cell)
+        kicks.kick()
+
+    def _kick(self, count: int) -> None:
+        """Kick the best plan so many times."""
         if self._descent is None:
             return
         if self._kicks is None:
             self._kicks = Kicks(self._descent, self._problem.cells.offsets)
-        if share is not None:
-            self._kicks.guide(share)
         for _ in range(count):
             if not self._unproven():
                 return
-            if self._units < self._kicks.units:
-                self._kicks.start(self._cell)
-            self._kicks.kick()
+            self._kick_once(self._kicks)
             self._keep(self._kicks.cell)
             self._report_stage("kicks")
 

@@ -21,7 +21,7 @@ from focus_planner.core.bounds.lagrangian import Prices
 from focus_planner.core.bounds.odd_holes import no_cuts, separate
 from focus_planner.core.problem.gains import gains_of
 from testing import reference
-from testing.cut_problems import UNIT, random_plan, ring
+from testing.cut_problems import UNIT, random_plan, relaxed_gain, ring
 from testing.problems import random_problem, tiny_problem, with_threads
 
 SHALLOW = Lens(0.05, 40.0)
@@ -78,7 +78,7 @@ def test_with_any_multipliers_no_plan_gains_more():
 def test_what_steps_prove_is_exact(steps):
     lower = cut = 0
     for seed in range(150):
-        problem = random_problem(seed, 14, 4, share=0.8, lens=SHALLOW)
+        problem = random_problem(seed, 14, 4, share=0.8, lens=Lens(0.05, 8.0))
         gains, random = gains_of(problem), np.random.default_rng(seed)
         cuts, price, multiplier = some_cuts(gains, random)
         low, high = reference.all_cells(gains)
@@ -124,6 +124,27 @@ def test_what_the_last_step_takes_is_a_fractional_plan():
     up_to = np.concatenate([[0.0], np.cumsum(plan.stands)])
     start = gains.cell_offsets[camera]
     assert (plan.held <= up_to[start + gains.last + 1] - up_to[start + gains.first] + 1e-9).all()
+
+
+def test_the_least_bound_is_the_relaxation_with_the_same_cuts():
+    lower = 0
+    for seed in range(40):
+        gains = gains_of(random_problem(seed, 40, 5, share=0.8, lens=Lens(0.05, 8.0)))
+        goal = int(0.9 * reference.largest_gain(gains))
+        _, root = descended(gains, goal, rounds=10)
+        most, low_high = relaxed_gain(gains, root.cuts), reference.all_cells(gains)
+        price, multiplier = parts(gains, root.price)
+        bound, width = root.bound, most / 1000
+        for _ in range(6):
+            node = kernels.CutNode(*low_high, price, multiplier)
+            last, steps = (price.copy(), multiplier.copy()), kernels.Steps(400, width, width / 4)
+            bound, _ = kernels.adapt_all(
+                node, last, root.cuts, root.whole, bound, goal, 0, steps, no_plan(gains)
+            )
+            width /= 4
+        assert most * (1 - 1e-9) <= bound <= most * (1 + 1e-5)
+        lower += most < relaxed_gain(gains, no_cuts()) * (1 - 1e-4)
+    assert lower > 20
 
 
 @pytest.mark.parametrize(("cameras", "best", "relaxed"), [(3, 4, 4.5), (5, 7, 7.5), (7, 10, 10.5)])

@@ -20,7 +20,7 @@ from testing import reference
 from testing.cut_problems import random_plan, ring
 from testing.problems import random_problem, tiny_problem
 
-SHALLOW = Lens(0.05, 40.0)
+SHALLOW, DEEPER = Lens(0.05, 40.0), Lens(0.05, 8.0)
 
 
 def found(gains, plan, seed=0):
@@ -39,12 +39,12 @@ def members(cuts):
 
 
 def test_whatever_is_taken_cuts_hold_in_every_plan():
-    count = wide = 0
+    count = wide = apart = 0
     for seed in range(200):
         if seed % 2:
             gains = gains_of(tiny_problem(seed, most_choices=300))
         else:
-            gains = gains_of(random_problem(seed, 14, 4, share=0.8, lens=Lens(0.05, 8.0)))
+            gains = gains_of(random_problem(seed, 14, 4, share=0.8, lens=DEEPER))
         cuts = found(gains, random_plan(gains, np.random.default_rng(seed)))
         if not len(cuts.limit):
             continue
@@ -54,8 +54,11 @@ def test_whatever_is_taken_cuts_hold_in_every_plan():
                 assert reference.cut_excess(gains, cuts, k, cell) <= 0
         count += len(cuts.limit)
         wide += sum(last > first for _, _, ranges in members(cuts) for _, first, last in ranges)
+        # Of k samples these count more than k // 2: ranges of one camera exclude each other.
+        apart += sum(limit > len(pairs) // 4 for limit, pairs, _ in members(cuts))
     assert count > 150
     assert wide > 150
+    assert apart > 10
 
 
 @pytest.mark.parametrize("cameras", [3, 5, 7])
@@ -99,7 +102,7 @@ def test_each_cycle_gives_cuts_for_other_samples_of_its_cameras():
 
 
 def test_pools_are_joined_and_chosen_from():
-    gains = [gains_of(random_problem(seed, 14, 4, share=0.8, lens=SHALLOW)) for seed in (0, 2)]
+    gains = [gains_of(random_problem(seed, 30, 5, share=0.8, lens=DEEPER)) for seed in (0, 2)]
     pools = [found(g, random_plan(g, np.random.default_rng(1))) for g in gains]
     both = joined(joined(no_cuts(), pools[0]), pools[1])
     assert members(both) == members(pools[0]) + members(pools[1])

@@ -71,6 +71,15 @@ def test_the_optimum_is_that_of_highs(shots):
     assert branched > 3
 
 
+def test_while_cuts_are_sought_the_plan_is_kicked_beside(monkeypatch):
+    monkeypatch.setattr(optimal, "_FIRST_KICKS", 0)
+    log = Log(60)
+    optimal.solve(torn_problem(1, 200, 14), Options(gap=1e-4), log)
+    assert "kicks" not in log.stages
+    costs = [p.cost for p in log.progress if p.stage == "cuts"]
+    assert costs[-1] < log.costs[log.stages.index("cuts") - 1]
+
+
 def test_several_views_are_bounded_without_cuts():
     for seed in range(3):
         log = Log()
