@@ -20,10 +20,10 @@ from functools import partial
 
 import numpy as np
 
+from focus_planner.core.ahead import Ahead
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.brief import brief_repr
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import choose_samples, formulate_problem
 from focus_planner.core.planning.kept import (
     KEPT,

@@ -20,11 +20,11 @@ from functools import partial
 import numpy as np
 
 from focus_planner.core import kernels
+from focus_planner.core.ahead import Ahead
 from focus_planner.core.arrays import FloatArray
 from focus_planner.core.bounds.lower_bound import lower_bound
 from focus_planner.core.bounds.lower_bound import prepare as prepare_bound
 from focus_planner.core.notes import Note
-from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import subsample
 from focus_planner.core.planning.holding import Held
 from focus_planner.core.planning.kept import KEPT, with_own_problems

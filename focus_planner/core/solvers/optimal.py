@@ -12,13 +12,12 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from focus_planner.core import kernels
+from focus_planner.core.ahead import Ahead
 from focus_planner.core.arrays import IntArray
 from focus_planner.core.bounds.branch_and_bound import Branching
 from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
@@ -198,24 +197,22 @@ class _Search:
         gains = self._gains
         cuts = CutPrices(gains, prices.price, prices.bound)
         self._kick(min(_FIRST_KICKS, _KICKED_PAIRS // max(len(gains.gain), 1)))
-        with ThreadPoolExecutor(1) as beside:
-            while self._unproven() and not cuts.settled:
-                kicked = beside.submit(self._kick_unasked, _KICKS_PER_ROUND)
+        while self._unproven() and not cuts.settled:
+            with Ahead(self._kick_unasked) as kicked:
                 cuts.descend(self._goal)
-                kicked.result()
-                self._bound = min(self._bound, cuts.bound)
-                if self._kicks is not None:
-                    self._keep(self._kicks.cell)
-                    self._kicks.guide(cuts.plan.stands)
-                self._report_stage("cuts")
+            kicked.result()
+            self._bound = min(self._bound, cuts.bound)
+            if self._kicks is not None:
+                self._keep(self._kicks.cell)
+                self._kicks.guide(cuts.plan.stands)
+            self._report_stage("cuts")
         return BranchingWithCuts(gains, cuts, self._goal)
 
-    def _kick_unasked(self, count: int) -> None:
-        """Kick so many times without asking whether to go on; in another thread."""
+    def _kick_unasked(self) -> None:
+        """Kick the best plan for a round of cuts, without asking whether to go on."""
         if self._kicks is not None:
-            with kernels.threads_for(0):
-                for _ in range(count):
-                    self._kick_once(self._kicks)
+            for _ in range(_KICKS_PER_ROUND):
+                self._kick_once(self._kicks)
 
     def _kick_once(self, kicks: Kicks) -> None:
         """Kick the best plan, or what came of it."""

@@ -18,8 +18,8 @@ import pytest
 from numba import get_num_threads
 
 from focus_planner.core import kernels
+from focus_planner.core.ahead import Ahead
 from focus_planner.core.planning import many_subjects, solving
-from focus_planner.core.planning.ahead import Ahead
 from focus_planner.core.planning.formulation import formulate_problem
 from focus_planner.core.planning.plan_focus import plan_focus
 from focus_planner.core.planning.request import PlanRequest
