@@ -12,20 +12,19 @@ from __future__ import annotations
 
 import gc
 import threading
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from focus_planner_msgs.srv import PlanFocus
 from lifecycle_msgs.srv import GetState
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 
 from focus_planner.ros import calls
 from focus_planner.ros.client import PlannerClient
 from testing.ros.calls import until
 from testing.ros.planner_process import PATIENCE
+from testing.ros.spinning import spun
 
 
 def test_a_subscription_is_destroyed_on_the_thread_that_waits_on_it(monkeypatch):
@@ -80,26 +79,6 @@ def test_a_call_whose_response_is_lost_is_made_again(make_node, monkeypatch):
     node.create_service(GetState, "/forgetful/get_state", answer, callback_group=group)
     with spun(node), PlannerClient("/forgetful") as client:
         assert client.state() == "after 2 calls"
-
-
-@contextmanager
-def spun(node):
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
-    ended = threading.Event()
-
-    def spin():
-        while not ended.is_set():
-            executor.spin_once(0.05)
-
-    thread = threading.Thread(target=spin)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()
-        executor.shutdown()
 
 
 def test_a_response_is_not_waited_for_once_nobody_is_left_to_send_it(make_node, monkeypatch):

@@ -13,16 +13,13 @@
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections import deque
-from contextlib import contextmanager
 
 import pytest
 from rcl_interfaces.msg import ParameterType, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.exceptions import InvalidServiceNameException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -34,6 +31,7 @@ from focus_planner.lenses.profiles import PROFILES
 from focus_planner.ros.driver_parameters import DriverClients
 from testing.ros.calls import until
 from testing.ros.planner_process import PATIENCE
+from testing.ros.spinning import spun
 
 CAMERA_ROS = PROFILES["camera_ros"]
 NAME = "/cam/camera"
@@ -81,19 +79,6 @@ class Driver:
         return response
 
 
-@contextmanager
-def spinning(node):
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin)
-    thread.start()
-    try:
-        yield
-    finally:
-        executor.shutdown()
-        thread.join()
-
-
 @pytest.fixture
 def driver():
     # In a process of its own, as far as the middleware knows.
@@ -102,7 +87,7 @@ def driver():
     namespace, _, name = NAME.rpartition("/")
     settings = {"use_global_arguments": False, "start_parameter_services": False}
     node = Node(name, namespace=namespace, context=context, **settings)
-    with spinning(node):
+    with spun(node):
         yield Driver(node)
     node.destroy_node()
     context.try_shutdown()
@@ -135,7 +120,7 @@ def reported(adapter):
             await asyncio.sleep(0)
             return reports
 
-        with spinning(adapter):
+        with spun(adapter):
             return asyncio.run(apply())
 
     return reported

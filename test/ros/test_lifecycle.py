@@ -14,14 +14,12 @@ from __future__ import annotations
 
 import re
 import signal
-import threading
 from itertools import count
 
 import pytest
 from action_msgs.msg import GoalStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from shape_msgs.msg import Mesh as MeshMsg
 
@@ -33,6 +31,7 @@ from testing.ros.bits import bits
 from testing.ros.calls import FEW, until, what_counts
 from testing.ros.goals import SHORT, cancelled, ended, planning
 from testing.ros.planner_process import PATIENCE, PlannerProcess
+from testing.ros.spinning import Spinning
 
 pytestmark = pytest.mark.processes
 
@@ -363,17 +362,12 @@ def latched_mesh(make_node, context, body):
         qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(MeshMsg, topic, qos)
         publisher.publish(mesh_to_bytes(body))
-        executor = SingleThreadedExecutor(context=context)
-        executor.add_node(node)
-        thread = threading.Thread(target=executor.spin)
-        thread.start()
-        return executor, thread
+        return Spinning(node)
 
     started = []
     yield lambda topic: started.append(publish(topic))
-    for executor, thread in started:
-        executor.shutdown()
-        thread.join()
+    for each in started:
+        each.close()
 
 
 def override(name, topic, policy, value):

@@ -13,7 +13,6 @@
 from __future__ import annotations
 
 import ast
-import threading
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,6 @@ import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock_type import ClockType
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl import rcutils_logger
 from rclpy.node import Node
 
@@ -31,6 +29,7 @@ from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.lifecycle import ManagedNode
 from testing.ros.lens_processes import LensProcess, Orchestrator
 from testing.ros.planner_process import PATIENCE
+from testing.ros.spinning import spun
 
 ROS = Path(log_module.__file__).parent
 HOSTILE = "cam\x1b[2J\u202e\n[INFO] [0.1] [focus_planner]: ready\x9b\x7f\udc80"
@@ -139,15 +138,10 @@ def driver():
     node = Node("deceiver", context=context, use_global_arguments=False)
     node.declare_parameter("ring", 1.0)
     node.add_on_set_parameters_callback(refuse)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin)
-    thread.start()
     orchestrator = Orchestrator(context)
-    yield orchestrator
+    with spun(node):
+        yield orchestrator
     orchestrator.close()
-    executor.shutdown()
-    thread.join()
     node.destroy_node()
     context.try_shutdown()
 

@@ -16,12 +16,12 @@ import threading
 import time
 
 from focus_planner_msgs.msg import CameraFocus, LensState
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from focus_planner.ros.qos import LATCHED
 from testing.ros.planner_process import PATIENCE, NodeProcess
+from testing.ros.spinning import Spinning
 
 
 class LensProcess(NodeProcess):
@@ -49,14 +49,10 @@ class Orchestrator:
             durability=DurabilityPolicy.TRANSIENT_LOCAL,
         )
         self._node.create_subscription(LensState, f"{planner}/lens_states", self._hear, qos)
-        self._executor = SingleThreadedExecutor(context=context)
-        self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._executor.spin)
-        self._thread.start()
+        self._spinning = Spinning(self._node)
 
     def close(self):
-        self._executor.shutdown()
-        self._thread.join()
+        self._spinning.close()
         self._node.destroy_node()
 
     def plan(self, camera, plan_id, **fields):
