@@ -25,14 +25,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from threading import Thread
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from focus_planner_msgs.msg import FocusPlan
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node as RosNode
 from rclpy.serialization import deserialize_message
 from rich.console import Console
@@ -50,6 +48,7 @@ from focus_planner.core.planning.quality import estimate_quality
 from focus_planner.messages.writing import mesh_to_bytes
 from focus_planner.ros.client import PlannerClient
 from focus_planner.ros.qos import LATCHED
+from testing.ros.spinning import spun
 
 _HERTZ = 10.0
 _MINUTES = 1.0
@@ -164,15 +163,10 @@ def _listening(planner: str) -> Iterator[_Heard]:
     node = RosNode("listener", context=context, use_global_arguments=False)
     node.create_subscription(FocusPlan, f"{planner}/focus_plan", heard.note_plan, LATCHED, raw=True)
     node.create_subscription(DiagnosticArray, "/diagnostics", heard.note_diagnostics, 10)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = Thread(target=executor.spin)
-    thread.start()
     try:
-        yield heard
+        with spun(node):
+            yield heard
     finally:
-        executor.shutdown()
-        thread.join()
         node.destroy_node()
         context.try_shutdown()
 

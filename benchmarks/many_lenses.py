@@ -29,7 +29,6 @@ from pathlib import Path
 
 import rclpy
 from focus_planner_msgs.msg import CameraFocus, LensState
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rich.console import Console
@@ -38,6 +37,7 @@ from rich.table import Table
 from benchmarks.service import running_node
 from focus_planner import cylinder_rig
 from focus_planner.ros.qos import LATCHED
+from testing.ros.spinning import spun
 
 _CAMERAS = 1000
 _SIMULATED = (100, 200)  # each driver node has eight services
@@ -163,10 +163,6 @@ def _latched_orders() -> Iterator[Callable[[], None]]:
         topic = f"/focus_planner/cameras/{name}/focus"
         order = CameraFocus(name=name, plan_id="a plan", status=1, focus_distance=0.5)
         node.create_publisher(CameraFocus, topic, LATCHED).publish(order)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin)
-    thread.start()
 
     def answered() -> None:
         deadline = time.monotonic() + _PATIENCE
@@ -175,10 +171,9 @@ def _latched_orders() -> Iterator[Callable[[], None]]:
             time.sleep(0.05)
 
     try:
-        yield answered
+        with spun(node):
+            yield answered
     finally:
-        executor.shutdown()
-        thread.join()
         node.destroy_node()
         rclpy.shutdown()
 

@@ -22,11 +22,11 @@ from contextlib import contextmanager
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 
 from focus_planner.ros.base_node import BaseNode
 from focus_planner.ros.supervisor import Supervisor
 from testing.ros.lens_processes import LensProcess
+from testing.ros.spinning import spun
 from testing.service_manager import ServiceManager
 
 READY, ALIVE, STOPPING = "READY=1", "WATCHDOG=1", "STOPPING=1"
@@ -121,18 +121,13 @@ def test_signs_of_life_are_given_in_time_to_whoever_wants_them(environment, peri
 
 
 @contextmanager
-def spinning_node():
+def watched_node():
     context = Context()
     rclpy.init(args=[], context=context)
     node = BaseNode("watched", context=context, use_global_arguments=False)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin)
     try:
-        yield node, executor, thread
+        yield node
     finally:
-        executor.shutdown()
-        thread.join()
         node.destroy_node()
         context.try_shutdown()
 
@@ -149,32 +144,32 @@ def hang():
 
 
 def test_an_executor_that_hangs_gives_no_sign(abstract):
-    with spinning_node() as (node, executor, thread):
+    with watched_node() as node:
         Supervisor(abstract.environment(WATCHDOG)).watch(node)
-        thread.start()
-        abstract.wait_for(ALIVE, 3)
-        wait, hung, end = hang()
-        executor.create_task(wait)
-        assert hung.wait(60)
-        assert not abstract.hears_within(2 * WATCHDOG)
-        end.set()
-        abstract.wait_for(ALIVE, len(abstract.told) + 1)
+        with spun(node):
+            abstract.wait_for(ALIVE, 3)
+            wait, hung, end = hang()
+            node.executor.create_task(wait)
+            assert hung.wait(60)
+            assert not abstract.hears_within(2 * WATCHDOG)
+            end.set()
+            abstract.wait_for(ALIVE, len(abstract.told) + 1)
 
 
 def test_nor_does_one_whose_other_thread_hangs(abstract):
     loop = asyncio.new_event_loop()
     other = threading.Thread(target=loop.run_forever)
     other.start()
-    with spinning_node() as (node, _, thread):
+    with watched_node() as node:
         Supervisor(abstract.environment(WATCHDOG)).watch(node, loop.call_soon_threadsafe)
-        thread.start()
-        abstract.wait_for(ALIVE, 3)
-        wait, hung, end = hang()
-        loop.call_soon_threadsafe(wait)
-        assert hung.wait(60)
-        assert not abstract.hears_within(2 * WATCHDOG)
-        end.set()
-        abstract.wait_for(ALIVE, len(abstract.told) + 1)
+        with spun(node):
+            abstract.wait_for(ALIVE, 3)
+            wait, hung, end = hang()
+            loop.call_soon_threadsafe(wait)
+            assert hung.wait(60)
+            assert not abstract.hears_within(2 * WATCHDOG)
+            end.set()
+            abstract.wait_for(ALIVE, len(abstract.told) + 1)
     loop.call_soon_threadsafe(loop.stop)
     other.join()
     loop.close()

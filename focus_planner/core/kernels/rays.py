@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from focus_planner.core.kernels.compiling import parallel_kernel
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 
 # Of Embree's layouts of a ray, and of one with what it hits: in words of four bytes, the places of
 # the end, of the mask, of the normal and of the triangle, and their lengths. They begin where 16
@@ -30,6 +30,25 @@ _NOTHING = np.uint32(0xFFFFFFFF)
 _AT_ONCE = 512
 
 
+@kernel
+def _room_for(words):
+    """Return room for a ray, float32, the same as bits, and its address."""
+    room = np.zeros(words + _ALIGNED, dtype=np.float32)
+    skipped = (-room.ctypes.data % _ALIGNED) // 4
+    ray = room[skipped : skipped + words]
+    return ray, ray.view(np.uint32), np.intp(ray.ctypes.data)
+
+
+@kernel
+def _aim(ray, bits, origin_and_way, end):
+    """Aim a ray, which ends at so many times the length of its vector."""
+    for axis in range(3):
+        ray[axis] = origin_and_way[axis]
+        ray[4 + axis] = origin_and_way[3 + axis]
+    ray[_END] = end
+    bits[_MASK] = _NOTHING
+
+
 @parallel_kernel
 def occluded(cast, scene, rays, hidden):
     """Fill ``hidden`` (n,) with whether something blocks each ray between its origin and its end.
@@ -38,16 +57,9 @@ def occluded(cast, scene, rays, hidden):
     """
     count = len(rays)
     for block in prange((count + _AT_ONCE - 1) // _AT_ONCE):
-        room = np.zeros(_RAY + _ALIGNED, dtype=np.float32)
-        skipped = (-room.ctypes.data % _ALIGNED) // 4
-        ray = room[skipped : skipped + _RAY]
-        bits, address = ray.view(np.uint32), np.intp(ray.ctypes.data)
+        ray, bits, address = _room_for(_RAY)
         for i in range(block * _AT_ONCE, min((block + 1) * _AT_ONCE, count)):
-            for axis in range(3):
-                ray[axis] = rays[i, axis]
-                ray[4 + axis] = rays[i, 3 + axis]
-            ray[_END] = 1.0
-            bits[_MASK] = _NOTHING
+            _aim(ray, bits, rays[i], 1.0)
             cast(scene, address, 0)
             hidden[i] = ray[_END] < 0.0
 
@@ -61,20 +73,12 @@ def first_hits(cast, scene, rays, distance, triangle, normal):
     """
     count = len(rays)
     for block in prange((count + _AT_ONCE - 1) // _AT_ONCE):
-        room = np.zeros(_RAY_AND_HIT + _ALIGNED, dtype=np.float32)
-        skipped = (-room.ctypes.data % _ALIGNED) // 4
-        ray = room[skipped : skipped + _RAY_AND_HIT]
-        bits, address = ray.view(np.uint32), np.intp(ray.ctypes.data)
+        ray, bits, address = _room_for(_RAY_AND_HIT)
         for i in range(block * _AT_ONCE, min((block + 1) * _AT_ONCE, count)):
-            for axis in range(3):
-                ray[axis] = rays[i, axis]
-                ray[4 + axis] = rays[i, 3 + axis]
-                ray[_NORMAL + axis] = 0.0
-            ray[_END] = np.inf
-            bits[_MASK] = _NOTHING
+            ray[_NORMAL : _NORMAL + 3] = 0.0
             bits[_TRIANGLE] = bits[_GEOMETRY] = _NOTHING
+            _aim(ray, bits, rays[i], np.inf)
             cast(scene, address, 0)
             distance[i] = ray[_END]
             triangle[i] = np.int32(bits[_TRIANGLE])
-            for axis in range(3):
-                normal[i, axis] = ray[_NORMAL + axis]
+            normal[i] = ray[_NORMAL : _NORMAL + 3]

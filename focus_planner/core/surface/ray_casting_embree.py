@@ -118,6 +118,8 @@ def _scene_of(vertices: NDArray[np.float32], triangles: NDArray[np.uint32]) -> i
         size = values.strides[0]
         room = embree.rtcSetNewGeometryBuffer(geometry, kind, 0, layout, size, len(values))
         if not room:
+            embree.rtcReleaseGeometry(geometry)
+            embree.rtcGetDeviceError(device)  # so that the next scene is not told of it
             raise MemoryError
         ctypes.memmove(room, values.ctypes.data, values.nbytes)
     embree.rtcCommitGeometry(geometry)

@@ -150,6 +150,36 @@ def test_a_scene_that_there_is_no_memory_for_is_a_memory_error(monkeypatch):
         EmbreeRays(CORNERS, TRIANGLES).occluded(rays(1))
 
 
+@needs_embree
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no limits of memory here")
+@pytest.mark.processes
+def test_after_a_scene_that_was_too_large_a_smaller_one_is_built():
+    program = """
+import resource
+import numpy as np
+from focus_planner.core.surface.ray_casting import ray_caster
+ray = np.array([[0, 0, -9, 0, 0, 18]], dtype=np.float32)
+corners = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])
+def caster(count):
+    triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+    return ray_caster(np.tile(corners, (count, 1)), triangles)
+assert caster(10).occluded(ray).all()
+large = caster(2_000_000)
+status = open("/proc/self/status").read()
+used = 1024 * int(status.split("VmData:")[1].split()[0])
+for room in (20, 120):  # for a part of its mesh, and for that without its structure
+    resource.setrlimit(resource.RLIMIT_DATA, (used + room * 2**20, resource.RLIM_INFINITY))
+    try:
+        large.occluded(ray)
+    except MemoryError:
+        pass
+    else:
+        raise AssertionError("there was room")
+    assert caster(10).occluded(ray).all()
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
 def test_open3d_casts_rays_where_there_is_no_embreex(monkeypatch):
     monkeypatch.setattr(ray_casting, "has_embree", lambda: False)
     assert isinstance(ray_caster(MESH.vertices, MESH.triangles), Open3DRays)
