@@ -16,7 +16,6 @@ library is taken: Embree's functions are called here (https://www.embree.org, AP
 from __future__ import annotations
 
 import ctypes
-import os
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -187,8 +186,3 @@ def _device() -> int | None:
     """Return what builds scenes, with as many threads as kernels may take."""
     device: int | None = _embree().rtcNewDevice(f"threads={config.NUMBA_NUM_THREADS}".encode())
     return device
-
-
-if hasattr(os, "register_at_fork"):  # Windows has no forks
-    # The threads of a device are those of its process.
-    os.register_at_fork(after_in_child=_device.cache_clear)
