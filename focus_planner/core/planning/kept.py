@@ -40,8 +40,9 @@ from focus_planner.core.surface.surface import Samples
 
 #: The most that is kept between plans.
 MOST_BYTES = 256 * 2**20
-# Cells, tuples and gains take so many times the memory of the problem that they are of.
-_WITH_DERIVED = 4
+# Cells, tuples, gains and a copy sorted by place take so many times the memory of the problem that
+# they are of.
+_WITH_DERIVED = 6
 # What a request asks of its solver; its samples and its problem are the same whatever it says.
 _OF_SOLVERS = frozenset(
     {"method", "k", "scope", "tuples", "time_budget", "images", "bound", "gap", "worst"}

@@ -42,7 +42,7 @@ from focus_planner.core.planning.time_budget import TimeBudget
 from focus_planner.core.planning.warm_start import warm_options, warm_prices
 from focus_planner.core.planning.worst import Balanced, balance_subjects
 from focus_planner.core.problem.cost_model import CostModel
-from focus_planner.core.problem.derived import keeps_derived
+from focus_planner.core.problem.derived import derived, keep_derived, keeps_derived
 from focus_planner.core.problem.problem import Problem
 from focus_planner.core.problem.shots import spread_start
 from focus_planner.core.problem.spatial_order import SortedProblem, sort_by_place
@@ -81,17 +81,20 @@ def solve(
     formulated = formulate_subjects(subjects, rig, request, model, pacer, limits)
     solving_began = clock()
     problem = _with_cells(formulated.problem, request, pacer)
+    cells_seconds = clock() - solving_began
     formulated, small = replace(formulated, problem=problem), formulated.small
-    with Ahead(partial(_Beside.of, formulated, request, options, warm_start), when=small) as beside:
+    with kernels.threads_for(len(problem.depth)):
+        placed = _placed(problem, request)
+    find_beside = partial(_Beside.of, formulated, placed, request, options, warm_start)
+    with Ahead(find_beside, when=small) as beside:
         options = replace(options, start=spread_start(problem))
         if warm_start is not None:
             limited = picture_limit(problem, request) is not None
             options = warm_options(options, warm_start, problem, limited=limited)
         proven = proves_itself(problem, request)
         bounded = not proven and (request.bound != "none" or request.method == "optimal")
-        pacer.start_solver(clock() - solving_began, request.shots, bound=bounded)
+        pacer.start_solver(cells_seconds, request.shots, bound=bounded)
         with kernels.threads_for(len(problem.depth)):
-            placed = _placed(problem, request)
             if request.method == "optimal" or request.worst:
                 options = replace(options, prices=_sorted(beside.result().prices, placed))
             solved = _solved(placed.problem, request, options, pacer)
@@ -133,19 +136,20 @@ class _Beside:
     def of(
         cls,
         formulated: Formulated,
+        placed: SortedProblem,
         request: PlanRequest,
         options: Options,
         warm_start: WarmStart | None,
     ) -> _Beside:
         """Find it, and what solving will ask for, if that is kept."""
         problem = formulated.problem
-        is_usual = keeps_derived(problem) and picture_limit(problem, request) is None
+        is_usual = keeps_derived(placed.problem) and picture_limit(problem, request) is None
         if is_usual and request.method == "k_view":
-            k_view.prepare(problem, options)
+            k_view.prepare(placed.problem, options)
         needed = request.bound != "none" or request.method == "optimal" or request.worst
         prices = warm_prices(warm_start, problem) if needed else None
         if is_usual and request.bound != "none":
-            prepare_bound(problem)
+            prepare_bound(placed.problem)
         return cls(formulated.observe(), prices)
 
 
@@ -156,8 +160,16 @@ def _placed(problem: Problem, request: PlanRequest) -> SortedProblem:
     """
     exact = request.method != "optimal" and not request.worst
     if exact and len(problem.depth) >= _LARGE:
-        return sort_by_place(problem)
+        return derived(problem, "sorted by place", partial(_sort_and_keep, problem))
     return SortedProblem(problem, None)
+
+
+def _sort_and_keep(problem: Problem) -> SortedProblem:
+    """Sort a problem by place; what is derived of it is kept if the original's is."""
+    found = sort_by_place(problem)
+    if keeps_derived(problem):
+        keep_derived(found.problem)
+    return found
 
 
 def _sorted(prices: FloatArray | None, placed: SortedProblem) -> FloatArray | None:

@@ -67,8 +67,7 @@ def keeps_derived(problem: Problem) -> bool:
 def bytes_with_derived(problem: Problem) -> int:
     """Return the memory of a problem's arrays, and of those that are kept with it."""
     arrays: dict[int, int] = {}
-    kept = _derived.get(problem)
-    _note_arrays([problem, dict(kept.found) if kept else {}], arrays)
+    _note_arrays(problem, arrays)
     return sum(arrays.values())
 
 
@@ -84,6 +83,8 @@ def _note_arrays(value: Any, sizes: dict[int, int]) -> None:
         _note_arrays(list(value.values()), sizes)
     elif is_dataclass(value):
         _note_arrays(vars(value), sizes)
+        if isinstance(value, Problem) and (kept := _derived.get(value)):
+            _note_arrays(dict(kept.found), sizes)
 
 
 def _unlock() -> None:

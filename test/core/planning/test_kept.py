@@ -21,12 +21,13 @@ import pytest
 from focus_planner import CostModel, Grid, Lens, PlanRequest, PointCloud, Rig, Scene, plan_focus
 from focus_planner.core.notes import Note
 from focus_planner.core.planning import many_subjects, solving
-from focus_planner.core.planning.kept import KEPT, Kept
+from focus_planner.core.planning.kept import KEPT, Kept, KeptProblem
 from focus_planner.core.planning.request import METHODS
 from focus_planner.core.planning.resource_limits import ResourceLimits
 from focus_planner.core.planning.subjects import Subject
 from focus_planner.core.problem import derived
 from focus_planner.core.problem.derived import bytes_with_derived
+from focus_planner.core.problem.problem import Problem
 from focus_planner.core.rig.lens_table import LensTable
 from testing.plans import RIG, SCENE, without_seconds
 from testing.problems import sphere, torus
@@ -113,6 +114,50 @@ def test_a_warm_plan_is_the_cold_one(name, is_asked, formulated):
     same(plan_focus(SCENE, RIG, REQUESTS[name], **options), expected)
     same(plan_focus(SCENE, RIG, REQUESTS[name], **options), expected)
     assert formulated == []
+
+
+@pytest.fixture
+def sorts(monkeypatch):
+    """Have problems sorted by place as large ones are; the list tells how often."""
+    sorts, sort_by_place = [], solving.sort_by_place
+    monkeypatch.setattr(solving, "_LARGE", 0)
+    monkeypatch.setattr(solving, "sort_by_place", lambda p: sorts.append(p) or sort_by_place(p))
+    return sorts
+
+
+@pytest.mark.parametrize("name", [name for name in REQUESTS if name != "optimal"])
+def test_what_is_sorted_by_place_is_kept_with_all_that_is_derived_of_it(name, sorts):
+    expected = cold(SCENE, RIG, REQUESTS[name])
+    sorts.clear()
+    same(plan_focus(SCENE, RIG, REQUESTS[name]), expected)
+    (problem,) = sorts
+    of_original, of_sorted = derived._derived[problem], derived._derived[sorted_of(problem)]
+    assert list(of_original.found) == ["sorted by place"]  # the others are of no use
+    found = set(of_sorted.found)
+    same(plan_focus(SCENE, RIG, REQUESTS[name]), expected)
+    assert sorts == [problem]
+    assert set(of_sorted.found) == found
+    assert ("gains", None) in found or REQUESTS[name].bound == "none" or REQUESTS[name].images
+    assert KEPT.bytes == sum(bytes_with_derived(p) for p in kept_problems())
+
+
+def test_what_is_derived_of_a_sorted_problem_counts(sorts):
+    plan_focus(SCENE, RIG, REQUEST)
+    (problem,) = sorts
+    placed, whole = sorted_of(problem), bytes_with_derived(problem)
+    tuples = derived._derived[placed].found["tuples", 2, "all", None, 1].tuples
+    of_tuples = sum(array.nbytes for array in arrays_in(tuples))
+    assert whole > bytes_with_derived(placed) > of_tuples
+    derived._derived[placed].found.clear()
+    assert bytes_with_derived(problem) <= whole - of_tuples
+
+
+def sorted_of(problem):
+    return derived._derived[problem].found["sorted by place"].problem
+
+
+def kept_problems():
+    return [e.value.problem for _, e in KEPT._all() if isinstance(e.value, KeptProblem)]
 
 
 def test_a_callback_is_told_the_same_whatever_is_kept():
@@ -342,6 +387,11 @@ def test_who_writes_to_a_plans_problem_changes_no_other_plan():
 
 
 @pytest.mark.parametrize("name", REQUESTS)
+def test_no_solver_writes_to_what_is_kept_sorted(name, sorts):
+    test_no_solver_writes_to_what_is_kept(name)
+
+
+@pytest.mark.parametrize("name", REQUESTS)
 def test_no_solver_writes_to_what_is_kept(name):
     request = REQUESTS[name]
     plan_focus(SCENE, RIG, request)
@@ -354,7 +404,7 @@ def test_no_solver_writes_to_what_is_kept(name):
 
 def everything(problem):
     """The bytes of all arrays of a problem, and of what was derived of it."""
-    return [array.tobytes() for array in arrays_in([problem, derived._derived[problem]])]
+    return [array.tobytes() for array in arrays_in(problem)]
 
 
 def arrays_in(value):
@@ -363,6 +413,8 @@ def arrays_in(value):
     elif dataclasses.is_dataclass(value) or isinstance(value, dict):
         for each in (value if isinstance(value, dict) else vars(value)).values():
             yield from arrays_in(each)
+        if isinstance(value, Problem) and value in derived._derived:
+            yield from arrays_in(derived._derived[value].found)
     elif isinstance(value, (tuple, list)):
         for each in value:
             yield from arrays_in(each)
