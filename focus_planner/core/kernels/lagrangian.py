@@ -171,10 +171,11 @@ def _list_above(c, gains, price, which, above):
 
 
 @kernel
-def _take_best_cell(c, gains, blurred, price, steps, served):
-    """Count which samples the cell of camera c takes that takes most; return how much, and it."""
-    room = gains.offsets[c + 1] - gains.offsets[c] + blurred.offsets[c + 1] - blurred.offsets[c]
-    which, above = np.empty(room + 1, dtype=np.int64), np.empty(room + 1, dtype=np.int64)
+def _take_best_cell(c, gains, blurred, price, steps, which, above, served):
+    """Count which samples the cell of camera c takes that takes most; return how much, and it.
+
+    ``which`` and ``above`` are scratch, longer than the camera's pairs.
+    """
     count = _list_above(c, gains, price, which, above)
     steps[:] = 0
     for i in range(count):
@@ -220,6 +221,12 @@ def _count_served(c, gains, price, sign, cell, before, served):
 def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps, chosen, values):
     """Find the best cells of views ``low`` to ``high``; count which samples they take."""
     cells = np.empty(shots, dtype=np.int32)
+    room = 0
+    for view in range(low, high):
+        c = view * shots
+        pairs = gains.offsets[c + 1] - gains.offsets[c]
+        room = max(room, pairs + blurred.offsets[c + 1] - blurred.offsets[c])
+    which, above = np.empty(room + 1, dtype=np.int64), np.empty(room + 1, dtype=np.int64)
     served[:] = 0
     for view in range(low, high):
         c = view * shots
@@ -228,7 +235,9 @@ def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps,
             continue
         if shots == 1:
             own = steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
-            values[view], cell = _take_best_cell(c, gains, blurred, price, own, served)
+            values[view], cell = _take_best_cell(
+                c, gains, blurred, price, own, which, above, served
+            )
             chosen[cell_offsets[c] + cell] += 1
             continue
         count = cell_offsets[c + 1] - cell_offsets[c]
