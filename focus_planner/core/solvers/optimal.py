@@ -47,7 +47,7 @@ _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
 # Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave
 # much of the cost, unless these close most of that gap.
-_PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 64_000_000, 8_000_000
+_PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 128_000_000, 8_000_000
 _MUCH = 2e-3
 # That is all but this part of it.
 _NEARLY = 0.3
