@@ -31,6 +31,7 @@ import numpy as np
 from numba import prange
 
 from focus_planner.core.arrays import FloatArray, IntArray, Offsets
+from focus_planner.core.kernels.above import room_above, take_best_cell
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.stabbing import best_cells, best_cells_of_each, intervals_above
 
@@ -156,48 +157,6 @@ def activate(gains, price, reach, active, floor, parts):
 
 
 @kernel
-def _list_above(c, gains, price, which, above):
-    """List camera c's pairs that gain more than their prices, and how much more; return how many.
-
-    A branch would be mispredicted half the time.
-    """
-    offsets, sample, gain, _, _ = gains
-    count = 0
-    for j in range(offsets[c], offsets[c + 1]):
-        more = gain[j] - price[sample[j]]
-        which[count], above[count] = j, more
-        count += more > 0
-    return count
-
-
-@kernel
-def _take_best_cell(c, gains, blurred, price, steps, which, above, served):
-    """Count which samples the cell of camera c takes that takes most; return how much, and it.
-
-    ``which`` and ``above`` are scratch, longer than the camera's pairs.
-    """
-    count = _list_above(c, gains, price, which, above)
-    steps[:] = 0
-    for i in range(count):
-        steps[gains.first[which[i]]] += above[i]
-        steps[gains.last[which[i]] + 1] -= above[i]
-    less = _list_above(c, blurred, price, which[count:], above[count:])
-    for i in range(count, count + less):
-        steps[blurred.first[which[i]]] -= above[i]
-        steps[blurred.last[which[i]] + 1] += above[i]
-    best, cell, total = np.int64(-1), 0, np.int64(0)
-    for i in range(len(steps) - 1):
-        total += steps[i]
-        if total > best:
-            best, cell = total, i
-    for j in which[:count]:
-        served[gains.sample[j]] += (gains.first[j] <= cell) & (cell <= gains.last[j])
-    for j in which[count : count + less]:
-        served[blurred.sample[j]] -= (blurred.first[j] <= cell) & (cell <= blurred.last[j])
-    return best, cell
-
-
-@kernel
 def _best_of_view(c, gains, blurred, count, price, cells):
     """Fill the cells, of ``count``, of camera c's shots that take most; return how much."""
     low, high = np.zeros_like(cells), np.full_like(cells, count - 1)
@@ -226,7 +185,7 @@ def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps,
         c = view * shots
         pairs = gains.offsets[c + 1] - gains.offsets[c]
         room = max(room, pairs + blurred.offsets[c + 1] - blurred.offsets[c])
-    which, above = np.empty(room + 1, dtype=np.int64), np.empty(room + 1, dtype=np.int64)
+    above = room_above(room)
     served[:] = 0
     for view in range(low, high):
         c = view * shots
@@ -234,11 +193,12 @@ def _serve(low, high, gains, blurred, cell_offsets, shots, price, served, steps,
         if cell_offsets[c] == cell_offsets[c + 1]:
             continue
         if shots == 1:
-            own = steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
-            values[view], cell = _take_best_cell(
-                c, gains, blurred, price, own, which, above, served
+            begin, end = cell_offsets[c], cell_offsets[c + 1]
+            own = steps[begin + c : end + c + 1]
+            own[:] = 0
+            values[view] = take_best_cell(
+                c, gains, blurred, price, own, above, chosen[begin:end], served
             )
-            chosen[cell_offsets[c] + cell] += 1
             continue
         count = cell_offsets[c + 1] - cell_offsets[c]
         values[view] = _best_of_view(c, gains, blurred, count, price, cells)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from focus_planner.core.arrays import IntArray, Offsets
+from focus_planner.core.kernels.above import room_above, take_best_cell
 from focus_planner.core.kernels.arrays import GainsByCamera
 from focus_planner.core.kernels.compiling import kernel
 from focus_planner.core.kernels.stabbing import best_cells, best_with_each, intervals_above
@@ -250,113 +251,69 @@ def takings_of_view(k, local, price, takings, cells):
 
 
 @kernel
-def _serve(k, pairs, price, cell, before, sign, slope):
-    """Lower, or raise, the slopes of samples that the k-th camera's cell takes.
+def _serve(k, pairs, price, cell, before, sign, served):
+    """Count the samples that the k-th camera's cell takes, with a sign.
 
-    But not of those that the cell ``before``, which lies below it, takes as well; -1 for none.
+    But not those that the cell ``before``, which lies below it, takes as well; -1 for none.
     """
     offsets, member, gain, first, last = pairs
     for j in range(offsets[k], offsets[k + 1]):
         i = member[j]
         held = (before < first[j]) & (first[j] <= cell) & (cell <= last[j]) & (gain[j] > price[i])
-        slope[i] -= sign * held
+        served[i] += sign * held
 
 
 @kernel
-def _list_above(k, pairs, price, which, above):
-    """List the k-th camera's pairs that gain more than their prices, and how much more.
-
-    Returns how many. A branch would be mispredicted half the time.
-    """
-    offsets, member, gain, _, _ = pairs
-    count = 0
-    for j in range(offsets[k], offsets[k + 1]):
-        more = gain[j] - price[member[j]]
-        which[count], above[count] = j, more
-        count += more > 0
-    return count
-
-
-@kernel
-def _serve_best(k, local, price, takings, which, above, chosen, slope):
-    """Find the k-th camera's cell that takes most, and lower the slopes of what it takes.
-
-    Returns how much it takes. ``which`` and ``above`` are scratch, longer than all pairs.
-    """
-    sharp, blurred = local.gains, local.blurred
-    begin, end = local.cell_offsets[k], local.cell_offsets[k + 1]
-    count = _list_above(k, sharp, price, which, above)
-    less = _list_above(k, blurred, price, which[count:], above[count:])
-    takings[begin:end] = local.fixed[begin:end]
-    for n in range(count):
-        j = which[n]
-        takings[begin + sharp.first[j]] += above[n]
-        takings[begin + sharp.last[j] + 1] -= above[n]
-    for n in range(count, count + less):
-        j = which[n]
-        takings[begin + blurred.first[j]] -= above[n]
-        takings[begin + blurred.last[j] + 1] += above[n]
-    best, cell, total = np.int64(-1), 0, np.int64(0)
-    for i in range(end - begin - 1):
-        total += takings[begin + i]
-        if total > best:
-            best, cell = total, i
-    chosen[begin + cell] += 1
-    for j in which[:count]:
-        slope[sharp.sample[j]] -= (sharp.first[j] <= cell) & (cell <= sharp.last[j])
-    for j in which[count : count + less]:
-        slope[blurred.sample[j]] += (blurred.first[j] <= cell) & (cell <= blurred.last[j])
-    return best
-
-
-@kernel
-def _price(local, pairs, price, slope):
-    """Return what the prices themselves add to the bound; fill its subgradient."""
+def _price(local, pairs, price, served):
+    """Return what the prices themselves add to the bound, with the views out of focus it counts."""
     offsets, gain = pairs.blurred_views
-    total = np.int64(0)
+    total = pairs.views * price.sum()
+    served[:] = 0
     if len(gain) == 0:
-        slope[:] = pairs.views
-        return pairs.views * price.sum()
+        return total
     for i in range(len(price)):
         p = local.sample[i]
-        total += pairs.views * price[i]
-        slope[i] = pairs.views
         for b in range(offsets[p], offsets[p + 1]):
             if gain[b] > price[i]:
                 total += gain[b] - price[i]
-                slope[i] -= 1.0
+                served[i] += 1
     return total
 
 
 @kernel
-def _bound(local, pairs, price, takings, which, above, chosen, slope):
-    """Return the local bound at these prices; fill its subgradient, and count the best cells."""
+def _bound(local, pairs, price, takings, above, chosen, served):
+    """Return the local bound at these prices; count who takes each sample, and the best cells."""
     cell_offsets, shots = local.cell_offsets, pairs.shots
-    bound = _price(local, pairs, price, slope)
+    bound = _price(local, pairs, price, served)
     cells = np.empty(shots, dtype=np.int32)
     for k in range(0, len(cell_offsets) - 1, shots):
-        if cell_offsets[k + 1] == cell_offsets[k]:
+        begin, end = cell_offsets[k], cell_offsets[k + 1]
+        if end == begin:
             continue
         if shots == 1:
-            bound += _serve_best(k, local, price, takings, which, above, chosen, slope)
+            part = takings[begin:end]
+            part[:] = local.fixed[begin:end]
+            bound += take_best_cell(
+                k, local.gains, local.blurred, price, part, above, chosen[begin:end], served
+            )
             continue
         bound += _best_of_view(k, local, price, cells)
         before = -1
         for shot in range(shots):
             cell = cells[shot]
             chosen[cell_offsets[k + shot] + cell] += 1
-            _serve(k, local.gains, price, cell, before, 1, slope)
-            _serve(k, local.blurred, price, cell, before, -1, slope)
+            _serve(k, local.gains, price, cell, before, 1, served)
+            _serve(k, local.blurred, price, cell, before, -1, served)
             before = cell
     return bound
 
 
 @kernel
-def _step(floor, most, slope, direction, aim, price):
+def _step(floor, most, views, served, direction, aim, price):
     """Move prices against the direction, turned to the subgradient, to lower the bound by aim."""
     square = 0.0
     for i in range(len(price)):
-        direction[i] += (1.0 - _MOMENTUM) * (slope[i] - direction[i])
+        direction[i] += (1.0 - _MOMENTUM) * (views - served[i] - direction[i])
         square += direction[i] * direction[i]
     step = aim / max(square, 1e-9)
     for i in range(len(price)):
@@ -371,15 +328,14 @@ def adapt(local, pairs, most, base, goal, iterations, price, chosen):
     ``price`` (F,) becomes the best found; ``chosen`` counts how often each cell was the best.
     """
     now, takings = price.copy(), np.empty(len(chosen), dtype=np.int64)
-    direction, slope = np.zeros(len(price)), np.empty(len(price))
-    pairs_here = local.gains.offsets[-1] + local.blurred.offsets[-1]
-    which, above = np.empty((2, pairs_here + 1), dtype=np.int64)
+    direction, served = np.zeros(len(price)), np.empty(len(price))
+    above = room_above(local.gains.offsets[-1] + local.blurred.offsets[-1])
     floor, own_most = local.floor[: len(price)], most[local.sample[: len(price)]]
     best, reference, start = np.int64(2**62), np.int64(2**62), np.int64(0)
     hope, since = 0.0, 0
     work = local.gains.offsets[-1] + len(chosen) + len(price) + 1
     for iteration in range(min(iterations, max(_FEWEST_STEPS, _WORK // work))):
-        bound = _bound(local, pairs, now, takings, which, above, chosen, slope)
+        bound = _bound(local, pairs, now, takings, above, chosen, served)
         if iteration == 0:
             start = reference = bound
             hope = max(0.3 * (base - goal), _BEYOND * base)
@@ -393,7 +349,7 @@ def adapt(local, pairs, most, base, goal, iterations, price, chosen):
         else:
             since += 1
         if since < _PATIENCE:
-            _step(floor, own_most, slope, direction, bound - best + hope, now)
+            _step(floor, own_most, pairs.views, served, direction, bound - best + hope, now)
         else:
             hope *= _FALL
             reference, since = best, 0
