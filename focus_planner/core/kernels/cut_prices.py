@@ -140,11 +140,12 @@ def _soft_takings(k, local, point, width, slopes):
     takings[:] = local.fixed[begin:end]
     for j in range(offsets[k], offsets[k + 1]):
         above = gain[j] - price[member[j]] - extra[j]
-        taken[j] = min(max(above / width, 0.0), 1.0)
-        if above > 0:
-            above = above - 0.5 * width if above > width else above * above / (2.0 * width)
-            takings[first[j]] += above
-            takings[last[j] + 1] -= above
+        # Without branches: 0 below 0, a parabola up to the width, a line from there on.
+        share = min(max(above / width, 0.0), 1.0)
+        taken[j] = share
+        above = share * (above - 0.5 * width * share)
+        takings[first[j]] += above
+        takings[last[j] + 1] -= above
     ranges = local.ranges
     for r in range(local.range_offsets[k], local.range_offsets[k + 1]):
         takings[ranges[r, 1]] += point.multiplier[ranges[r, 0]]
@@ -181,9 +182,8 @@ def _soft_slopes(k, local, slopes):
     price, taken = slopes.price, slopes.taken
     before = slopes.before[local.cell_offsets[k] : local.cell_offsets[k + 1]]
     for j in range(offsets[k], offsets[k + 1]):
-        if taken[j] > 0:
-            taken[j] *= before[last[j] + 1] - before[first[j]]
-            price[member[j]] -= taken[j]
+        taken[j] *= before[last[j] + 1] - before[first[j]]
+        price[member[j]] -= taken[j]
     ranges = local.ranges
     for r in range(local.range_offsets[k], local.range_offsets[k + 1]):
         slopes.multiplier[ranges[r, 0]] += before[ranges[r, 2] + 1] - before[ranges[r, 1]]

@@ -45,9 +45,10 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
-# Cuts are sought where so many nodes, in pairs, were not enough: fewer where prices alone leave
-# much of the cost, unless these close most of that gap.
-_PAIRS_WITHOUT_CUTS, _PAIRS_IF_MUCH = 128_000_000, 8_000_000
+# Cuts are sought where so many nodes were not enough, times pairs to the power 1.5: the larger a
+# problem, the longer a node takes, and the more of them there are. And after so many, times pairs,
+# where prices alone leave much of the cost, unless these close most of that gap.
+_WITHOUT_CUTS, _PAIRS_IF_MUCH = 1e10, 8_000_000
 _MUCH = 2e-3
 # That is all but this part of it.
 _NEARLY = 0.3
@@ -183,12 +184,12 @@ class _Search:
         can_cut = gains.views == 1
         much = prices.bound - self._goal > _MUCH * self._units
         branching = Branching(gains, prices.price, prices.bound, self._goal)
-        nodes = [pairs / max(len(gains.gain), 1) for pairs in (_PAIRS_IF_MUCH, _PAIRS_WITHOUT_CUTS)]
+        pairs = max(len(gains.gain), 1)
         if can_cut and much:
-            self._close(branching, nodes[0])
+            self._close(branching, _PAIRS_IF_MUCH / pairs)
             much = self._bound - self._goal > _NEARLY * (prices.bound - self._goal)
         if not much or not can_cut:
-            self._close(branching, nodes[1] if can_cut else np.inf)
+            self._close(branching, _WITHOUT_CUTS / pairs**1.5 if can_cut else np.inf)
         if can_cut and self._unproven():
             self._close(self._cut(prices), np.inf)
 
