@@ -12,7 +12,7 @@
 
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
-``pairs`` the search within ``k_view``, ``local_prices`` and ``stabbing`` those within
+``pairs`` the search within ``k_view``, ``above``, ``local_prices`` and ``stabbing`` those within
 ``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
 and the surface that fits them, ``ranks`` the places of numbers among sorted ones, ``compiling`` the
 decorators, and ``kept`` where machine code is kept.

@@ -33,8 +33,8 @@ def torn_problem(seed, samples=100, cameras=10, **options):
 
 
 def search_without_cuts(monkeypatch, pairs):
-    """Let the search that comes first take so many nodes, in pairs."""
-    monkeypatch.setattr(optimal, "_PAIRS_WITHOUT_CUTS", pairs)
+    """Let the search that comes first take so many nodes: none, or as many as it likes."""
+    monkeypatch.setattr(optimal, "_WITHOUT_CUTS", pairs)
     monkeypatch.setattr(optimal, "_PAIRS_IF_MUCH", pairs)
 
 
