@@ -58,7 +58,7 @@ def start():
 
     yield start
     statuses = []
-    # One by one: of many that end at once, Fast DDS may keep one until it ends in any case, with 1.
+    # One by one: when many end at once, Fast DDS may hang, and a watchdog end the node with 1.
     for process in started:
         process.signal(signal.SIGTERM)
         statuses.append(process.wait())

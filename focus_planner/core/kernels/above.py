@@ -63,7 +63,7 @@ def _list_above(c, pairs, price, at, above):
 
 @kernel
 def take_best_cell(c, gains, blurred, price, steps, above, chosen, served):
-    """Return what the cell of camera c takes that takes most; count it, and what it takes.
+    """Find camera c's best cell, count it and the samples it takes, and return how much it takes.
 
     Parameters
     ----------

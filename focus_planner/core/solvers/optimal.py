@@ -45,9 +45,9 @@ from focus_planner.core.solvers.solution import Solution, assign_samples, finish
 # quarter.
 _FIRST_RECOVERY = 50
 _FIRST_RECOVERY_NODES = 16
-# Cuts are sought where so many nodes were not enough, times pairs to the power 1.5: the larger a
-# problem, the longer a node takes, and the more of them there are. And after so many, times pairs,
-# where prices alone leave much of the cost, unless these close most of that gap.
+# Cuts are sought once nodes times pairs to the power 1.5 exceed the first: in a larger problem a
+# node takes longer, and more of them are needed. Where prices alone leave much of the cost, once
+# nodes times pairs exceed the second, unless these nodes close most of that gap.
 _WITHOUT_CUTS, _PAIRS_IF_MUCH = 1e10, 8_000_000
 _MUCH = 2e-3
 # That is all but this part of it.

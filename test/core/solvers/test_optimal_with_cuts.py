@@ -32,10 +32,10 @@ def torn_problem(seed, samples=100, cameras=10, **options):
     return random_problem(seed, samples, cameras, visible=visible, lens=Lens(0.05, 8.0), **options)
 
 
-def search_without_cuts(monkeypatch, pairs):
-    """Let the search that comes first take so many nodes: none, or as many as it likes."""
-    monkeypatch.setattr(optimal, "_WITHOUT_CUTS", pairs)
-    monkeypatch.setattr(optimal, "_PAIRS_IF_MUCH", pairs)
+def search_without_cuts(monkeypatch, work):
+    """Limit the search that comes first; 0 leaves it out."""
+    monkeypatch.setattr(optimal, "_WITHOUT_CUTS", work)
+    monkeypatch.setattr(optimal, "_PAIRS_IF_MUCH", work)
 
 
 @pytest.fixture(autouse=True)
