@@ -29,6 +29,7 @@ from numba.core.errors import NumbaWarning
 from numba.core.registry import CPUDispatcher
 
 from focus_planner.core.deferred import deferred
+from focus_planner.core.kernels.indexing import KernelCompiler
 from focus_planner.core.kernels.kept import KeptCode
 
 # To learn whether there is a BLAS, Numba would import all of SciPy's linear algebra.
@@ -62,6 +63,9 @@ class Kernel(CPUDispatcher):
     Numba's layer of threads for machines without OpenMP and TBB ends the process when two threads
     enter parallel kernels at once, so there kernels are called one after the other.
     """
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, pipeline_class=KernelCompiler, **options)
 
     def enable_caching(self) -> None:
         """Keep what is compiled."""

@@ -45,8 +45,9 @@ _HERE = Path(__file__).parent
 #: What reading files may raise: of a damaged one, anything that unpickling does.
 _UNREADABLE = Exception
 _IMPORTED = re.compile(r"^from focus_planner\.core\.kernels\.(\w+) import", re.MULTILINE)
-#: The modules that are part of no kernel.
-_NO_KERNELS = frozenset({"compiling", "kept"})
+#: The modules that say how kernels are compiled, and all that are part of no kernel.
+_COMPILER = ("compiling", "indexing")
+_NO_KERNELS = frozenset({*_COMPILER, "kept"})
 
 
 def folders() -> tuple[Path, ...]:
@@ -71,8 +72,10 @@ def kept_in() -> Path | None:
 @cache
 def _version() -> str:
     """Return what changes with the way that kernels are compiled."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    digest.update((_HERE / "compiling.py").read_bytes())
+    checked = str(config.BOUNDSCHECK)
+    digest = hashlib.sha256((numba.__version__ + checked).encode())
+    for name in _COMPILER:
+        digest.update((_HERE / f"{name}.py").read_bytes())
     return f"kernels-{digest.hexdigest()[:12]}"
 
 
