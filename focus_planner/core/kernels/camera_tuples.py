@@ -29,17 +29,20 @@ def count_common(by_camera, camera_pairs, by_sample, low, counts):
     with how many later cameras each shares a sample.
     """
     sharing = np.empty(len(counts), dtype=np.int64)
-    camera_offsets, seen, _, _, _ = by_camera
-    sample_offsets, camera, _, _, _ = by_sample
     for row in prange(len(counts)):
-        c = low + row
-        counts[row] = 0
-        for j in range(camera_offsets[c], camera_offsets[c + 1]):
-            pair = camera_pairs[j]
-            for q in range(pair + 1, sample_offsets[seen[j] + 1]):
-                counts[row, camera[q]] += 1
+        _count_common(low + row, by_camera, camera_pairs, by_sample, counts[row])
         sharing[row] = np.count_nonzero(counts[row])
     return sharing
+
+
+@kernel
+def _count_common(c, by_camera, camera_pairs, by_sample, counts):
+    """Count the samples that camera c and each later one both see."""
+    seen, camera, sample_offsets = by_camera.sample, by_sample.camera, by_sample.offsets
+    counts[:] = 0
+    for j in range(by_camera.offsets[c], by_camera.offsets[c + 1]):
+        for q in range(camera_pairs[j] + 1, sample_offsets[seen[j] + 1]):
+            counts[camera[q]] += 1
 
 
 @parallel_kernel
@@ -49,12 +52,18 @@ def list_common(low, counts, offsets, cameras, common):
     ``counts`` are as :func:`count_common` fills them; row r's are written from ``offsets[r]`` on.
     """
     for row in prange(len(counts)):
-        at = offsets[row]
-        # Neighbours have neighbouring numbers, so these branches are guessed well.
-        for camera in range(low + row + 1, counts.shape[1]):
-            if counts[row, camera] > 0:
-                cameras[at], common[at] = camera, counts[row, camera]
-                at += 1
+        _list_common(low + row + 1, counts[row], cameras[offsets[row] :], common[offsets[row] :])
+
+
+@kernel
+def _list_common(low, counts, cameras, common):
+    """List the cameras, from number ``low`` on, that are counted, and how often."""
+    at = 0
+    # Neighbours have neighbouring numbers, so these branches are guessed well.
+    for camera in range(low, len(counts)):
+        if counts[camera] > 0:
+            cameras[at], common[at] = camera, counts[camera]
+            at += 1
 
 
 @kernel

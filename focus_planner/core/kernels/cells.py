@@ -21,7 +21,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from focus_planner.core.kernels.compiling import parallel_kernel
+from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.ranks import ranks_among
 
 
@@ -34,21 +34,26 @@ def maximal_cells(offsets, starts, ends, cell_counts, cell_near, cell_far):
     are skipped.
     """
     for c in prange(len(offsets) - 1):
-        low, high = offsets[c], offsets[c + 1]
-        i, j, count = low, low, 0
-        while j < high and ends[j] == -np.inf:
-            j += 1
-        while i < high and starts[i] < np.inf:
-            # A start followed by an end closes a cell; starts go first where they are equal.
-            while i + 1 < high and starts[i + 1] <= ends[j] and starts[i + 1] < np.inf:
-                i += 1
-            cell_near[low + count] = starts[i]
-            cell_far[low + count] = ends[j]
-            count += 1
+        own = slice(offsets[c], offsets[c + 1])
+        cell_counts[c] = _maximal_cells(starts[own], ends[own], cell_near[own], cell_far[own])
+
+
+@kernel
+def _maximal_cells(starts, ends, cell_near, cell_far):
+    """Fill one camera's cells; return how many there are."""
+    i, j, count = 0, 0, 0
+    while j < len(ends) and ends[j] == -np.inf:
+        j += 1
+    while i < len(starts) and starts[i] < np.inf:
+        # A start followed by an end closes a cell; starts go first where they are equal.
+        while i + 1 < len(starts) and starts[i + 1] <= ends[j] and starts[i + 1] < np.inf:
             i += 1
-            while i < high and j < high and ends[j] < starts[i]:
-                j += 1
-        cell_counts[c] = count
+        cell_near[count], cell_far[count] = starts[i], ends[j]
+        count += 1
+        i += 1
+        while i < len(starts) and j < len(ends) and ends[j] < starts[i]:
+            j += 1
+    return count
 
 
 @parallel_kernel

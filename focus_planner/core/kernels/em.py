@@ -23,17 +23,23 @@ from focus_planner.core.kernels.stabbing import Intervals, best_cells
 @parallel_kernel
 def held_weights(by_camera, focus, cell_offsets, held):
     """Fill ``held`` (M,) with the weight that each cell holds in focus of all its camera sees."""
+    for c in prange(len(cell_offsets) - 1):
+        _hold_weights(c, by_camera, focus, held[cell_offsets[c] : cell_offsets[c + 1]])
+
+
+@kernel
+def _hold_weights(c, by_camera, focus, held):
+    """Fill the weight that each cell of camera c holds."""
     offsets, seen, _, first, last = by_camera
-    for c in prange(len(offsets) - 1):
-        steps = np.zeros(cell_offsets[c + 1] - cell_offsets[c] + 1, dtype=np.int64)
-        for j in range(offsets[c], offsets[c + 1]):
-            if first[j] <= last[j]:
-                steps[first[j]] += focus[seen[j]]
-                steps[last[j] + 1] -= focus[seen[j]]
-        total = np.int64(0)
-        for i in range(len(steps) - 1):
-            total += steps[i]
-            held[cell_offsets[c] + i] = total
+    steps = np.zeros(len(held) + 1, dtype=np.int64)
+    for j in range(offsets[c], offsets[c + 1]):
+        if first[j] <= last[j]:
+            steps[first[j]] += focus[seen[j]]
+            steps[last[j] + 1] -= focus[seen[j]]
+    total = np.int64(0)
+    for i in range(len(held)):
+        total += steps[i]
+        held[i] = total
 
 
 @parallel_kernel
@@ -44,26 +50,34 @@ def stab(by_camera, focus, cell_offsets, held, best, cell):
     most of everything the camera sees, ``held`` (M,), which the next assignment may profit from;
     without a better cell a camera stays. A prefix sum per camera. Returns how many cameras moved.
     """
-    offsets, seen, _, first, last = by_camera
     moved = 0
-    for c in prange(len(offsets) - 1):
-        count = cell_offsets[c + 1] - cell_offsets[c]
-        if count > 0:
-            own, all_seen = np.zeros(count + 1, dtype=np.int64), held[cell_offsets[c] :]
-            for j in range(offsets[c], offsets[c + 1]):
-                p = seen[j]
-                if is_assigned(p, c, best) and first[j] <= last[j]:
-                    own[first[j]] += focus[p]
-                    own[last[j] + 1] -= focus[p]
-            own = np.cumsum(own[:-1])
-            where = cell[c]
-            for i in range(count):
-                if own[i] > own[where] or (own[i] == own[where] and all_seen[i] > all_seen[where]):
-                    where = i
-            if where != cell[c]:
-                cell[c] = where
-                moved += 1
+    for c in prange(len(cell_offsets) - 1):
+        all_seen = held[cell_offsets[c] : cell_offsets[c + 1]]
+        moved += _stab_one(c, by_camera, focus, all_seen, best, cell)
     return moved
+
+
+@kernel
+def _stab_one(c, by_camera, focus, all_seen, best, cell):
+    """Move camera c; return 1 if it moved, else 0."""
+    offsets, seen, _, first, last = by_camera
+    if len(all_seen) == 0:
+        return 0
+    own = np.zeros(len(all_seen) + 1, dtype=np.int64)
+    for j in range(offsets[c], offsets[c + 1]):
+        p = seen[j]
+        if is_assigned(p, c, best) and first[j] <= last[j]:
+            own[first[j]] += focus[p]
+            own[last[j] + 1] -= focus[p]
+    own = np.cumsum(own[:-1])
+    where = cell[c]
+    for i in range(len(own)):
+        if own[i] > own[where] or (own[i] == own[where] and all_seen[i] > all_seen[where]):
+            where = i
+    if where == cell[c]:
+        return 0
+    cell[c] = where
+    return 1
 
 
 @parallel_kernel

@@ -90,24 +90,32 @@ def most_gains(by_sample, focus, unseen, views, shots, limited, out, most, total
 @parallel_kernel
 def count_gains(by_camera, out, counts):
     """Fill ``counts`` (C,): how many of each camera's pairs cost less in focus than ``out``."""
-    offsets, seen, base, first, last = by_camera
     for c in prange(len(counts)):
-        count = 0
-        for j in range(offsets[c], offsets[c + 1]):
-            if first[j] <= last[j] and base[j] < out[seen[j]]:
-                count += 1
-        counts[c] = count
+        counts[c] = _count_gains(c, by_camera, out)
+
+
+@kernel
+def _count_gains(c, by_camera, out):
+    offsets, seen, base, first, last = by_camera
+    count = 0
+    for j in range(offsets[c], offsets[c + 1]):
+        count += (first[j] <= last[j]) & (base[j] < out[seen[j]])
+    return count
 
 
 @parallel_kernel
 def list_gains(by_camera, out, gains):
     """Fill by how much those that :func:`count_gains` counted do; their ``offsets`` are given."""
-    pair_offsets, seen, base, first, last = by_camera
-    offsets, sample, gain, gain_first, gain_last = gains
-    for c in prange(len(offsets) - 1):
-        at = offsets[c]
-        for j in range(pair_offsets[c], pair_offsets[c + 1]):
-            if first[j] <= last[j] and base[j] < out[seen[j]]:
-                sample[at], gain_first[at], gain_last[at] = seen[j], first[j], last[j]
-                gain[at] = out[seen[j]] - base[j]
-                at += 1
+    for c in prange(len(gains.offsets) - 1):
+        _list_gains(c, by_camera, out, gains)
+
+
+@kernel
+def _list_gains(c, by_camera, out, gains):
+    offsets, seen, base, first, last = by_camera
+    at = gains.offsets[c]
+    for j in range(offsets[c], offsets[c + 1]):
+        if first[j] <= last[j] and base[j] < out[seen[j]]:
+            gains.sample[at], gains.first[at], gains.last[at] = seen[j], first[j], last[j]
+            gains.gain[at] = out[seen[j]] - base[j]
+            at += 1

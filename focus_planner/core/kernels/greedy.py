@@ -71,17 +71,23 @@ def first_gains(by_camera, focus, views, cell_offsets, state):
     state : GreedyState
         With ``cell`` and ``ranking``.
     """
-    offsets, seen, base, first, last = by_camera
-    number, ranking, all_steps = views.number, state.ranking, state.steps
-    for c in prange(len(number)):
-        steps = all_steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
-        steps[:] = 0
-        for j in range(offsets[c], offsets[c + 1]):
-            if first[j] <= last[j]:
-                gain = _gain(number[c], base[j], focus[seen[j]], ranking[seen[j]])
-                steps[first[j]] += gain
-                steps[last[j] + 1] -= gain
+    for c in prange(len(views.number)):
+        _sum_gains(c, by_camera, focus, views, cell_offsets, state)
         _find_best(c, cell_offsets, state)
+
+
+@kernel
+def _sum_gains(c, by_camera, focus, views, cell_offsets, state):
+    """Fill what camera c gains, as differences from cell to cell, while none is taken."""
+    offsets, seen, base, first, last = by_camera
+    view, ranking = views.number[c], state.ranking
+    steps = state.steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
+    steps[:] = 0
+    for j in range(offsets[c], offsets[c + 1]):
+        if first[j] <= last[j]:
+            gain = _gain(view, base[j], focus[seen[j]], ranking[seen[j]])
+            steps[first[j]] += gain
+            steps[last[j] + 1] -= gain
 
 
 @kernel

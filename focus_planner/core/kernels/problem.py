@@ -172,26 +172,30 @@ def base_costs(samples, poses, sample_index, camera_index, terms, depth, base_co
     depth, base_cost : (P,) arrays
         Filled; depth along the optical axis, metres.
     """
-    points, normals = samples
-    positions, rotations = poses
-    area_weight, deviation_weight, area_scale, deviation_limit = terms
     for q in prange(len(sample_index)):
         p, c = sample_index[q], camera_index[q]
-        dx = points[p, 0] - positions[c, 0]
-        dy = points[p, 1] - positions[c, 1]
-        dz = points[p, 2] - positions[c, 2]
-        r = rotations[c]
-        x = r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz
-        y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
-        z = r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz
-        # The paper's normals point inward, these outward: hence the sign.
-        cosine = -(r[0, 2] * normals[p, 0] + r[1, 2] * normals[p, 1] + r[2, 2] * normals[p, 2])
-        area = 1.0
-        if cosine > 0:
-            area = min(area_scale * z * z / cosine, 1.0)
-        deviation = min(np.sqrt(x * x + y * y) / deviation_limit, 1.0)
-        depth[q] = z
-        base_cost[q] = area_weight * area + deviation_weight * deviation
+        depth[q], base_cost[q] = _base_cost(p, c, samples, poses, terms)
+
+
+@kernel
+def _base_cost(p, c, samples, poses, terms):
+    """Return the depth and the base cost of sample p in camera c."""
+    points, normals = samples
+    positions, rotations = poses
+    dx = points[p, 0] - positions[c, 0]
+    dy = points[p, 1] - positions[c, 1]
+    dz = points[p, 2] - positions[c, 2]
+    r = rotations[c]
+    x = r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz
+    y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
+    z = r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz
+    # The paper's normals point inward, these outward: hence the sign.
+    cosine = -(r[0, 2] * normals[p, 0] + r[1, 2] * normals[p, 1] + r[2, 2] * normals[p, 2])
+    area = 1.0
+    if cosine > 0:
+        area = min(terms.area_scale * z * z / cosine, 1.0)
+    deviation = min(np.sqrt(x * x + y * y) / terms.deviation_limit, 1.0)
+    return z, terms.area_weight * area + terms.deviation_weight * deviation
 
 
 @parallel_kernel

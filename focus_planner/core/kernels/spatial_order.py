@@ -59,27 +59,20 @@ def move_pairs(order, came_from, offsets, pairs, moved):
         Where the pairs of each sample begin: before, and then.
     pairs, moved : Pairs
     """
-    # Of tuples, assignments within the loop would be lost.
-    _, camera, depth, base_cost, near, far, base, first, last = pairs
-    (
-        to_sample,
-        to_camera,
-        to_depth,
-        to_base_cost,
-        to_near,
-        to_far,
-        to_base,
-        to_first,
-        to_last,
-    ) = moved
     for p in prange(len(order)):
-        q = came_from[order[p]]
-        for at in range(offsets[p], offsets[p + 1]):
-            to_sample[at] = p
-            to_camera[at], to_depth[at], to_base_cost[at] = camera[q], depth[q], base_cost[q]
-            to_near[at], to_far[at], to_base[at] = near[q], far[q], base[q]
-            to_first[at], to_last[at] = first[q], last[q]
-            q += 1
+        _move_pairs(p, came_from[order[p]], offsets[p], offsets[p + 1], pairs, moved)
+
+
+@kernel
+def _move_pairs(p, q, begin, end, pairs, moved):
+    """Fill the moved pairs ``begin`` to ``end``, those of sample p, with those from q on."""
+    for at in range(begin, end):
+        moved.sample[at], moved.camera[at] = p, pairs.camera[q]
+        moved.depth[at], moved.base_cost[at] = pairs.depth[q], pairs.base_cost[q]
+        moved.near[at], moved.far[at] = pairs.near[q], pairs.far[q]
+        moved.base[at] = pairs.base[q]
+        moved.first[at], moved.last[at] = pairs.first[q], pairs.last[q]
+        q += 1
 
 
 @kernel
@@ -95,8 +88,7 @@ def list_by_camera(pairs, which, by_camera):
 
     ``by_camera`` is a :class:`PairsByCamera` with its offsets; samples become ascending.
     """
-    sample, camera, _, _, _, _, base, first, last = pairs
-    camera_offsets, seen, seen_base, seen_first, seen_last = by_camera
+    camera, camera_offsets = pairs.camera, by_camera.offsets
     count, cameras = len(camera), len(camera_offsets) - 1
     size = (count + _PARTS - 1) // _PARTS
     counts = np.zeros((_PARTS, cameras), dtype=np.int64)
@@ -109,8 +101,14 @@ def list_by_camera(pairs, which, by_camera):
             at[part, c] = begin
             begin += counts[part, c]
     for part in prange(_PARTS):
-        for q in range(part * size, min((part + 1) * size, count)):
-            j = at[part, camera[q]]
-            at[part, camera[q]] += 1
-            which[j], seen[j], seen_base[j] = q, sample[q], base[q]
-            seen_first[j], seen_last[j] = first[q], last[q]
+        _list_part(part * size, min((part + 1) * size, count), pairs, at[part], which, by_camera)
+
+
+@kernel
+def _list_part(low, high, pairs, at, which, by_camera):
+    """List pairs ``low`` to ``high``, each camera's from a place on that moves along."""
+    for q in range(low, high):
+        j = at[pairs.camera[q]]
+        at[pairs.camera[q]] += 1
+        which[j], by_camera.sample[j], by_camera.base[j] = q, pairs.sample[q], pairs.base[q]
+        by_camera.first[j], by_camera.last[j] = pairs.first[q], pairs.last[q]

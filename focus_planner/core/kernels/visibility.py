@@ -263,19 +263,23 @@ def list_in_view(blocks, may, views, facing, room, listed):
     Camera c's are written to ``listed`` from ``room[c]`` on, as places in the order of the blocks:
     ``PER_BLOCK`` at most for each block that it may see.
     """
-    points, normals, _, _ = blocks
-    positions, rotations, frustums = views
-    counts = np.zeros(len(positions), dtype=np.int64)
-    for c in prange(len(positions)):
-        at = room[c]
-        seen = np.empty(PER_BLOCK, dtype=np.bool_)
-        for b in np.flatnonzero(may[c]):
-            _see(points[b], normals[b], positions[c], rotations[c], frustums[c], facing, seen)
-            for i in range(PER_BLOCK):
-                listed[at] = b * PER_BLOCK + i
-                at += seen[i]
-        counts[c] = at - room[c]
+    counts = np.zeros(len(views.positions), dtype=np.int64)
+    for c in prange(len(counts)):
+        counts[c] = _list_in_view(c, blocks, may[c], views, facing, listed[room[c] :])
     return counts
+
+
+@kernel
+def _list_in_view(c, blocks, may, views, facing, listed):
+    """List what is in camera c's view; return how many samples are."""
+    at, seen = 0, np.empty(PER_BLOCK, dtype=np.bool_)
+    position, rotation, frustum = views.positions[c], views.rotations[c], views.frustums[c]
+    for b in np.flatnonzero(may):
+        _see(blocks.points[b], blocks.normals[b], position, rotation, frustum, facing, seen)
+        for i in range(PER_BLOCK):
+            listed[at] = b * PER_BLOCK + i
+            at += seen[i]
+    return at
 
 
 @kernel
@@ -348,14 +352,21 @@ def list_seen(room, listed, offsets, hidden, order, seen_offsets, found):
 
     Camera c's are written from ``seen_offsets[c]`` on; what it lists as p is sample ``order[p]``.
     """
-    words = (len(order) + 63) // 64
     for c in prange(len(offsets) - 1):
-        marked = np.zeros(words, dtype=np.uint64)
-        for i in range(offsets[c + 1] - offsets[c]):
-            p = order[listed[room[c] + i]]
-            seen = np.uint64(not hidden[offsets[c] + i])
-            marked[p >> 6] |= seen << np.uint64(p & 63)
+        part = slice(offsets[c], offsets[c + 1])
+        own = listed[room[c] : room[c] + offsets[c + 1] - offsets[c]]
+        marked = _mark_seen(own, hidden[part], order)
         _list_ascending(marked, found[seen_offsets[c] : seen_offsets[c + 1]])
+
+
+@kernel
+def _mark_seen(listed, hidden, order):
+    """Return the samples that one camera lists and are not hidden, as bits of words."""
+    marked = np.zeros((len(order) + 63) // 64, dtype=np.uint64)
+    for i in range(len(listed)):
+        p = order[listed[i]]
+        marked[p >> 6] |= np.uint64(not hidden[i]) << np.uint64(p & 63)
+    return marked
 
 
 @parallel_kernel
@@ -367,6 +378,13 @@ def gather(starts, counts, shifts, offsets, source, gathered):
     for c in prange(len(offsets) - 1):
         at = offsets[c]
         for k in range(len(counts)):
-            for i in range(starts[k, c], starts[k, c] + counts[k, c]):
-                gathered[at] = source[i] + shifts[k]
-                at += 1
+            low, count = starts[k, c], counts[k, c]
+            _copy_shifted(source[low : low + count], shifts[k], gathered[at : at + count])
+            at += count
+
+
+@kernel
+def _copy_shifted(source, shift, copied):
+    """Fill a copy that is raised by a number."""
+    for i in range(len(source)):
+        copied[i] = source[i] + shift
