@@ -40,7 +40,7 @@ from focus_planner.core.kernels.branch_and_bound import (
     gains_by_sample,
 )
 from focus_planner.core.kernels.branch_and_cut import confine_with_cuts
-from focus_planner.core.kernels.budget import cost_of_rankings, gains_of_pictures, place
+from focus_planner.core.kernels.budget import gains_of_pictures, place
 from focus_planner.core.kernels.camera_tuples import (
     NEVER,
     colour,
@@ -74,7 +74,12 @@ from focus_planner.core.kernels.distortion import (
 from focus_planner.core.kernels.em import held_weights, stab, stab_brackets
 from focus_planner.core.kernels.gains import count_gains, list_gains, most_gains
 from focus_planner.core.kernels.greedy import GreedyState, first_gains, take_cameras
-from focus_planner.core.kernels.k_view import DescentState, improve_tuples, move_cameras
+from focus_planner.core.kernels.k_view import (
+    DescentState,
+    improve_in_turn,
+    improve_tuples,
+    move_cameras,
+)
 from focus_planner.core.kernels.kept import folders, kept_in
 from focus_planner.core.kernels.lagrangian import (
     PriceDescent,
@@ -109,7 +114,7 @@ from focus_planner.core.kernels.problem import (
     sort_by_camera,
     sort_by_sample,
 )
-from focus_planner.core.kernels.ranking import NO_PICTURE, VIEW_BITS, rank_views
+from focus_planner.core.kernels.ranking import NO_PICTURE, VIEW_BITS, cost_of_rankings, rank_views
 from focus_planner.core.kernels.ranks import ranks_among
 from focus_planner.core.kernels.rasterize import (
     AFFINE,
@@ -247,6 +252,7 @@ __all__ = [
     "graph_of",
     "held_in_best",
     "held_weights",
+    "improve_in_turn",
     "improve_tuples",
     "join",
     "keep_imaged",

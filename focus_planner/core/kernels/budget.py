@@ -22,7 +22,6 @@ from focus_planner.core.kernels.compiling import kernel, parallel_kernel
 from focus_planner.core.kernels.ranking import (
     NO_CHOICE,
     NO_PICTURE,
-    VIEW_BITS,
     rank,
     sums_beside,
 )
@@ -109,13 +108,3 @@ def place(c, to, by_camera, by_sample, focus, views, cell, ranking):
     cell[c] = to
     for j in range(by_camera.offsets[c], by_camera.offsets[c + 1]):
         rank(by_camera.sample[j], by_sample, focus, views, cell, ranking)
-
-
-@kernel
-def cost_of_rankings(views, ranking):
-    """Return what all samples cost, in units."""
-    total = np.int64(0)
-    for p in range(len(ranking)):
-        for i in range(views.needed):
-            total += min(ranking[p, i] >> VIEW_BITS, views.missing[p])
-    return total

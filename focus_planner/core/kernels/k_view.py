@@ -193,6 +193,16 @@ def improve_tuples(tuples, low, high, by_camera, by_sample, focus, views, cell_o
 
 
 @kernel
+def improve_in_turn(tuples, low, high, by_camera, by_sample, focus, views, cell_offsets, state):
+    """Do what :func:`improve_tuples` does in one thread, without the time to start any."""
+    total = np.int64(0)
+    for t in range(tuples.batch_offsets[low], tuples.batch_offsets[high]):
+        now = tick(state)
+        total += _improve(t, now, tuples, by_camera, by_sample, focus, views, cell_offsets, state)
+    return total
+
+
+@kernel
 def _improve(t, now, tuples, by_camera, by_sample, focus, views, cell_offsets, state):
     """Take tuple t's best step if anything around it has changed; return the gain."""
     members, touched, summed = tuples.cameras[t], state.touched, state.summed

@@ -40,6 +40,17 @@ def rank_views(by_sample, focus, views, cell, ranking):
 
 
 @kernel
+def cost_of_rankings(ranking, needed, unseen):
+    """Return what all samples cost; a view that is missing costs ``unseen`` (N,), units."""
+    total = np.int64(0)
+    for p in range(len(ranking)):
+        for i in range(needed):
+            key = ranking[p, i]
+            total += unseen[p] if key & VIEW == VIEW else key >> VIEW_BITS
+    return total
+
+
+@kernel
 def rank(p, by_sample, focus, views, cell, ranking):
     """Fill sample p's cheapest views, ascending."""
     offsets, camera, base, first, last = by_sample

@@ -134,7 +134,7 @@ class _Search:
 
     @property
     def _units(self) -> int:
-        return int(kernels.cost_of_rankings(self._views, self._ranking))
+        return int(kernels.cost_of_rankings(self._ranking, self._views.needed, self._views.missing))
 
     def _report(self, stage: str) -> None:
         self._iterations += 1

@@ -13,13 +13,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numba import get_num_threads
 
 from focus_planner.core import kernels
 from focus_planner.core.arrays import FloatArray, IntArray
@@ -177,7 +177,7 @@ class Descent:
         work = _work(problem, self._tuples)
         self._stops = _stops(self._tuples, work)
         batches = len(self._tuples.batch_offsets) - 1
-        self._one_by_one = (
+        self._in_turn = bool(
             len(work) < _TUPLES_AT_ONCE * batches or work.sum() < _SAMPLES_AT_ONCE * batches
         )
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
@@ -243,10 +243,10 @@ class Descent:
             problem.camera_views,
             self._state,
         )
-        with kernels.threads_for(0):
-            while self._improve(0, self._stops[-1]):
-                pass
-        self.units = assign_samples(problem, self.cell)[1]
+        while self._improve(0, self._stops[-1], in_turn=True):
+            pass
+        ranking = self._state.ranking
+        self.units = int(kernels.cost_of_rankings(ranking, problem.views, cells.unseen))
 
     def standing(self) -> tuple[kernels.DescentState, int]:
         """Return a copy of where the descent stands, for :meth:`stand`."""
@@ -304,20 +304,21 @@ class Descent:
             self.units = assign_samples(problem, self.cell)[1]
         yield self.units
 
-    def _improve(self, low: int, high: int) -> int:
+    def _improve(self, low: int, high: int, *, in_turn: bool = False) -> int:
         problem, cells = self._problem, self._problem.cells
-        with kernels.threads_for(0) if self._one_by_one else nullcontext():
-            gain = kernels.improve_tuples(
-                self._tuples,
-                low,
-                high,
-                problem.pairs_by_camera,
-                problem.pairs_by_sample,
-                cells.focus,
-                problem.camera_views,
-                cells.offsets,
-                self._state,
-            )
+        in_turn = in_turn or self._in_turn or get_num_threads() == 1
+        improve = kernels.improve_in_turn if in_turn else kernels.improve_tuples
+        gain = improve(
+            self._tuples,
+            low,
+            high,
+            problem.pairs_by_camera,
+            problem.pairs_by_sample,
+            cells.focus,
+            problem.camera_views,
+            cells.offsets,
+            self._state,
+        )
         return int(gain)
 
 

@@ -39,7 +39,7 @@ class Pictures:
         return self.problem.pairs_by_sample, self.problem.cells.focus
 
     def units(self):
-        return int(kernels.cost_of_rankings(self.views, self.ranking))
+        return int(kernels.cost_of_rankings(self.ranking, self.views.needed, self.views.missing))
 
     def gains(self):
         problem, views = self.problem, len(self.views.offsets) - 1

@@ -28,6 +28,7 @@ class Search:
 
     def __init__(self, problem, k, scope, seed, grid=None):
         self.problem, self.scope, self.k = problem, scope, k
+        self.step = kernels.improve_tuples
         counts = np.diff(problem.cells.offsets)
         self.cell = np.random.default_rng(seed).integers(0, counts).astype(np.int32)
         self.best, self.units = assign_samples(problem, self.cell)
@@ -58,7 +59,7 @@ class Search:
 
     def improve(self, batches=None):
         problem, cells = self.problem, self.problem.cells
-        return kernels.improve_tuples(
+        return self.step(
             self.tuples,
             0,
             len(self.tuples.batch_offsets) - 1 if batches is None else batches,
@@ -268,8 +269,12 @@ def test_batches_run_in_parallel_give_what_they_give_one_by_one():
     apart.tuples = together.tuples._replace(
         batch_offsets=np.arange(len(together.tuples.cameras) + 1)
     )
-    assert with_threads(2, together.improve) == with_threads(1, apart.improve)
+    in_turn = Search(problem, 2, "all", 0)
+    in_turn.step = kernels.improve_in_turn
+    gain = with_threads(2, together.improve)
+    assert gain == with_threads(1, apart.improve) == in_turn.improve() > 0
     np.testing.assert_array_equal(together.cell, apart.cell)
+    np.testing.assert_array_equal(together.cell, in_turn.cell)
 
 
 def test_every_camera_of_the_largest_rig_has_a_number_of_its_own():

@@ -164,12 +164,18 @@ def test_triples_start_where_pairs_end():
 
 def test_only_tuples_that_may_move_at_once_take_several_threads(monkeypatch):
     threads, improve_tuples = [], kernels.improve_tuples
+    improve_in_turn = kernels.improve_in_turn
 
-    def counting(*arguments):
+    def at_once(*arguments):
         threads.append(get_num_threads())
         return improve_tuples(*arguments)
 
-    monkeypatch.setattr(kernels, "improve_tuples", counting)
+    def in_turn(*arguments):
+        threads.append(1)
+        return improve_in_turn(*arguments)
+
+    monkeypatch.setattr(kernels, "improve_tuples", at_once)
+    monkeypatch.setattr(kernels, "improve_in_turn", in_turn)
     monkeypatch.setattr(compiling, "_PARALLEL_PAIRS", 1)
     monkeypatch.setattr(k_view, "_SAMPLES_AT_ONCE", 10)
 
