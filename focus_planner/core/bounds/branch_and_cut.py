@@ -28,12 +28,12 @@ from focus_planner.core.problem.gains import Gains
 
 # Cuts are sought at the node with the highest bound after so many steps of branching, by so many
 # price steps with corners rounded by so much, until there are so many cuts.
-_SEARCH_EVERY = 10
+_SEARCH_EVERY = 5
 _SEARCH_STEPS, _SEARCH_WIDTH = 50, 0.03
 _MOST_CUTS = 6000
 # The price steps of every node, and how much corners are rounded at first and at last. Widths are
 # in units of the root's.
-_STEPS, _WIDTH, _NARROWEST = 90, 0.1, 0.007
+_STEPS, _WIDTH, _NARROWEST = 300, 0.1, 0.007
 
 
 class BranchingWithCuts(Branching):

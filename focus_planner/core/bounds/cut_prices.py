@@ -24,7 +24,7 @@ _REACH = 4
 # Corners are rounded by this part of what is left to the goal, dealt among the cameras, while cuts
 # are sought. When these many rounds lower the bound by less than this part of what is left,
 # corners shrink by a factor from round to round, down to the narrowest.
-_WIDTH, _NARROWER, _NARROWEST = 0.12, 0.8, 0.004
+_WIDTH, _NARROWER, _NARROWEST = 0.06, 0.8, 0.004
 _WORTHWHILE = 0.006
 # Cuts without a price are dropped every so many rounds.
 _ROUNDS = 8

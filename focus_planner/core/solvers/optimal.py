@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -52,6 +53,10 @@ _WITHOUT_CUTS, _PAIRS_IF_MUCH = 1e10, 8_000_000
 _MUCH = 2e-3
 # That is all but this part of it.
 _NEARLY = 0.3
+# Cuts are sought sooner if the first eighth of those nodes, but at least so many, have not closed
+# even this part of the gap.
+_EIGHTH, _FEWEST_NODES = 1 / 8, 110
+_HOPEFUL = 0.1
 # Then the plan is kicked so many times, or as often as these pairs allow, which takes half a
 # second, and so many times for every round of cuts and step of branching, a fifth of the time.
 _FIRST_KICKS, _KICKS_PER_ROUND, _KICKS_PER_STEP = 256, 16, 4
@@ -186,12 +191,26 @@ class _Search:
         branching = Branching(gains, prices.price, prices.bound, self._goal)
         pairs = max(len(gains.gain), 1)
         if can_cut and much:
-            self._close(branching, _PAIRS_IF_MUCH / pairs)
+            self._close_without_cuts(branching, prices, _PAIRS_IF_MUCH / pairs)
             much = self._bound - self._goal > _NEARLY * (prices.bound - self._goal)
-        if not much or not can_cut:
-            self._close(branching, _WITHOUT_CUTS / pairs**1.5 if can_cut else np.inf)
-        if can_cut and self._unproven():
-            self._close(self._cut(prices), np.inf)
+        if can_cut and not much:
+            self._close_without_cuts(branching, prices, _WITHOUT_CUTS / pairs**1.5)
+        if not can_cut:
+            self._close(branching)
+        elif self._unproven():
+            self._close(self._cut(prices))
+
+    def _close_without_cuts(self, branching: Branching, prices: Prices, most_nodes: float) -> None:
+        """Close the gap by branch and bound as long as that seems worth it."""
+        judged = max(_EIGHTH * most_nodes, _FEWEST_NODES)
+
+        def go_on() -> bool:
+            if branching.nodes < judged:
+                return branching.nodes < most_nodes
+            left = (self._bound - self._goal) / (prices.bound - self._goal)
+            return branching.nodes < most_nodes and left < 1 - _HOPEFUL
+
+        self._close(branching, go_on)
 
     def _cut(self, prices: Prices) -> Branching:
         """Lower the bound by prices of cuts as well, and kick the plan; return how to go on."""
@@ -234,10 +253,10 @@ class _Search:
             self._keep(self._kicks.cell)
             self._report_stage("kicks")
 
-    def _close(self, branching: Branching, most_nodes: float) -> None:
+    def _close(self, branching: Branching, go_on: Callable[[], bool] = lambda: True) -> None:
         """Close the gap by branch and bound, and recover plans from open nodes."""
         recovery = _FIRST_RECOVERY_NODES
-        while self._unproven() and branching.nodes < most_nodes:
+        while self._unproven() and go_on():
             # Without open nodes no plan is better than the goal.
             self._bound = min(self._bound, max(branching.bound, self._goal))
             self._report_stage("branching")

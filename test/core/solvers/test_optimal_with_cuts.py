@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from focus_planner import Lens
+from focus_planner.core.bounds.branch_and_cut import BranchingWithCuts
 from focus_planner.core.kernels import compiling
 from focus_planner.core.problem.shots import with_shots
 from focus_planner.core.solvers import Options, optimal
@@ -114,6 +115,37 @@ def test_where_few_nodes_nearly_close_the_gap_no_cuts_are_sought(nearly, cuts, m
         check(problem, solution, least_cost(problem))
         sought |= "cuts" in log.stages
     assert sought == cuts
+
+
+def test_where_the_first_nodes_close_little_cuts_are_sought_sooner(monkeypatch):
+    search_without_cuts(monkeypatch, 10**9)
+    problem = torn_problem(1, 200, 14)
+
+    def nodes_without_cuts(fewest, hopeful):
+        monkeypatch.setattr(optimal, "_EIGHTH", 0.0)
+        monkeypatch.setattr(optimal, "_FEWEST_NODES", fewest)
+        monkeypatch.setattr(optimal, "_HOPEFUL", hopeful)
+        searched, counts = [], []
+        close = optimal._Search._close
+
+        def noting(search, branching, *go_on):
+            searched.append(branching)
+            close(search, branching, *go_on)
+            counts.append(branching.nodes)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(optimal._Search, "_close", noting)
+            solution = optimal.solve(problem, EXACT)
+        assert solution.converged
+        return counts[0], any(isinstance(each, BranchingWithCuts) for each in searched)
+
+    soon, cut = nodes_without_cuts(20, 0.999)
+    assert cut
+    later, cut = nodes_without_cuts(80, 0.999)
+    assert cut
+    enough, cut = nodes_without_cuts(20, -1.0)
+    assert not cut
+    assert 20 <= soon < 80 <= later < enough
 
 
 def test_stopped_at_any_step_plan_and_bound_are_valid():
