@@ -172,9 +172,14 @@ def _plan_tuples() -> None:
                 solve(scene, _rig(), request)
     problem = formulate_problem(scene, _rig(), PlanRequest(samples=_SAMPLES))
     offsets = problem.cells.offsets
-    kicks = Kicks(Descent(problem, Options()), offsets)
-    kicks.start(np.minimum(np.diff(offsets) - 1, 0).astype(np.int32))
+    cell = np.minimum(np.diff(offsets) - 1, 0).astype(np.int32)
+    descent = Descent(problem, Options())
+    kicks = Kicks(descent, offsets)
+    kicks.start(cell)
     kicks.kick()
+    # Only in large problems do tuples take their steps at once.
+    descent.in_turn = False
+    descent.run(cell, lambda _: True)
 
 
 def _prove() -> None:

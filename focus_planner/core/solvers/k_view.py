@@ -155,6 +155,9 @@ class Descent:
     units : int
         The cost in units at these cells; with scope "assigned", at the end of the last whole
         pass, which no step since has raised.
+    in_turn : bool
+        Whether tuples take their steps one after the other; else those that may do so at once,
+        where there are several threads.
     """
 
     cell: IntArray
@@ -177,7 +180,7 @@ class Descent:
         work = _work(problem, self._tuples)
         self._stops = _stops(self._tuples, work)
         batches = len(self._tuples.batch_offsets) - 1
-        self._in_turn = bool(
+        self.in_turn = bool(
             len(work) < _TUPLES_AT_ONCE * batches or work.sum() < _SAMPLES_AT_ONCE * batches
         )
         # Only one of them tells the kernels what stands around a tuple: see kernels/k_view.py.
@@ -306,7 +309,7 @@ class Descent:
 
     def _improve(self, low: int, high: int, *, in_turn: bool = False) -> int:
         problem, cells = self._problem, self._problem.cells
-        in_turn = in_turn or self._in_turn or get_num_threads() == 1
+        in_turn = in_turn or self.in_turn or get_num_threads() == 1
         improve = kernels.improve_in_turn if in_turn else kernels.improve_tuples
         gain = improve(
             self._tuples,
