@@ -52,7 +52,7 @@ _SCATTERED_POINTS, _SCATTER = 8_000, 0.008
 #: About how many seconds the kernels of a module take to compile, without those of others that they
 #: call: the time of one core of a cloud server. "focus_planner warm-up --modules" measures them.
 SECONDS = {
-    "above": 3.0,
+    "above": 2.0,
     "assigned": 3.0,
     "branch_and_bound": 13.0,
     "branch_and_cut": 20.0,
