@@ -10,11 +10,11 @@
 
 """Indexes count from an array's start, as kernels are compiled, unless they are literals.
 
-In Python an index below 0 counts from the end. Numba therefore asks of each whether it is, which
-takes as long as much of what kernels do, and keeps loops from being vectorised. Kernels here never
-compute such an index, so it is taken for a number without a sign. A literal one, as in
-``offsets[-1]``, still counts from the end. Numba compiles the bodies of ``prange`` loops by itself:
-what is called from there counts from the start, and what is written there does not.
+In Python an index below 0 counts from the end. Numba therefore tests every index, which takes up
+to half the time of small loops and keeps some from being vectorised. Kernels here never compute
+such an index, so they take each for a number without a sign. A literal one, as in ``offsets[-1]``,
+still counts from the end. Numba compiles the bodies of ``prange`` loops on its own, and tests the
+indexes that are written there; what is called from there is compiled as here.
 
 With ``NUMBA_BOUNDSCHECK=1`` a kernel that computes an index below 0 raises an IndexError.
 """

@@ -21,6 +21,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+from numba import config
 
 from focus_planner.core import kernels
 from focus_planner.core.planning import precompile as planning
@@ -126,11 +127,12 @@ def test_no_request_compiles_anything(warm, body, rig, method, kind):
 
 
 def test_every_kernel_that_a_plan_enters_is_compiled(warm):
-    # best_pair runs within improve_tuples.
+    # best_pair runs within others, and on one core no tuples take their steps at once.
+    left_out = {"best_pair"} | ({"improve_tuples"} if config.NUMBA_NUM_THREADS == 1 else set())
     entered = {
         f"{kernel.py_func.__module__}.{name}"
         for name, kernel in vars(kernels).items()
-        if isinstance(kernel, kernels.Kernel) and name != "best_pair"
+        if isinstance(kernel, kernels.Kernel) and name not in left_out
     }
     assert len(entered) > 20
     assert entered <= {name for name, count in warm.items() if count}
