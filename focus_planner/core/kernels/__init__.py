@@ -15,7 +15,7 @@ its inner loops go by one name; ``arrays`` has the tuples of arrays that several
 ``pairs`` the search within ``k_view``, ``above``, ``local_prices`` and ``stabbing`` those within
 ``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
 and the surface that fits them, ``ranks`` the places of numbers among sorted ones, ``compiling`` the
-decorators, and ``kept`` where machine code is kept.
+decorators, ``indexing`` what indexes are compiled to, and ``kept`` where machine code is kept.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.

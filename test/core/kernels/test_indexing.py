@@ -8,7 +8,7 @@
 # or implied. See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Kernels index as Python does, but that they take what they compute for not negative."""
+"""Kernels index as Python does, except that no computed index counts from the end."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ from numba import prange
 
 from focus_planner.core.kernels import kept
 from focus_planner.core.kernels.compiling import Kernel
-
-RANDOM = np.random.default_rng(0)
 
 
 def compiled(function, *, parallel=False, checked=False):
@@ -57,7 +55,8 @@ def scatter(values, table, places):
 @pytest.mark.parametrize("parallel", [False, True], ids=["on one core", "on all"])
 @pytest.mark.parametrize("kind", [np.int32, np.int64, np.uint8, np.uint64])
 def test_indexes_mean_what_they_do_in_python(function, parallel, kind):
-    values, table = RANDOM.random(8), RANDOM.random((4, 4))
+    random = np.random.default_rng(0)
+    values, table = random.random(8), random.random((4, 4))
     places = np.array([2, 1, 3], dtype=kind)
     if kind == np.uint64 and function is scatter:
         places = places.astype(np.int64)  # Python's p + 2 is then a float
@@ -78,7 +77,7 @@ def set_one(values, place):
     values[place] = 1.0
 
 
-def test_no_index_is_asked_whether_it_is_negative():
+def test_no_index_is_tested_for_being_negative():
     def comparisons(dispatcher):
         dispatcher(np.arange(3), np.int64(1))
         (code,) = dispatcher.inspect_llvm().values()
