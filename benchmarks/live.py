@@ -225,7 +225,7 @@ def _table(seen: _Seen, heard: _Heard, faults: list[str], minutes: float) -> Tab
 def _coverage(seen: _Seen, first: _Plan, live: list[_Plan]) -> tuple[str, str, str]:
     """Return what is in focus of what cameras see, of the mesh that was newest at each plan."""
     shares = []
-    for plan in live[:: max(len(live) // _JUDGED, 1)]:
+    for plan in live[:: _step(len(live))]:
         now = bisect_right(seen.sent, plan.at) - 1
         mesh = seen.meshes[now % _MESHES]
         moved = _moved(2 * math.pi * now / _MESHES)
@@ -238,6 +238,14 @@ def _coverage(seen: _Seen, first: _Plan, live: list[_Plan]) -> tuple[str, str, s
         "86, 78",
         f"{of_live:.1f}, {of_static:.1f}; {far_live:.1f}, {far_static:.1f}",
     )
+
+
+def _step(plans: int) -> int:
+    """Return from plan to plan that is judged how many there are: all over the movement."""
+    step = max(plans // _JUDGED, 1)
+    while math.gcd(step, _MESHES) > 1:  # always the same places, if there is a plan for each mesh
+        step += 1
+    return step
 
 
 def _in_focus(problem: Any, plan: _Plan) -> float:
