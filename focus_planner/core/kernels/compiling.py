@@ -84,6 +84,12 @@ class Kernel(CPUDispatcher):
             _tell(self, True)
         return entry
 
+    def _compilation_chain_init_hook(self) -> None:
+        """Leave what extends Numba to compiling, which looks for it again: it takes as long as one.
+
+        Code that was kept has no need of it.
+        """
+
     @property
     def name(self) -> str:
         """The function's."""

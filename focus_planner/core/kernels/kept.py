@@ -25,9 +25,9 @@ import re
 import sys
 import tempfile
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache, cached_property, partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -41,13 +41,15 @@ from numba.core.caching import (
 )
 from numba.misc.appdirs import AppDirs
 
+from focus_planner.core.kernels import loading
+
 _HERE = Path(__file__).parent
 #: What reading files may raise: of a damaged one, anything that unpickling does.
 _UNREADABLE = Exception
 _IMPORTED = re.compile(r"^from focus_planner\.core\.kernels\.(\w+) import", re.MULTILINE)
 #: The modules that say how kernels are compiled, and all that are part of no kernel.
 _COMPILER = ("compiling", "indexing")
-_NO_KERNELS = frozenset({*_COMPILER, "kept"})
+_NO_KERNELS = frozenset({*_COMPILER, "kept", "loading"})
 
 
 def folders() -> tuple[Path, ...]:
@@ -71,10 +73,10 @@ def kept_in() -> Path | None:
 
 @cache
 def _version() -> str:
-    """Return what changes with the way that kernels are compiled."""
+    """Return what changes with the way that kernels are compiled, and the form they are kept in."""
     checked = str(config.BOUNDSCHECK)
     digest = hashlib.sha256((numba.__version__ + checked).encode())
-    for name in _COMPILER:
+    for name in (*_COMPILER, "loading"):
         digest.update((_HERE / f"{name}.py").read_bytes())
     return f"kernels-{digest.hexdigest()[:12]}"
 
@@ -111,6 +113,7 @@ class KeptCode(NullCache):
         self._function = function
         self._on_missing = on_missing
         self._was_found = False
+        self._caches: dict[Path, _Folder] = {}
 
     @property
     def cache_path(self) -> str | None:
@@ -118,22 +121,25 @@ class KeptCode(NullCache):
         folder = kept_in()
         return None if folder is None else str(folder)
 
-    @cached_property
-    def _read(self) -> list[_Folder]:
-        """Where code is looked for; most kernels are never asked for any."""
-        return [_Folder(self._function, folder) for folder in folders()]
+    def _read(self) -> Iterator[_Folder]:
+        """Yield where code is looked for; most have it in the first place, or are never asked."""
+        for folder in folders():
+            if folder not in self._caches:
+                self._caches[folder] = _Folder(self._function, folder)
+            yield self._caches[folder]
 
     def is_kept(self, codegen: Any) -> bool:
         """Return whether there is code for this processor, for whatever types.
 
         Once there is, it is not looked for again: plans ask this of every kernel.
         """
-        self._was_found = self._was_found or any(f.has_code_for(codegen) for f in self._read)
+        if not self._was_found:
+            self._was_found = any(folder.has_code_for(codegen) for folder in self._read())
         return self._was_found
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code for a signature; None if it has to be compiled."""
-        for folder in self._read:
+        for folder in self._read():
             with suppress(_UNREADABLE):
                 code = folder.load_overload(sig, target_context)
                 if code is not None:
@@ -174,6 +180,12 @@ class _Folder(FunctionCache):
             naming.get_cache_path(), naming.filename_base, naming.get_source_stamp()
         )
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the code for a signature; None if there is none."""
+        # Numba's own would prepare for compiling first.
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
     def has_code_for(self, codegen: Any) -> bool:
         try:
             # A signature, what the code is for, and hashes of the function.
@@ -198,7 +210,7 @@ class _Files(IndexDataCacheFile):
 
 
 class _Naming(CompileResultCacheImpl):
-    """How the files of a function are called; also the place that a cache looks for."""
+    """How the files of a function are called, and what is in them; also where a cache looks."""
 
     def __init__(self, folder: Path, function: Callable[..., Any]) -> None:
         self._folder = folder
@@ -209,6 +221,14 @@ class _Naming(CompileResultCacheImpl):
         self._version = _version_of(source)
         name = f"{source.stem}.{function.__qualname__}-{self._version}"
         self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))
+
+    def reduce(self, cres: Any) -> Any:
+        """Return what is kept of a kernel that was compiled."""
+        return loading.to_keep(cres)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Return the kernel of what was kept."""
+        return loading.ready(target_context, payload)
 
     def ensure_cache_path(self) -> None:
         """Make the folder."""
