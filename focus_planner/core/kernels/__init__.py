@@ -12,10 +12,12 @@
 
 The kernels that ``X.py`` of another room calls are in ``kernels/X.py``, so that an algorithm and
 its inner loops go by one name; ``arrays`` has the tuples of arrays that several of them take,
-``pairs`` the search within ``k_view``, ``above``, ``local_prices`` and ``stabbing`` those within
-``branch_and_bound`` and ``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place
-and the surface that fits them, ``ranks`` the places of numbers among sorted ones, ``compiling`` the
-decorators, ``indexing`` what indexes are compiled to, and ``kept`` where machine code is kept.
+``pairs``, ``triples`` and ``joint_costs`` the search within ``k_view``, ``odd_cycles`` that within
+``odd_holes``, ``above``, ``local_prices`` and ``stabbing`` those within ``branch_and_bound`` and
+``lagrangian``, ``point_grid`` and ``local_fit`` the points near a place and the surface that fits
+them, ``ranks`` the places of numbers among sorted ones, ``compiling`` the decorators, ``indexing``
+what indexes are compiled to, ``kept`` where machine code is kept, and ``loading`` how it gets ready
+to run.
 
 Reductions run in a fixed order and without fast-math, so results repeat bit for bit whatever
 the number of threads.
@@ -90,15 +92,14 @@ from focus_planner.core.kernels.lagrangian import (
 from focus_planner.core.kernels.local_cuts import CutNode, CutPool, Whole
 from focus_planner.core.kernels.local_fit import Averages
 from focus_planner.core.kernels.noise import residuals
-from focus_planner.core.kernels.odd_holes import (
+from focus_planner.core.kernels.odd_cycles import (
     Graph,
-    Room,
     TornPairs,
-    cuts_of_cycles,
     graph_of,
     list_edges,
     odd_cycles,
 )
+from focus_planner.core.kernels.odd_holes import Room, cuts_of_cycles
 from focus_planner.core.kernels.orientation import agreement, join, refine
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.point_grid import PointGrid

@@ -195,3 +195,29 @@ class CameraTuples(NamedTuple):
     bases: Offsets
     firsts: IntArray
     lasts: IntArray
+
+
+class SharedSamples(NamedTuple):
+    """One tuple's shared samples; see :class:`CameraTuples`."""
+
+    samples: IntArray
+    bases: Offsets
+    firsts: IntArray
+    lasts: IntArray
+
+
+class JointStep(NamedTuple):
+    """The problem of one tuple's best step.
+
+    Member m's ``steps`` begin at ``begin[m]``; ``costs`` is what each shared sample costs, for
+    every set of members that hold it; its first column is -1 if the sample is not the tuple's to
+    re-assign. ``rectangles`` and ``weights`` are as :func:`best_pair` takes them; ``third`` are the
+    shared samples that the third camera may gain.
+    """
+
+    steps: Offsets
+    begin: Offsets
+    costs: Offsets
+    rectangles: IntArray
+    weights: Offsets
+    third: IntArray

@@ -35,8 +35,10 @@ import numpy as np
 from numba import prange
 
 from focus_planner.core.arrays import IntArray, Offsets
+from focus_planner.core.kernels.arrays import JointStep, SharedSamples
 from focus_planner.core.kernels.assigned import hand_over, serve, tick
 from focus_planner.core.kernels.compiling import kernel, parallel_kernel
+from focus_planner.core.kernels.joint_costs import costs_of_three, costs_of_two, held_outside
 from focus_planner.core.kernels.pairs import best_pair
 from focus_planner.core.kernels.ranking import (
     NO_CHOICE,
@@ -48,6 +50,7 @@ from focus_planner.core.kernels.ranking import (
     sums_beside,
 )
 from focus_planner.core.kernels.solution import is_assigned
+from focus_planner.core.kernels.triples import best_triple, list_rectangles
 
 
 class DescentState(NamedTuple):
@@ -81,32 +84,6 @@ class DescentState(NamedTuple):
     summed: Offsets
     solved: Offsets
     clock: Offsets
-
-
-class _Shared(NamedTuple):
-    """One tuple's shared samples; see :class:`CameraTuples`."""
-
-    samples: IntArray
-    bases: Offsets
-    firsts: IntArray
-    lasts: IntArray
-
-
-class _Step(NamedTuple):
-    """The problem of one tuple's best step.
-
-    Member m's ``steps`` begin at ``begin[m]``; ``costs`` is what each shared sample costs, for
-    every set of members that hold it; its first column is -1 if the sample is not the tuple's to
-    re-assign. ``rectangles`` and ``weights`` are as :func:`best_pair` takes them; ``third`` are the
-    shared samples that the third camera may gain.
-    """
-
-    steps: Offsets
-    begin: Offsets
-    costs: Offsets
-    rectangles: IntArray
-    weights: Offsets
-    third: IntArray
 
 
 @kernel
@@ -278,7 +255,7 @@ def _solve(t, tuples, focus, views, cell_offsets, state, move):
     """
     members = tuples.cameras[t]
     part = slice(tuples.shared_offsets[t], tuples.shared_offsets[t + 1])
-    shared = _Shared(
+    shared = SharedSamples(
         tuples.samples[part], tuples.bases[part], tuples.firsts[part], tuples.lasts[part]
     )
     step, now = _copy_steps(members, len(shared.samples), cell_offsets, state)
@@ -288,10 +265,10 @@ def _solve(t, tuples, focus, views, cell_offsets, state, move):
         now += change
     else:
         now += _correct_steps(members, shared, focus, views, state, step)
-        count, thirds = _list_rectangles(shared, step)
+        count, thirds = list_rectangles(shared, step)
     start_a, start_b = np.int64(state.cell[members[0]]), np.int64(state.cell[members[1]])
     if len(members) == 3:
-        return _best_triple(shared, step, count, thirds, start_a, start_b, now, move) - now
+        return best_triple(shared, step, count, thirds, start_a, start_b, now, move) - now
     begin, steps = step.begin, step.steps
     gain, i, j = best_pair(
         np.cumsum(steps[begin[0] : begin[1] - 1]),
@@ -322,7 +299,7 @@ def _copy_steps(members, count, cell_offsets, state):
         own = steps[begin[m] : begin[m + 1]]
         own[:] = state.steps[cell_offsets[c] + c : cell_offsets[c + 1] + c + 1]
         now += own[: state.cell[c] + 1].sum()
-    step = _Step(
+    step = JointStep(
         steps,
         begin,
         np.empty((count, 2**k), dtype=np.int64),
@@ -361,14 +338,14 @@ def _correct_steps(members, shared, focus, views, state, step):
         for m in range(k):
             base = bases[e, m] if serves[m] else NO_CHOICE
             values[m, 0], values[m, 1] = base + focus[p], base
-            if len(ranking) > 0 and _held_outside(
+            if len(ranking) > 0 and held_outside(
                 m, firsts[e, m], lasts[e, m], members, views, cell
             ):
                 values[m, 0] = base
         if k == 2:
-            _costs_of_two(own, sums, values, costs[e])
+            costs_of_two(own, sums, values, costs[e])
         else:
-            _costs_of_three(own, sums, values, costs[e])
+            costs_of_three(own, sums, values, costs[e])
         if not needed:
             # Cameras outside the tuple are cheaper, in or out of focus: what one of the tuple's
             # gains does not depend on the others, and none of them gains now.
@@ -392,7 +369,7 @@ def _correct_steps(members, shared, focus, views, state, step):
 
 @kernel
 def _correct_pair(members, shared, focus, state, step):
-    """Do what :func:`_correct_steps` and :func:`_list_rectangles` do for two where it is plain.
+    """Do what :func:`_correct_steps` and :func:`list_rectangles` do for two where it is plain.
 
     Then a sample costs the least of one camera outside the pair and the two in it. Returns the
     change of what the pair gains now, and the number of rectangles.
@@ -446,147 +423,3 @@ def _correct_pair(members, shared, focus, state, step):
             weights[count] = weight
             count += 1
     return change, count
-
-
-@kernel
-def _held_outside(m, first, last, members, views, cell):
-    """Return whether a shot of member m's view outside the tuple is at one of these cells."""
-    view = views.number[members[m]]
-    for shot in range(views.offsets[view], views.offsets[view + 1]):
-        outside = first <= cell[shot] <= last
-        for c in members:
-            outside &= c != shot
-        if outside:
-            return True
-    return False
-
-
-@kernel
-def _costs_of_two(own, sums, values, costs):
-    """Fill what a sample costs for every set of two members that hold it.
-
-    ``own`` (k,) are the members' views and ``values`` (k, 2) what they cost out of focus and in it.
-    The sum of the least costs of several views, the members' and those beside them (``sums``), is
-    the least over which of the members' are taken.
-    """
-    apart = own[0] != own[1]
-    for held in range(4):
-        a, b = values[0, held & 1], values[1, held >> 1]
-        least = min(sums[0], min(a, b) + sums[1])
-        if apart:
-            least = min(least, a + b + sums[2])
-        costs[held] = least
-
-
-@kernel
-def _costs_of_three(own, sums, values, costs):
-    """Fill the same for every set of three members."""
-    apart = own[0] != own[1], own[0] != own[2], own[1] != own[2]
-    for held in range(8):
-        a, b, c = values[0, held & 1], values[1, (held >> 1) & 1], values[2, held >> 2]
-        least = min(sums[0], min(a, b, c) + sums[1])
-        if apart[0]:
-            least = min(least, a + b + sums[2])
-        if apart[1]:
-            least = min(least, a + c + sums[2])
-        if apart[2]:
-            least = min(least, b + c + sums[2])
-        if apart[0] and apart[1] and apart[2]:
-            least = min(least, a + b + c + sums[3])
-        costs[held] = least
-
-
-@kernel
-def _list_rectangles(shared, step):
-    """List the rectangles, and the samples that the third camera may gain; return their numbers."""
-    firsts, lasts = shared.firsts, shared.lasts
-    costs, third = step.costs, step.third
-    triple, count, thirds = costs.shape[1] == 8, 0, 0
-    for e in range(len(costs)):
-        if costs[e, 0] < 0:
-            continue
-        if triple and firsts[e, 2] <= lasts[e, 2] and costs[e, 4] < costs[e, 0]:
-            third[thirds] = e
-            thirds += 1
-        else:
-            count = _add_rectangle(
-                firsts[e], lasts[e], costs[e, :4], step.rectangles, step.weights, count
-            )
-    return count, thirds
-
-
-@kernel
-def _best_triple(shared, step, count, thirds, start_a, start_b, now, move):
-    """Find the best cells of three cameras, if they gain more than ``now``; return their gain.
-
-    For each cell of the third camera, the best pair of the others.
-    """
-    steps, begin = step.steps, step.begin
-    gain_c = np.cumsum(steps[begin[2] : begin[3] - 1])
-    bound = np.cumsum(steps[begin[0] : begin[1] - 1]).max()
-    bound += np.cumsum(steps[begin[1] : begin[2] - 1]).max()
-    found = now
-    for i_c in range(len(gain_c)):
-        # Cameras gain together at most the sum of what each gains.
-        if gain_c[i_c] + bound <= found:
-            continue
-        pair = steps[: begin[2]].copy()
-        rectangles = np.empty((count + thirds, 4), dtype=np.int32)
-        rectangles[:count] = step.rectangles[:count]
-        weights = np.empty(count + thirds, dtype=np.int64)
-        weights[:count] = step.weights[:count]
-        total = _add_thirds(i_c, shared, step, thirds, pair, rectangles, weights, count)
-        gain, i, j = best_pair(
-            np.cumsum(pair[: begin[1] - 1]),
-            np.cumsum(pair[begin[1] : begin[2] - 1]),
-            rectangles,
-            weights,
-            total,
-            start_a,
-            start_b,
-            found - gain_c[i_c],
-        )
-        if i >= 0:
-            found = gain + gain_c[i_c]
-            move[0], move[1], move[2] = i, j, i_c
-    return found
-
-
-@kernel
-def _add_thirds(i_c, shared, step, thirds, steps, rectangles, weights, count):
-    """Add the rectangles of the samples that the third camera may gain, at its cell ``i_c``.
-
-    Of what that cell holds the two others gain less, and their ``steps`` are corrected. Returns the
-    number of rectangles.
-    """
-    firsts, lasts = shared.firsts, shared.lasts
-    third, begin = step.third, step.begin
-    for n in range(thirds):
-        e = third[n]
-        costs = step.costs[e, :4]
-        if firsts[e, 2] <= i_c <= lasts[e, 2]:
-            costs = step.costs[e, 4:]
-            for m in range(2):
-                first, last = firsts[e, m], lasts[e, m]
-                if first <= last:
-                    alone = step.costs[e, 0] - step.costs[e, 1 << m]
-                    change = costs[0] - costs[1 << m] - alone
-                    steps[begin[m] + first] += change
-                    steps[begin[m] + last + 1] -= change
-        count = _add_rectangle(firsts[e], lasts[e], costs, rectangles, weights, count)
-    return count
-
-
-@kernel
-def _add_rectangle(firsts, lasts, costs, rectangles, weights, count):
-    """Add the cells of the first two cameras that both hold a sample, if they share its gain.
-
-    Returns the number of rectangles.
-    """
-    weight = costs[0] - costs[1] - costs[2] + costs[3]
-    if weight <= 0 or firsts[0] > lasts[0] or firsts[1] > lasts[1]:
-        return count
-    rectangles[count, 0], rectangles[count, 1] = firsts[0], lasts[0]
-    rectangles[count, 2], rectangles[count, 3] = firsts[1], lasts[1]
-    weights[count] = weight
-    return count + 1

@@ -65,13 +65,15 @@ SECONDS = {
     "em": 2.0,
     "gains": 5.5,
     "greedy": 5.0,
-    "k_view": 24.0,
+    "joint_costs": 0.5,
+    "k_view": 21.0,
     "lagrangian": 14.0,
     "local_cuts": 6.0,
     "local_fit": 7.5,
     "local_prices": 9.0,
     "noise": 5.0,
-    "odd_holes": 11.0,
+    "odd_cycles": 4.0,
+    "odd_holes": 7.0,
     "orientation": 10.0,
     "pairs": 6.5,
     "point_grid": 1.0,
@@ -85,6 +87,7 @@ SECONDS = {
     "solution": 2.0,
     "spatial_order": 3.0,
     "stabbing": 5.5,
+    "triples": 3.0,
     "visibility": 12.0,
 }
 
@@ -273,7 +276,7 @@ CLOUDS = _work(_prepare_clouds, "local_fit", "noise", "orientation", "point_grid
 #: Solving with tuples of cameras.
 TUPLES_OF_CAMERAS = _work(
     _plan_tuples,
-    *("assigned", "camera_tuples", "k_view", "pairs", "ranking"),
+    *("assigned", "camera_tuples", "joint_costs", "k_view", "pairs", "ranking", "triples"),
     after=(PLANNING,),
 )
 #: Taking camera after camera.
@@ -287,6 +290,7 @@ PROOFS = _work(
         "cut_prices",
         "local_cuts",
         "local_prices",
+        "odd_cycles",
         "odd_holes",
     ),
     after=(PLANNING,),
