@@ -46,14 +46,17 @@ class Ahead(Generic[Result]):
     def __init__(self, work: Callable[[], Result], *, when: bool = True) -> None:
         self._work = work
         self._when = when and config.NUMBA_NUM_THREADS > 1
-        self._thread = Thread(target=self._run, name="ahead")
+        self._thread: Thread | None = None
         self._results: list[Result] = []
         self._sharing = ExitStack()
 
     def __enter__(self) -> Ahead[Result]:
         if self._when:
+            # One that never starts would keep this, and what the work is on, from being freed.
+            thread = Thread(target=self._run, name="ahead")
             with suppress(RuntimeError):  # no memory for a thread
-                self._thread.start()
+                thread.start()
+                self._thread = thread
                 self._sharing.enter_context(kernels.one_core())
         return self
 
@@ -67,7 +70,7 @@ class Ahead(Generic[Result]):
 
     def wait(self) -> None:
         """Wait for what was begun, if anything was."""
-        if self._thread.ident is not None:
+        if self._thread is not None:
             self._thread.join()
         self._sharing.close()
 
