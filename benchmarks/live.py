@@ -241,9 +241,9 @@ def _coverage(seen: _Seen, first: _Plan, live: list[_Plan]) -> tuple[str, str, s
 
 
 def _step(plans: int) -> int:
-    """Return from plan to plan that is judged how many there are: all over the movement."""
+    """Return every how many plans one is judged, so that those are from all over the movement."""
     step = max(plans // _JUDGED, 1)
-    while math.gcd(step, _MESHES) > 1:  # always the same places, if there is a plan for each mesh
+    while math.gcd(step, _MESHES) > 1:  # or, with a plan per mesh, they are of a few places only
         step += 1
     return step
 

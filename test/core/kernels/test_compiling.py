@@ -21,18 +21,8 @@ import threading
 import pytest
 
 from focus_planner.core.kernels import compiling, kept
-from focus_planner.core.kernels.compiling import Kernel, listening
-
-
-def twice(x):
-    return 2 * x
-
-
-def made():
-    """Return a kernel as another process would have it."""
-    kernel = Kernel(twice, targetoptions={"nopython": True, "nogil": True})
-    kernel.enable_caching()
-    return kernel
+from focus_planner.core.kernels.compiling import listening
+from testing.small_kernel import made
 
 
 def called(kernel, argument=1):
@@ -65,7 +55,7 @@ def test_a_kernel_is_compiled_once_for_all_processes(places):
     second = made()
     assert second.is_ready
     assert called(second) == LOADED
-    assert (first.room, kept.kept_in()) == ("test_compiling", places[0])
+    assert (first.room, kept.kept_in()) == ("small_kernel", places[0])
     assert called(second, 1.5) == COMPILED  # for other types
     assert called(made(), 1.5) == LOADED
 

@@ -23,18 +23,8 @@ from numba import njit
 from numba.core import entrypoints
 
 from focus_planner.core.kernels import kept, loading
-from focus_planner.core.kernels.compiling import Kernel, listening
-
-
-def twice(x):
-    return 2 * x
-
-
-def made():
-    """Return a kernel as another process would have it."""
-    kernel = Kernel(twice, targetoptions={"nopython": True, "nogil": True})
-    kernel.enable_caching()
-    return kernel
+from focus_planner.core.kernels.compiling import listening
+from testing.small_kernel import made
 
 
 def compiled_for(kernel, argument):
