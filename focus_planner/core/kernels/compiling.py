@@ -85,10 +85,7 @@ class Kernel(CPUDispatcher):
         return entry
 
     def _compilation_chain_init_hook(self) -> None:
-        """Leave what extends Numba to compiling, which looks for it again: it takes as long as one.
-
-        Code that was kept has no need of it.
-        """
+        """Look for nothing that extends Numba: compiling does, and kept code has no need of it."""
 
     @property
     def name(self) -> str:

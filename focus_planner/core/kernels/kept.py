@@ -153,7 +153,8 @@ class KeptCode(NullCache):
         if folder is None:
             return
         cache = _Folder(self._function, folder)
-        with suppress(OSError):  # the disk may be full
+        # The disk may be full, and another Numba's results have another form: that costs time only.
+        with suppress(Exception):
             try:
                 cache.save_overload(sig, data)
             except OSError:

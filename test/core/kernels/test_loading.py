@@ -80,6 +80,18 @@ def test_what_is_not_found_is_prepared_for(is_kept, monkeypatch):
     assert prepared
 
 
+@pytest.mark.parametrize("step", ["to_keep", "ready"])
+def test_where_numba_is_another_than_it_is_written_for_kernels_are_compiled(
+    is_kept, monkeypatch, step
+):
+    def fail(*_):
+        raise AttributeError("'CompileResult' object has no attribute '_reduce'")
+
+    monkeypatch.setattr(loading, step, fail)
+    for argument in (1.5, 1.5) if step == "to_keep" else (1, 1):
+        assert compiled_for(made(), argument)
+
+
 @pytest.mark.processes
 def test_a_process_that_finds_all_kernels_prepares_for_none():
     program = """
